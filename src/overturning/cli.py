@@ -75,6 +75,7 @@ for _name, _group in {"study": study.app, "records": records.app, "cube": cube.a
 
 
 def _print_version(requested: bool) -> None:
+    """Print the version of the package and exit, if the option --version is given."""
     if requested:
         from importlib import metadata
 

@@ -66,6 +66,7 @@ def suggest_keywords(*further_keywords: type | str) -> Callable[[Decorated], Dec
     """
 
     def decorate(target: Decorated) -> Decorated:
+        """Return the function or class with a check of its keywords."""
         if isinstance(target, type):
             target.__init__ = decorate(target.__init__)  # type: ignore[misc]
             return target

@@ -166,6 +166,7 @@ def _strict_yaml_loader() -> Any:
         """Loader that requires unique keys and decimal numbers."""
 
     def construct_mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
+        """Yield the mapping of a YAML node; an error for a duplicate key."""
         seen = set()
         for key, _ in node.value:
             if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
@@ -174,6 +175,7 @@ def _strict_yaml_loader() -> Any:
         return loader.construct_yaml_map(node)
 
     def construct_number(loader: Any, node: Any) -> float:
+        """Return the number of a YAML node; an error unless it is a plain decimal number."""
         octal = re.match(r"[-+]?0[0-9_]+$", node.value)
         found: float = loader.construct_yaml_int(node) if "." not in node.value else loader.construct_yaml_float(node)
         if octal or ":" in node.value:

@@ -54,6 +54,7 @@ def _with_project_style(draw: DrawFunction) -> DrawFunction:
 
 
 def _register_cube_figure(draw: DrawFunction) -> DrawFunction:
+    """Register a function that draws a kind of figure from a cube, with the project style."""
     KINDS[draw.__name__] = _with_project_style(draw)
     return cast(DrawFunction, KINDS[draw.__name__])
 
@@ -80,6 +81,7 @@ def blocks(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title:
 def _draw_fall_map(
     figure_kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None
 ) -> "Figure":
+    """Draw maps of falls under one record, or of one block under several records on one scale."""
     from overturning.figures.content import check_outcomes
     from overturning.figures.maps import map_figure
     from overturning.figures.polar_map import plane_map_figure
@@ -293,6 +295,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "F
 
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
+    """Return the part of a cube under one record, sorted for figures and in memory."""
     from overturning.study.cube import record_number, sorted_for_figures
 
     number = record_number(cube, record)
@@ -326,11 +329,13 @@ def _amplitude_factor(cube: "xr.Dataset") -> float:
 
 
 def _check_has_direction(cube: "xr.Dataset", direction: str, figure_kind: str) -> None:
+    """Raise an ArgumentError if a cube lacks the direction that a kind of figure needs."""
     if direction not in cube.coords:
         raise ArgumentError(f"{figure_kind}: a cube without {direction} has no such figure; choose another kind")
 
 
 def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
+    """Return the path of a file in the folder of a cube; a MissingDataError if there is no such file."""
     file = Path(cube.encoding.get("source", ""))
     if not (path := file.parent / file_name).is_file():
         where = f"not next to {file}" if file.is_file() else "a cube in memory has no such file"
@@ -339,6 +344,7 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
 
 
 def _motion_path(cube: "xr.Dataset") -> Path:
+    """Return the path of the motion under which a cube of one record was computed."""
     return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{cube['record_id'].item()}.nc")
 
 

@@ -38,6 +38,7 @@ class Ensemble(StrictModel):
     @field_validator("members")
     @classmethod
     def _check_even(cls, members: int) -> int:
+        """Raise a ValueError if the number of ensemble members is odd."""
         if members % 2:
             raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
         return members
@@ -51,6 +52,7 @@ class Spread(StrictModel):
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
+        """Raise a ValueError if the highest value is below the lowest."""
         if self.high < self.low:
             raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
         return self
@@ -82,6 +84,7 @@ class Population(StrictModel):
 
     @model_validator(mode="after")
     def _check_face_spread(self) -> Self:
+        """Raise a ValueError if a spread of face azimuths is given without a face azimuth."""
         if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
             raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
         return self
@@ -89,5 +92,6 @@ class Population(StrictModel):
     @field_validator("height")
     @classmethod
     def _check_stone_heights(cls, height: Spread) -> Spread:
+        """Raise an error if the heights of the population are outside the allowed range."""
         check_heights([height.low, height.high])
         return height

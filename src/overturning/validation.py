@@ -43,6 +43,7 @@ def _value_count_text(error_details: Details, min_or_max: str) -> str:
 
 
 def _character_count_text(error_details: Details, min_or_max: str) -> str:
+    """Return the allowed number of characters of a text."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} character{'' if number == 1 else 's'}"
 
@@ -55,6 +56,7 @@ def _allowed_values_text(error_details: Details, given_value: Any) -> str:
 
 
 def _unknown_tag_text(error_details: Details) -> str:
+    """Return a message for an unknown form of a setting, with the closest known form."""
     known = re.findall(r"'([^']*)'", error_details["expected_tags"])
     hint = closest_name_hint(error_details["tag"], known)
     return f"unknown {error_details['discriminator'].strip(chr(39))} {error_details['tag']!r}; {hint}"
@@ -235,6 +237,7 @@ def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str,
 
 
 def _is_key(part: str) -> bool:
+    """True if a part of an error location is a key of the file, not a name that pydantic adds."""
     members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
     return part.replace("_", "").replace("-", "").isalnum() and part not in members and part[:12] != "constrained-"
 
@@ -282,6 +285,7 @@ def short_value(value: object) -> str:
     """Return the text of a value for messages, shortened to 60 characters and three levels of nested lists."""
 
     def shorten_nested(part: object, level: int) -> object:
+        """Return a nested value with long texts, long lists and deep levels shortened."""
         if isinstance(part, list | tuple):
             return [shorten_nested(one, level - 1) for one in part[:20]] if level else "…"
         if isinstance(part, dict):
@@ -292,4 +296,5 @@ def short_value(value: object) -> str:
 
 
 def _shorten_text(text: str) -> str:
+    """Return a text shortened to 60 characters."""
     return text if len(text) <= 60 else text[:57] + "…"

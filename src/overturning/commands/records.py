@@ -49,11 +49,13 @@ def check(paths: Paths, given: FileOptions) -> None:
 
 
 def _print_notes(notes: Iterable[str]) -> None:
+    """Print notes on record files."""
     for note in notes:
         typer.echo(f"earthquakes: {note}")
 
 
 def _print_record_notes(record: "Record") -> None:
+    """Print the notes of a record."""
     from overturning.records.check import record_notes
 
     for note in record_notes(record):

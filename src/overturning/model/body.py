@@ -217,6 +217,7 @@ class Body(Model):
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
 
         def member_mean(values: Any, selected: Any = True) -> FloatArray:
+            """Return the mean of values over the selected members with an outcome, 0 for members that stand."""
             count = (known & selected).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
             total = np.round(np.where(fell & selected, values, 0.0), 9).sum(axis=1)

@@ -52,6 +52,7 @@ class ContactSettings(StrictModel):
 
     @model_validator(mode="after")
     def _check_damping_and_stiffness(self) -> Self:
+        """Raise a ValueError if two kinds of damping are given, or the stiffness is not positive."""
         if self.damping_ratio is not None and self.damping is not None:
             raise ValueError("damping_ratio and damping are both given; keep one")
         if self.stiffness != "auto" and self.stiffness <= 0:
@@ -100,6 +101,7 @@ class Contact(ContactSettings):
 
     @model_validator(mode="after")
     def _check_single_stiffness(self) -> Self:
+        """Raise a ValueError if both a stiffness and a static penetration are given."""
         if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
             raise ValueError(
                 f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "

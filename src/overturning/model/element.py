@@ -82,6 +82,7 @@ class Element(StrictModel):
 
     @model_validator(mode="after")
     def _check_single_geometry(self) -> Self:
+        """Raise a ValueError unless the element has exactly one form of geometry."""
         rectangle = self.width is not None and self.height is not None
         forms = (rectangle, self.vertices is not None, self.pieces is not None)
         if sum(forms) != 1 or (not rectangle and (self.width or self.height)):

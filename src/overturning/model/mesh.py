@@ -121,6 +121,7 @@ def _numbers_after_keyword(content: bytes, keyword: str, skipped_words: int) -> 
 
 
 def _parse_stl(content: bytes) -> Mesh:
+    """Parse a binary or text STL mesh."""
     count = int.from_bytes(content[_STL_HEADER - 4 : _STL_HEADER], "little")
     if len(content) == _STL_HEADER + count * _STL_TRIANGLE.itemsize:
         corners = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
@@ -130,6 +131,7 @@ def _parse_stl(content: bytes) -> Mesh:
 
 
 def _parse_ply(content: bytes) -> Mesh:
+    """Parse a binary or text PLY mesh."""
     head, _, body = content.partition(b"end_header")
     body = body[body.index(b"\n") + 1 :]
     lines = [line.split() for line in head.decode("ascii").splitlines()]

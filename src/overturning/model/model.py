@@ -150,6 +150,7 @@ class Model(ABC):
         return first_equal_directions(grid.directions, self._periods(grid) if use_symmetry else FULL_TURN)
 
     def _periods(self, grid: Grid) -> FloatArray:
+        """Return the rotation periods of the cases of a grid, degrees."""
         return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.names else np.ones(1))
 
     @abstractmethod

@@ -92,6 +92,7 @@ def joined_outline(element_name: str, pieces: Sequence[FloatArray]) -> FloatArra
 
 
 def _first_vertex_text(piece: FloatArray) -> str:
+    """Return the first vertex of a polygon as text, for messages."""
     return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
 
 

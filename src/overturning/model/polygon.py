@@ -181,6 +181,7 @@ def _convex_pieces_of_polygon(name: str, vertices: FloatArray, reflex: NDArray[n
 
 
 def _loop_sides(loop: list[int]) -> list[tuple[int, int]]:
+    """Return the pairs of consecutive vertex indices of a closed loop."""
     return list(zip(loop, loop[1:] + loop[:1], strict=True))
 
 

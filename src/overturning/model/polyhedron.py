@@ -46,6 +46,7 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
 
 
 def _convex_hull(vertices: FloatArray) -> Hull:
+    """Return the convex hull of vertices about their centre of mass; an ArgumentError if they are not convex."""
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
     size = float(np.ptp(vertices, axis=0).max())

@@ -39,6 +39,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _check_names(self) -> Self:
+        """Raise a ValueError if names of elements or materials are repeated or unknown."""
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -66,6 +67,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _check_stability_at_rest(self) -> Self:
+        """Raise an error if elements overlap or lack support, or the ground is the reference element."""
         check_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
         if self.is_single_block and self.reference_name not in self.free_names:

@@ -151,6 +151,7 @@ class _SampleReruns:
         answers = np.zeros(case_numbers.size, self.sample.answers.dtype)
 
         def run_record(record_number: int) -> None:
+            """Rerun the cases of one record and store their outcomes."""
             mine = self.sample.record[case_numbers] == record_number
             chosen = self.sample.index[case_numbers[mine]]
             cases = self.grid.cases(list(chosen.T), amplitude=amplitude)

@@ -189,6 +189,7 @@ def sorted_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def _check_element(element: str | None, known_elements: Sequence[str], path: Path) -> None:
+    """Raise an ArgumentError if a cube has no element of this name."""
     if element not in known_elements:
         raise ResultError(f"{path}: no element {element!r}; known: {', '.join(known_elements)}")
 

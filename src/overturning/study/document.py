@@ -30,6 +30,7 @@ def catalogue_schema_text() -> str:
 
 
 def _resolve_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
+    """Return the definition to which an entry of a JSON schema refers."""
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
     for form in (entry, *forms):  # text, settings or null: use the keys of the settings
@@ -40,6 +41,7 @@ def _resolve_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[st
 
 
 def _key_rows(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
+    """Return the rows of the table of keys from a JSON schema."""
     entries = []
     said = model.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in model.get("properties", {}).items():

@@ -49,6 +49,7 @@ def doubtful_settings(study: Study) -> Iterator[str]:
 
 
 def _doubtful_values(study: Study) -> Iterator[str]:
+    """Yield warnings about B/H, friction, amplitude and density of a study."""
     vertices = study.body is not None and study.body.vertices is not None
     own = round(reference_element_size(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
@@ -68,6 +69,7 @@ def _doubtful_values(study: Study) -> Iterator[str]:
 
 
 def _doubtful_friction(key: str, values: tuple[float, ...]) -> Iterator[str]:
+    """Yield a warning about friction coefficients that are implausibly large."""
     doubtful = [one for one in values if one > LARGEST_FRICTION]
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
@@ -80,6 +82,7 @@ def _doubtful_friction(key: str, values: tuple[float, ...]) -> Iterator[str]:
 
 
 def _doubtful_density(key: str, density: float) -> Iterator[str]:
+    """Yield a warning about an implausible density."""
     low, high = DENSITIES
     if not low <= density <= high:
         light = "; kN/m³? Times 102" if density < 100 else ""
@@ -88,6 +91,7 @@ def _doubtful_density(key: str, density: float) -> Iterator[str]:
 
 
 def _doubtful_site(key: str, site: Site) -> Iterator[str]:
+    """Yield warnings about the soil of a site."""
     below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
     for name, one in [*below, ("rock", site.rock)]:
         velocity = one.velocity_m_s
@@ -98,6 +102,7 @@ def _doubtful_site(key: str, site: Site) -> Iterator[str]:
 
 
 def _doubtful_scene(key: str, scene: Scene) -> Iterator[str]:
+    """Yield warnings about densities and frictions of a scene."""
     for name, material in scene.materials.items():
         yield from _doubtful_density(f"{key}.materials.{name}.density", material.density)
     for number, law in enumerate(scene.contacts):
@@ -113,6 +118,7 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
     quantile = (np.arange(50) + 0.5) / 50
 
     def values_at_quantiles(spread: Spread) -> FloatArray:
+        """Return the values of a uniform distribution at evenly spaced quantiles."""
         return np.asarray(spread.low + (spread.high - spread.low) * quantile)
 
     width, height = values_at_quantiles(population.width), values_at_quantiles(population.height)
@@ -132,5 +138,6 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
 
 
 def _format_first_three(values: list[float]) -> str:
+    """Return the first three values as text, and the number of further ones."""
     more = f" and {len(values) - 3} more" if len(values) > 3 else ""
     return ", ".join(f"{one:.3g}" for one in values[:3]) + more

@@ -163,6 +163,7 @@ def _add_station_coordinates(add: Callable[..., None], records: Sequence[Record]
 
 
 def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
+    """Return the global attributes of the cube of a variant."""
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
         | {name: record.extra[name] for name in PLACES if name in record.extra}

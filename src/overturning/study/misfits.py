@@ -44,6 +44,7 @@ def incompatible_settings(study: Any) -> Iterator[str]:
 
 
 def _population_conflicts(study: Any) -> Iterator[str]:
+    """Yield messages on settings that conflict with the population."""
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
         if said := [name for name, value in own if value != Population.model_fields[name].default]:
@@ -51,6 +52,7 @@ def _population_conflicts(study: Any) -> Iterator[str]:
 
 
 def _variant_conflicts(study: Any) -> Iterator[str]:
+    """Yield messages on settings that conflict with a variant."""
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"
     if bare := [name for name, variant in study.variants.items() if variant == Variant()]:
@@ -61,6 +63,7 @@ def _variant_conflicts(study: Any) -> Iterator[str]:
 
 
 def _observation_conflicts(study: Any) -> Iterator[str]:
+    """Yield messages on settings that conflict with surveys or published values."""
     for row in study.published:
         if row.record not in study.records.use:
             yield f"published: record {row.record!r} is not in records.use"
@@ -76,6 +79,7 @@ def _observation_conflicts(study: Any) -> Iterator[str]:
 
 
 def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+    """Yield messages on settings that conflict with a 3-D body."""
     for key, reason in _PLANAR_ONLY.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
             yield f"{key}: {reason}"
@@ -97,6 +101,7 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
 
 
 def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
+    """Yield messages on settings that conflict with the primary statistic."""
     statistic, against = study.primary.statistic, study.primary.against
     if statistic == "published" and not study.published:
         yield "primary.statistic: nothing is published to compare with; give `published`"
@@ -109,6 +114,7 @@ def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
 
 
 def _question_conflicts(study: Any) -> Iterator[str]:
+    """Yield messages on settings that conflict with the question of the study."""
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None:
@@ -124,6 +130,7 @@ def _question_conflicts(study: Any) -> Iterator[str]:
 
 
 def _scene_conflicts(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+    """Yield messages on settings that conflict with a scene."""
     scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
     scenes[""] = study.scene
     own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density

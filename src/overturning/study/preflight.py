@@ -285,6 +285,7 @@ def _cannot_move_any_block(study: Study, record: "Record") -> bool:
 
 
 def _format_faults(faults: list[str]) -> str:
+    """Return the faults as one text for an error message."""
     more = [f"… and {len(faults) - MAX_LISTED_FAULTS} more"] if len(faults) > MAX_LISTED_FAULTS else []
     return "\n       ".join([*faults[:MAX_LISTED_FAULTS], *more])
 
@@ -298,6 +299,7 @@ def format_time(seconds: float) -> str:
 
 
 def _format_bytes(count: float) -> str:
+    """Return a number of bytes in the largest suitable unit."""
     units = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
     unit, name = next((one for one in units if count >= one[0]), units[-1])
     return f"{count / unit:,.{0 if count >= 10 * unit or name == 'kB' else 1}f} {name}"

@@ -58,6 +58,7 @@ def recheck(cube_path: Path, motion_folder: Path | None = None, *, cell_count: i
 
     @cache
     def variant_motion(record_id: str) -> Motion:
+        """Return the stored motion of a record for the variant of the cube."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
         return motion_for_variant(study, read_motion(of_record), variant)

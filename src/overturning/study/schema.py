@@ -131,6 +131,7 @@ class Study(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _fill_sizes_from_scene(cls, content: Any) -> Any:
+        """Fill in height, B/H and ensemble settings that are not given, from the scene or body."""
         if not isinstance(content, dict):
             return content
         filled = {key: value for key, value in content.items() if key != "scene" or value is not None}
@@ -150,6 +151,7 @@ class Study(StrictModel):
 
     @staticmethod
     def _fill_sizes_from_body(content: dict[str, Any]) -> dict[str, Any]:
+        """Fill in height and B/H that are not given, from the vertices of a 3-D body."""
         try:
             shape = BodySettings.model_validate(content["body"]).shape()
         except ValidationError:
@@ -164,6 +166,7 @@ class Study(StrictModel):
     @field_validator("amplitude")
     @classmethod
     def _check_unit_amplitude(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
+        """Raise a ValueError if the amplitudes lack 1, the record as recorded."""
         if 1.0 not in amplitude:
             raise ValueError("1 is missing: the report is of the records as recorded; add it")
         return amplitude
@@ -171,6 +174,7 @@ class Study(StrictModel):
     @field_validator("variants")
     @classmethod
     def _fill_variant_contacts(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
+        """Fill in contact settings of variants that are not given, from the study."""
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {
@@ -181,6 +185,7 @@ class Study(StrictModel):
     @field_validator("surveys")
     @classmethod
     def _fill_survey_records(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
+        """Fill in the record of each survey if the study has only one record."""
         use: tuple[str, ...] = info.data["records"].use if "records" in info.data else ()
         if len(use) != 1:
             return surveys
@@ -192,6 +197,7 @@ class Study(StrictModel):
 
     @model_validator(mode="after")
     def _check_compatibility(self) -> Self:
+        """Raise a ValueError for the first incompatible combination of settings."""
         if wrong := next(incompatible_settings(self), ""):
             raise ValueError(wrong)
         return self

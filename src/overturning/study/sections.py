@@ -35,6 +35,7 @@ class Records(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _add_pulses_to_records(cls, data: Any) -> Any:
+        """Add all synthetic pulses to the records that the study uses."""
         if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
             use = list(data.get("use") or ())
             return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
@@ -43,6 +44,7 @@ class Records(StrictModel):
     @field_validator("use")
     @classmethod
     def _check_unique_ids(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
+        """Raise a ValueError if a record is named twice."""
         twice = sorted({name for name in ids if ids.count(name) > 1})
         if twice:
             raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
@@ -66,6 +68,7 @@ class Simulation(StrictModel):
     @field_validator("time_step")
     @classmethod
     def _check_positive(cls, step: float | str) -> float | str:
+        """Raise a ValueError if the time step is not positive."""
         if isinstance(step, float) and step <= 0:
             raise ValueError("the time step must be above 0 s, or auto")
         return step
@@ -151,6 +154,7 @@ class BodySettings(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _read_vertices(cls, data: Any) -> Any:
+        """Read the vertices of a body from its mesh file."""
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:
             return data
@@ -168,6 +172,7 @@ class BodySettings(StrictModel):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
+        """Raise a ValueError if the shape of the body is invalid or does not fit its other settings."""
         try:
             shape = self.shape()
         except ArgumentError as error:

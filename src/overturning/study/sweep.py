@@ -76,6 +76,7 @@ def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> Results:
+        """Run member cases, with sizes converted to those of the scene of the variant."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.scene_heights(height), b_over_h=ratio)

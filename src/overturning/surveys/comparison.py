@@ -180,6 +180,7 @@ def _stone_counts(site_prediction: SitePrediction, stones: Sequence[Stone]) -> d
     """Return the numbers of stones of a comparison, by the attributes of `SurveyComparison`."""
 
     def count(condition: Callable[[Stone], bool]) -> int:
+        """Return the number of stones that meet a condition."""
         return sum(stone.count for stone in stones if condition(stone))
 
     return {

@@ -78,6 +78,7 @@ def draw_stones(population: Population) -> StonePopulation:
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
     def scale_to_range(value_range: Spread, unit_values: FloatArray) -> FloatArray:
+        """Return uniform random numbers between 0 and 1 scaled to a range."""
         return value_range.low + (value_range.high - value_range.low) * unit_values
 
     width, height = scale_to_range(population.width, unit[0]), scale_to_range(population.height, unit[1])

@@ -126,6 +126,7 @@ class Posterior:
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
     def _shortest_arc(self) -> tuple[float, float]:
+        """Return middle and width of the shortest arc of the axis with probability `LEVEL`, degrees."""
         share = self.axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):

@@ -163,9 +163,11 @@ def estimate_survival(curve: CurveRow, hazard: Hazard, years: float) -> Survival
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
+        """Return the probability of falling at an intensity level."""
         return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
 
     def fall_rates(median: ArrayLike, spread: float) -> FloatArray:
+        """Return the annual rate of falls, 1/year."""
         return np.asarray(hazard.fall_rate(median, spread) + seldom * fall_probability(last, median, spread))
 
     spread = curve.log_spread
@@ -273,6 +275,7 @@ def upper_bound_of_hazard_factor(curve: CurveRow, hazard: Hazard, years: float, 
         return math.nan
 
     def excess_fall_rate(log_factor: float) -> float:
+        """Return the difference between the fall rate under a scaled hazard and its bound."""
         return estimate_survival(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.

@@ -83,18 +83,21 @@ class Stone:
 
 
 def _parse_yes_or_no(text: str) -> bool:
+    """Return True for yes and False for no."""
     if text.lower() not in _YES | _NO:
         raise ValueError("write yes or no")
     return text.lower() in _YES
 
 
 def _parse_octant(text: str) -> int:
+    """Return the number of a compass octant, 0 for north, clockwise."""
     if text.upper() not in OCTANTS:
         raise ValueError(f"use one of {' '.join(OCTANTS)}")
     return OCTANTS.index(text.upper())
 
 
 def _refuse_gon(cell: str | float) -> str | float:
+    """Raise a ValueError for an azimuth that is probably in gon."""
     try:
         azimuth = float(cell)
     except ValueError:
@@ -248,6 +251,7 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
     one_of, others = ("azimuth_deg", "octant", "fell"), list[str]()
 
     def refuse_column(column: str) -> str:
+        """Return the reason to refuse an unknown column; empty if it is only skipped."""
         if meant := _intended_column(column):
             return f"did you mean {meant}? A column for something else needs a name that is less like it"
         others.append(column or "without a name")

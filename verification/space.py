@@ -17,7 +17,7 @@ import typer
 
 from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_until_balanced
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_of
+from overturning.dem.run import plan_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -104,10 +104,10 @@ def memory() -> Iterator[Figure]:
 
 def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
-    plan = plan_of(Body(Rectangle()), motion, cases, numerics)
+    plan = plan_cases(Body(Rectangle()), motion, cases, numerics)
     found: Outcome = {}
-    for group in np.unique(plan.group):
-        chosen = np.flatnonzero(plan.group == group)
+    for group in np.unique(plan.queue_group):
+        chosen = np.flatnonzero(plan.queue_group == group)
         computed, _ = plan.compute(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.size, np.nan))[chosen] = values

@@ -7,7 +7,7 @@ import pytest
 
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
-from overturning.dem.run import plan_of, run, run_cases
+from overturning.dem.run import plan_cases, run, run_cases
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
@@ -146,14 +146,14 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
     budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
     scene, cases = shipped("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
     numerics = Numerics(budget=budget, **step)
-    stones, steps = run(scene, MOTION, cases, numerics), plan_of(Planes(scene), MOTION, cases, numerics).steps.item()
+    stones, steps = run(scene, MOTION, cases, numerics), plan_cases(Planes(scene), MOTION, cases, numerics).steps.item()
     assert stones.status.tolist() == [Status.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
     assert budget / ELEMENT_STEP <= stones.block_steps.item() < budget / ELEMENT_STEP + 3 * steps
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
         run(Rectangle(), MOTION, body, numerics),
-        plan_of(Body(Rectangle(), VertexContact()), MOTION, body, numerics).steps.item(),
+        plan_cases(Body(Rectangle(), VertexContact()), MOTION, body, numerics).steps.item(),
     )
     assert solid.status.tolist() == [Status.OVER_BUDGET]
     assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps

@@ -10,7 +10,7 @@ from overturning.dem.body.statics import largest_unit_eigenvalue
 from overturning.dem.body.tables import ROW
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_of
+from overturning.dem.run import plan_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.time_step import Scheme, stable_step
 from overturning.dem.trajectory import trajectory
@@ -119,7 +119,7 @@ def test_steps_above_the_stable_limit_are_unstable(
             (0.0, 0.0, body.centre_height - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning
         )
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
-        plan = plan_of(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
+        plan = plan_cases(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.compute(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
         moves = sum(

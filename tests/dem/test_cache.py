@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.kernel import cache, queue
-from overturning.dem.kernel.cache import cache_directory, keep_compiled
+from overturning.dem.kernel.cache import cache_compiled_kernel, cache_directory
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
@@ -24,7 +24,7 @@ def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.Monk
 
     def compiled() -> tuple[int, int]:
         """Compile like a fresh process; return the numbers of cache hits and misses."""
-        cached = keep_compiled(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
+        cached = cache_compiled_kernel(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
         assert cached(21.0) == 42.0
         return sum(cached.stats.cache_hits.values()), sum(cached.stats.cache_misses.values())
 
@@ -82,7 +82,7 @@ def test_a_kernel_edited_after_import_is_not_cached(tmp_path: Path, monkeypatch:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     module = tmp_path / "tiny.py"
     module.write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
-    twice = keep_compiled(numba.njit(runpy.run_path(str(module))["twice"]))
+    twice = cache_compiled_kernel(numba.njit(runpy.run_path(str(module))["twice"]))
     module.write_text("def twice(x):\n    return x + x + 1\n", encoding="utf-8")
     assert twice(21.0) == 42.0
     assert list((tmp_path / "cache").rglob("*.nbi")) == []

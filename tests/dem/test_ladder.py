@@ -27,8 +27,8 @@ from overturning.dem.kernel.clock import (
     next_attempt,
 )
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_of, run_cases
-from overturning.dem.time_step import contact_time, highest_eigenvalue
+from overturning.dem.run import plan_cases, run_cases
+from overturning.dem.time_step import block_highest_eigenvalue, shortest_contact_time
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
@@ -57,7 +57,7 @@ def blocks() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
-        plan_of(Planes(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(), blocks(),
+        plan_cases(Planes(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(), blocks(),
         Numerics(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
@@ -70,18 +70,18 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = blocks()
-    made = plan_of(Planes(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
+    made = plan_cases(Planes(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.constants_per_mass(width, cases.height, 2650.0)
     square, rate = (
-        highest_eigenvalue(one, other, 0.5 * width, 0.5 * cases.height)
+        block_highest_eigenvalue(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
     ticks = made.table["finest"]
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps / WHOLE * ticks * refinement
-    assert (finest <= BLOCK.finest * contact_time(square, rate)).all()
-    assert (finest > 0.49 * BLOCK.finest * contact_time(square, rate)).all()
+    assert (finest <= BLOCK.finest * shortest_contact_time(square, rate)).all()
+    assert (finest > 0.49 * BLOCK.finest * shortest_contact_time(square, rate)).all()
 
 
 NOTHING = StepFindings(False, False, False, False, False, False, False, False)
@@ -190,8 +190,8 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
 def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
-    soft, rigid = (plan_of(Planes(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
-    usual = plan_of(Planes(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
+    soft, rigid = (plan_cases(Planes(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
+    usual = plan_cases(Planes(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
     assert (soft.table["standing"] == WHOLE).all()
     standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)

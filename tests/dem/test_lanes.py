@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from overturning.dem.kernel import mechanics
-from overturning.dem.kernel.lanes import OPTIONS, Access, Rows, aligned
+from overturning.dem.kernel.lanes import OPTIONS, Access, Rows, aligned_zeros
 
 
 class Memory(NamedTuple):
@@ -38,11 +38,11 @@ def compiled(access: Access) -> Access:
 larger = njit(lambda peak, value: mechanics.larger(peak, value))
 unit_pair = njit(lambda c, s: mechanics.unit_pair(c, s))
 rotate_pair = njit(lambda c, s, turn: mechanics.rotate_pair(c, s, turn))
-clamp = njit(lambda force, limit: mechanics.clamp(force, limit))
+clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 ROWS = Rows(4, Other, Pair)
 PAIR, TWO = compiled(ROWS.access(Pair)), compiled(ROWS.access(Pair, "two"))
-NO_SPRINGS = compiled(ROWS.access(Pair, without=["spring"]))
+NO_SPRINGS = compiled(ROWS.access(Pair, unused_fields=["spring"]))
 
 
 def lanes() -> np.ndarray:
@@ -81,7 +81,7 @@ def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
 def test_compiled_code_allocates_aligned_zeros() -> None:
     @njit(**OPTIONS)
     def address(size: int) -> tuple[int, int, float]:
-        numbers = aligned(size)
+        numbers = aligned_zeros(size)
         return numbers.ctypes.data, numbers.size, np.abs(numbers).sum()
 
     for size in (1, 100, 4032):

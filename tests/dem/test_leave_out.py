@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
-from overturning.dem.kernel.ground import LEAD, REST_CHECK_BLOCK, REST_CHECKS_PER_BLOCK, loudest_ahead
+from overturning.dem.kernel.ground import LEAD, REST_CHECK_BLOCK, REST_CHECKS_PER_BLOCK, largest_acceleration_ahead
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import plan as polygon_plan
-from overturning.dem.quiet import overshoot
+from overturning.dem.quiet import dynamic_overshoot_bound
 from overturning.dem.run import run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
@@ -174,13 +174,13 @@ def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical
 def test_a_vibrating_body_is_not_skipped() -> None:
     """Soft, lightly damped contacts amplify resonant motion many times, so their rest threshold is lower."""
     stiff, bare = 2e4**2, 0.02
-    assert overshoot(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3
-    assert overshoot(np.array([45.0**2]), 2.0 * bare / 45.0, 0.005) > 30.0
+    assert dynamic_overshoot_bound(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3
+    assert dynamic_overshoot_bound(np.array([45.0**2]), 2.0 * bare / 45.0, 0.005) > 30.0
     # Compared with the integral of the oscillator's impulse response.
     frequency, damping, t = 30.0, 0.2, np.arange(400_000) * 1e-5
     fast = np.sqrt(1.0 - damping**2) * frequency
     force = np.exp(-damping * frequency * t) * np.sin(fast * t + 2.0 * np.arcsin(damping)) * frequency**2 / fast
-    found = overshoot(np.array([frequency**2]), 2.0 * damping / frequency, 0.001)
+    found = dynamic_overshoot_bound(np.array([frequency**2]), 2.0 * damping / frequency, 0.001)
     np.testing.assert_allclose(found, np.abs(force).sum() * 1e-5, rtol=1e-3)
 
 
@@ -193,7 +193,7 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     """Compared with the plain maximum; infinite if the block ends after the record."""
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
-    found = loudest_ahead(size, interval)
+    found = largest_acceleration_ahead(size, interval)
     assert found.shape == (2, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
         at = REST_CHECK_BLOCK * leap + look

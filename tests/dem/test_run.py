@@ -9,13 +9,13 @@ import xarray as xr
 from overturning.dem import plan
 from overturning.dem.block.plan import BlockPlan
 from overturning.dem.block.tables import RESULT, ROW
-from overturning.dem.kernel.queue import run_queue, with_room
+from overturning.dem.kernel.queue import path_with_room, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan
 from overturning.dem.polygon import arrays
 from overturning.dem.polygon.plan import PolygonPlan
-from overturning.dem.run import plan_of, run, run_cases
-from overturning.dem.simulate import grid_over, simulate_arrays, simulate_grid
+from overturning.dem.run import plan_cases, run, run_cases
+from overturning.dem.simulate import create_grid, simulate_arrays, simulate_grid
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -52,7 +52,7 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     ],
 )
 def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
-    assert type(plan_of(Planes(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
+    assert type(plan_cases(Planes(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
 
 
 def test_the_gravestone_is_the_default_of_every_function() -> None:
@@ -109,7 +109,7 @@ def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
     model = Planes(scene)
-    grid = grid_over(model, azimuth_deg=[0.0, 180.0])
+    grid = create_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
     arrays = simulate_grid(model, MOTION, grid.replace_rows(friction=np.array([0.1, 0.9])), Numerics())
     with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
@@ -189,9 +189,9 @@ def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, m
 
 def test_an_extended_path_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
-    assert with_room.py_func(path, 4, 100) is path
-    longer = with_room(path, 5, 100)
+    assert path_with_room.py_func(path, 4, 100) is path
+    longer = path_with_room(path, 5, 100)
     assert longer.shape == (8,)
     np.testing.assert_array_equal(longer[:4], path)
-    assert with_room(path, 50, 100).shape == (50,)
-    assert with_room.py_func(path, 101, 100) is path
+    assert path_with_room(path, 50, 100).shape == (50,)
+    assert path_with_room.py_func(path, 101, 100) is path

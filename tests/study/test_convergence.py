@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 from overturning.commands import workflow
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import plan_of, run, run_cases
+from overturning.dem.run import plan_cases, run, run_cases
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
@@ -134,7 +134,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
     def whole(model: Planes | None = None, **changed: Any) -> np.ndarray:
         numerics = Numerics(time_step="0.01 stable", **changed)
-        return plan_of(model or Planes(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
+        return plan_cases(model or Planes(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
 
     stiff = {"model": Planes(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
@@ -329,7 +329,7 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
         for name, again in rerun_functions(settings).items()
     }
     finer, nominal = (
-        plan_of(Planes(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
+        plan_cases(Planes(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
     )
     assert rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them

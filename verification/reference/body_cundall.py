@@ -57,9 +57,9 @@ from overturning.dem.body.vectors import (
     rotate_quaternion,
     rotation_matrix,
 )
-from overturning.dem.kernel.cache import keep_compiled
-from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, aligned, arithmetic
+from overturning.dem.kernel.cache import cache_compiled_kernel
+from overturning.dem.kernel.ground import motion_at_tick
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, aligned_zeros, tuple_arithmetic
 from overturning.dem.kernel.mechanics import clamp_friction, larger
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
@@ -107,7 +107,7 @@ class ContactSums(NamedTuple):
     """Largest penetration, m."""
 
 
-sum_of = arithmetic(Wrench).plus
+sum_of = tuple_arithmetic(Wrench).plus
 
 
 class ContactPoint(NamedTuple):
@@ -195,9 +195,9 @@ def step(
     t, dt = acting.wrench, body.step * WHOLE
     half = 0.5 * dt
     push = Vector(
-        within_sample(shaking.push_x, s.tick),
-        within_sample(shaking.push_y, s.tick),
-        within_sample(shaking.lift, s.tick),
+        motion_at_tick(shaking.push_x, s.tick),
+        motion_at_tick(shaking.push_y, s.tick),
+        motion_at_tick(shaking.lift, s.tick),
     )
     a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
@@ -239,14 +239,14 @@ load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 ACTING: Final = Rows(COLUMNS, ContactSums)
 ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.access(ContactSums)
-no_wrench = arithmetic(Wrench).zero
-load_shaking = ROWS.access(BodyShaking, without=UNUSED).load
-load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount, without=UNUSED).load
+no_wrench = tuple_arithmetic(Wrench).zero
+load_shaking = ROWS.access(BodyShaking, unused_fields=UNUSED).load
+load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount, unused_fields=UNUSED).load
 store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
-store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyAccount, without=UNUSED).store
+store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyAccount, unused_fields=UNUSED).store
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX.access(Vertex).load,
-    VERTEX.access(PointBeforeAndAfter, "old", without=UNUSED),
+    VERTEX.access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
 
@@ -375,7 +375,7 @@ def loops(round_: bool) -> Any:
         steps: int,
         ticks: float,  # noqa: ARG001
     ) -> None:
-        half, acting = count // 2 * OF_A_VERTEX, aligned(ACTING_SIZE)
+        half, acting = count // 2 * OF_A_VERTEX, aligned_zeros(ACTING_SIZE)
         shift_all(state, columns, -0.5)
         for _ in range(steps):
             place_all(state, acting, columns)
@@ -406,7 +406,7 @@ def run_cundall(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, i
     return _queue(rules, order, counter, path)
 
 
-keep_compiled(run_cundall)
+cache_compiled_kernel(run_cundall)
 
 
 class CundallPlan(body_plan.BodyPlan):

@@ -14,7 +14,13 @@ from overturning.arrays import FloatArray
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run, run_cases
-from overturning.dem.time_step import highest_eigenvalue, parse_scheme, rocking_time, stable_step, steps_per_sample
+from overturning.dem.time_step import (
+    block_highest_eigenvalue,
+    parse_scheme,
+    rocking_time,
+    stable_step,
+    steps_per_sample,
+)
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -140,8 +146,8 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
 def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
     normal, tangential, dashpot = contact.constants_per_mass(width, height, case.density)
-    square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
-    rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
+    square = block_highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
+    rate = block_highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     groups = (
         static_penetration(case) / float(width[0]),
         float(dashpot[0]) / (2.0 * np.sqrt(0.5 * float(normal[0]))),

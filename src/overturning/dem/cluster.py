@@ -16,12 +16,14 @@ MIN_CASES_PER_TASK: Final = 256
 """Smallest number of cases in a task; fewer would not fill the kernel's lanes."""
 
 
-def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics) -> Any:
+def run_on_cluster(
+    simulate_cases: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics
+) -> Any:
     """Run cases on the cluster of ``numerics.client``; results are bit-equal to a local run.
 
     Parameters
     ----------
-    run : callable
+    simulate_cases : callable
         Function run on a worker with a subset of the cases; returns a dataclass of arrays, one row per case.
     motion : Motion
         Input motion.
@@ -38,7 +40,7 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     Raises
     ------
     Exception
-        Any exception that `run` raises on a worker.
+        Any exception that `simulate_cases` raises on a worker.
     """
     from distributed import as_completed
 
@@ -48,8 +50,10 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     count = max(1, wanted, -(-cases.size // MAX_CASES_PER_TASK))
     pieces = [np.arange(part, cases.size, count) for part in range(count)]
     # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
-    ground = client.submit(_identity, motion, pure=False)
-    tasks = {client.submit(run, ground, _select_rows(cases, piece), here, pure=False): piece for piece in pieces}
+    ground = client.submit(_return_motion, motion, pure=False)
+    tasks = {
+        client.submit(simulate_cases, ground, _select_cases(cases, piece), here, pure=False): piece for piece in pieces
+    }
     done = 0
     for task in as_completed(tasks):
         done += tasks[task].size
@@ -61,9 +65,9 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     return type(parts[0])(**columns)
 
 
-def _identity(motion: Motion) -> Motion:
+def _return_motion(motion: Motion) -> Motion:
     return motion
 
 
-def _select_rows(cases: Any, rows: Any) -> Any:
-    return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[rows] for item in fields(cases)})
+def _select_cases(cases: Any, row_numbers: Any) -> Any:
+    return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[row_numbers] for item in fields(cases)})

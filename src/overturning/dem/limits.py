@@ -14,14 +14,14 @@ MAX_TIME_AFTER_RECORD: Final = 20.0
 """Time after the record, in 1/p, after which a block that may still fall is undecided."""
 
 
-def exceeds_penetration_limit(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
+def exceeds_penetration_limit(penetration: FloatArray, smaller_side: FloatArray | float) -> NDArray[np.bool_]:
     """True if the static penetration exceeds the range of the contact law, so that the case has no valid outcome.
 
     Parameters
     ----------
-    sunk : ndarray
+    penetration : ndarray
         Static penetration, m.
-    size : ndarray or float
+    smaller_side : ndarray or float
         Smaller side of the resting element, m.
     """
-    return ~(sunk <= MAX_PENETRATION * 0.5 * np.asarray(size))
+    return ~(penetration <= MAX_PENETRATION * 0.5 * np.asarray(smaller_side))

@@ -7,14 +7,14 @@ import numpy as np
 from overturning.arrays import FloatArray
 
 
-def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
+def solve_positive_definite(matrix: FloatArray, right_side: FloatArray) -> FloatArray | None:
     """Solve a symmetric positive definite system by elimination with the largest remaining pivot on the diagonal.
 
     Parameters
     ----------
     matrix : ndarray, shape (n, n)
         Symmetric.
-    right : ndarray, shape (n,)
+    right_side : ndarray, shape (n,)
         Right-hand side.
 
     Returns
@@ -22,7 +22,7 @@ def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
     ndarray, shape (n,), or None
         None if the matrix is singular to 1e-12 of its largest diagonal entry: the structure can move without force.
     """
-    a, b = matrix.copy(), right.copy()
+    a, b = matrix.copy(), right_side.copy()
     n = b.size
     largest = float(np.max(np.diag(a))) if n else 0.0
     order: list[int] = []
@@ -85,6 +85,6 @@ def highest_eigenvalue(matrix: FloatArray) -> float:
 
 def lowest_eigenvalue(matrix: FloatArray) -> float:
     """Compute the smallest eigenvalue of a symmetric positive definite matrix; 0 for an empty or singular one."""
-    columns = [solve(matrix, unit) for unit in np.eye(len(matrix))]
+    columns = [solve_positive_definite(matrix, unit) for unit in np.eye(len(matrix))]
     inverse = np.array([column for column in columns if column is not None])
     return 1.0 / highest_eigenvalue(0.5 * (inverse + inverse.T)) if len(inverse) == len(matrix) > 0 else 0.0

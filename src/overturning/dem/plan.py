@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_until_balanced
-from overturning.dem.kernel.ground import Ground, loudest_ahead
+from overturning.dem.kernel.ground import Ground, largest_acceleration_ahead
 from overturning.dem.kernel.queue import Job, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
@@ -25,11 +25,11 @@ MAX_PATH_NUMBERS: Final = 100_000_000
 """Largest number of float64 values in the dataset of a path (0.8 GB)."""
 
 
-def check_path(numbers: int) -> None:
-    """Raise an `ArgumentError` if a path of at least `numbers` values exceeds `MAX_PATH_NUMBERS`."""
-    if numbers > MAX_PATH_NUMBERS:
+def check_path_size(value_count: int) -> None:
+    """Raise an `ArgumentError` if a path of at least `value_count` values exceeds `MAX_PATH_NUMBERS`."""
+    if value_count > MAX_PATH_NUMBERS:
         raise ArgumentError(
-            f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
+            f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
             "the motion to its strong part, take a larger time_step or, in a scene, fewer elements"
         )
 
@@ -80,22 +80,22 @@ class Plan(ABC):
     table: NDArray[np.void]  # shape (n,): the kernel's table of cases
 
     @property
-    def group(self) -> NDArray[np.int64]:
+    def queue_group(self) -> NDArray[np.int64]:
         """Group number of each case, shape (n,); cases with the same number share a queue."""
         return self.steps
 
     @property
-    def upward(self) -> FloatArray | None:
+    def vertical_ground(self) -> FloatArray | None:
         """Vertical acceleration of the base, m/s², with three zeros after the record; None without vertical motion."""
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
-    def loudest(self) -> tuple[FloatArray, FloatArray]:
+    def loudest_accelerations(self) -> tuple[FloatArray, FloatArray]:
         """Largest horizontal and vertical accelerations ahead, m/s²; see `Ground.loudest` and `Ground.loudest_up`."""
         across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
-        up = np.zeros(self.ground.shape[-1]) if self.upward is None else np.abs(self.upward)
+        up = np.zeros(self.ground.shape[-1]) if self.vertical_ground is None else np.abs(self.vertical_ground)
         interval = self.motion.sampling_interval
-        return loudest_ahead(across, interval), loudest_ahead(up, interval)
+        return largest_acceleration_ahead(across, interval), largest_acceleration_ahead(up, interval)
 
     def initial_results(self) -> Results:
         """Return results of all cases before the computation: at rest, or missing where the contact is too soft."""
@@ -104,15 +104,15 @@ class Plan(ABC):
         return results
 
     def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
+        self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], path: NDArray[Any] | None = None
     ) -> tuple[dict[str, Any], NDArray[Any]]:
         """Compute cases of one group; rerun those whose energy does not balance with finer steps.
 
         Parameters
         ----------
-        chosen : ndarray of int64, shape (m,)
+        case_numbers : ndarray of int64, shape (m,)
             Indices of the cases.
-        counter : ndarray of int64, shape (1,)
+        steps_done : ndarray of int64, shape (1,)
             Incremented by the block steps done, to show progress.
         path : ndarray, shape (rows, …), optional
             Buffer for the path of the first case; extended if it is too short. Without it no path is recorded.
@@ -124,24 +124,24 @@ class Plan(ABC):
         path : ndarray, shape (rows, …)
             Path of the first case; no rows if `path` was not given.
         """
-        tables = self.tables(chosen.size)
-        results, buffer = tables["results"], self.path_buffer(recorded=False) if path is None else path
+        tables = self.result_tables(case_numbers.size)
+        results, buffer = tables["results"], self.path_buffer(is_recorded=False) if path is None else path
         recorded = buffer
 
         def run(rows: NDArray[np.int64], finer: int) -> None:
             nonlocal recorded
             buffer[:] = 0.0
-            recorded, count = self.queue(self.rules(chosen, tables, finer), rows, counter, buffer)
+            recorded, count = self.queue(self.kernel_rules(case_numbers, tables, finer), rows, steps_done, buffer)
             if count < 0:  # the path has reached its limit
-                check_path(2 * len(recorded) * self.path_numbers)
+                check_path_size(2 * len(recorded) * self.path_numbers)
             recorded = recorded[:count]
 
         rerun_until_balanced(run, results["status"], results["energy_error"])
-        return self.outcomes(chosen, tables), recorded
+        return self.case_variables(case_numbers, tables), recorded
 
-    def trace(self) -> tuple[Results, Path]:
+    def compute_single_case(self) -> tuple[Results, Path]:
         """Compute the plan's only case; return its result and path."""
-        results, path, only = self.initial_results(), self.path_buffer(recorded=True), np.zeros(1, np.int64)
+        results, path, only = self.initial_results(), self.path_buffer(is_recorded=True), np.zeros(1, np.int64)
         before = self.motion.samples
         if self.stays_at_rest[0] or self.too_soft[0]:
             path = path[:0]
@@ -150,13 +150,13 @@ class Plan(ABC):
             outcomes, path = self.compute(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
         rest = self.rest_rows(self.motion.samples)
-        return results, self.path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
+        return results, self.convert_path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
 
-    def fill_skipped_samples(self, rows: NDArray[Any], rest: NDArray[Any]) -> NDArray[Any]:
+    def fill_skipped_samples(self, rows: NDArray[Any], rest_rows: NDArray[Any]) -> NDArray[Any]:
         """Return the rows of a path including the samples that were skipped at rest.
 
-        In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rest` has a
-        row for each sample of the record, with the base motion.
+        In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rest_rows`
+        has a row for each sample of the record, with the base motion.
         """
         interval, time = self.motion.sampling_interval, rows[self.time_column]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
@@ -166,60 +166,69 @@ class Plan(ABC):
         filled, new = rows[after], ahead > 0
         filled[self.time_column] = time[after] - ahead * interval
         for column in self.ground_columns:
-            ground = np.interp(filled[self.time_column], rest[self.time_column], rest[column])
+            ground = np.interp(filled[self.time_column], rest_rows[self.time_column], rest_rows[column])
             filled[column] = np.where(new, ground, filled[column])
         return filled
 
     def common_rules(
-        self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int, ticks: float, lanes: int
+        self,
+        case_numbers: NDArray[np.int64],
+        result_tables: dict[str, NDArray[np.void]],
+        step_divisor: int,
+        ticks_per_step: float,
+        lane_count: int,
     ) -> dict[str, Any]:
-        """Return the fields that the rules of every model have (`Rules`); `ticks` is the length of a whole step."""
-        cases, steps = self.table[chosen], int(self.steps[chosen[0]]) * finer
+        """Return the fields that the kernel rules of every model have, see `Rules`."""
+        cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
-        cases["dwell"] *= finer
+        cases["dwell"] *= step_divisor
         job = Job(
             samples=self.motion.samples,
             interval=self.motion.sampling_interval,
-            ticks=ticks * steps,
+            ticks=ticks_per_step * steps,
             steps_per_check=steps,
             step_weight=len(self.model.elements),
             budget=self.numerics.budget // self.step_cost,
             max_rows=MAX_PATH_NUMBERS // self.path_numbers,
-            lanes=lanes,
+            lanes=lane_count,
         )
-        ground, row = Ground(self.ground, self.upward, *self.loudest), self.row[chosen]
-        return {"job": job, "cases": cases, "row": row, "results": tables["results"], "ground": ground}
+        ground, row = Ground(self.ground, self.vertical_ground, *self.loudest_accelerations), self.row[case_numbers]
+        return {"job": job, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
 
-    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
-        """Return the tables that the kernel fills for `count` cases: ``results`` and those of the model."""
-        return {"results": np.zeros(count, self.result_dtype)}
-
-    @abstractmethod
-    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> Any:
-        """Return the queue's rules for the cases `chosen`, with steps divided by `finer`; ``tables`` will be filled."""
+    def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
+        """Return the tables that the kernel fills for `case_count` cases: ``results`` and those of the model."""
+        return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod
-    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
-        """Return the variables of the cases `chosen` by name, and ``block_steps``, from the filled tables."""
+    def kernel_rules(
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
+    ) -> Any:
+        """Return the kernel's input for some cases, with steps divided by `step_divisor`; it fills `result_tables`."""
 
-    def path_buffer(self, recorded: bool) -> NDArray[Any]:
-        """Return a buffer for a path with a row per sample, or without rows if the path is not `recorded`."""
-        rows = self.motion.samples if recorded else 0
-        check_path(rows * self.path_numbers)
+    @abstractmethod
+    def case_variables(
+        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+    ) -> dict[str, Any]:
+        """Return the outcome variables of some cases by name, and ``block_steps``, from the filled tables."""
+
+    def path_buffer(self, is_recorded: bool) -> NDArray[Any]:
+        """Return a buffer for a path with a row per sample, or without rows if the path is not `is_recorded`."""
+        rows = self.motion.samples if is_recorded else 0
+        check_path_size(rows * self.path_numbers)
         return np.zeros(rows, self.path_dtype)
 
-    def rest_rows(self, count: int) -> NDArray[Any]:
-        """Return the path rows of the first `count` samples of the record, with the only case at rest."""
-        rows = np.zeros(count, self.path_dtype)
-        rows["time"] = np.arange(count) * self.motion.sampling_interval
+    def rest_rows(self, sample_count: int) -> NDArray[Any]:
+        """Return the path rows of the first `sample_count` samples of the record, with the only case at rest."""
+        rows = np.zeros(sample_count, self.path_dtype)
+        rows["time"] = np.arange(sample_count) * self.motion.sampling_interval
         return rows
 
     @abstractmethod
-    def path(self, rows: NDArray[Any]) -> Path:
-        """Return the path of the only case from its rows."""
+    def convert_path(self, path_rows: NDArray[Any]) -> Path:
+        """Convert the rows of the only case to its path."""
 
 
-def ground_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+def base_motions_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
     """Return each case's row in the second array, and the base acceleration along each distinct azimuth, m/s².
 
     Shapes (n,) and (azimuths, samples + 3): three zeros follow the record.
@@ -233,7 +242,7 @@ def ground_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], Flo
     return row, ground
 
 
-def evaluate_rounded(function: np.ufunc, values: FloatArray) -> FloatArray:
+def evaluate_rounded(function: np.ufunc, angles: FloatArray) -> FloatArray:
     """Return a function of an angle, rounded to 12 decimals: libm and SIMD versions differ in the last digit."""
-    distinct, where = np.unique(values, return_inverse=True)
+    distinct, where = np.unique(angles, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

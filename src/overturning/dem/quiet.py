@@ -28,10 +28,14 @@ LIGHT_CORNER_SHARE: Final = 0.9
 """Upper limit of the rest threshold, as a share of the acceleration at which the lighter corner slips."""
 
 
-def quiet_windows(
-    motion: Motion, row: NDArray[np.int64], amplitude: FloatArray, ground: FloatArray, threshold: FloatArray
+def find_quiet_windows(
+    motion: Motion,
+    ground_row: NDArray[np.int64],
+    amplitude: FloatArray,
+    ground: FloatArray,
+    motion_threshold: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the first sample to compute, the first sample of the final calm, and whether a case stays at rest.
+    """Return the first sample to simulate and the first of the final calm of each case, and True if it stays at rest.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
@@ -40,13 +44,13 @@ def quiet_windows(
     ----------
     motion : Motion
         Input motion.
-    row : ndarray, shape (n,)
+    ground_row : ndarray, shape (n,)
         Row of `ground` for each case.
     amplitude : ndarray, shape (n,)
         Factor on the motion.
     ground : ndarray, shape (azimuths, samples)
         Acceleration along each azimuth, m/s².
-    threshold : ndarray, shape (n,)
+    motion_threshold : ndarray, shape (n,)
         min(B/H, μ).
 
     Returns
@@ -56,25 +60,25 @@ def quiet_windows(
     stays_at_rest : ndarray of bool, shape (n,)
         True if the motion is below both thresholds for the whole record.
     """
-    count = row.size
+    count = ground_row.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     stays_at_rest = np.zeros(count, np.bool_)
     lead = int(np.ceil(LEAD / motion.sampling_interval))
     samples = ground.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: all amplitudes share one pass over the record.
-    keys = [row] if motion.up is None else [row, amplitude]
+    keys = [ground_row] if motion.up is None else [ground_row, amplitude]
     order = np.lexsort(keys[::-1])
     changes = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
     for group in np.split(order, np.flatnonzero(changes) + 1):
         if motion.up is None:
-            ratio = np.abs(ground[row[group[0]]]) / STANDARD_GRAVITY
-            level = threshold[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
+            ratio = np.abs(ground[ground_row[group[0]]]) / STANDARD_GRAVITY
+            level = motion_threshold[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
         else:
             factor = amplitude[group[0]]
             weight = STANDARD_GRAVITY + factor * motion.up
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.where(weight > 0, np.abs(factor * ground[row[group[0]]]) / weight, np.inf)
-            level = threshold[group]
+                ratio = np.where(weight > 0, np.abs(factor * ground[ground_row[group[0]]]) / weight, np.inf)
+            level = motion_threshold[group]
         # Only samples above the lowest level: a running maximum over all samples would take half of the time here.
         safe = SAFE_SHARE * level
         loud = np.concatenate([[-1], np.flatnonzero(ratio > safe.min()), [samples]])
@@ -88,28 +92,36 @@ def quiet_windows(
 
 
 def rest_threshold(
-    lifts: FloatArray, slips: FloatArray, unloads: FloatArray, overshoot: FloatArray, share: float
+    lift_threshold: FloatArray,
+    slip_threshold: FloatArray,
+    unload_threshold: FloatArray,
+    overshoot: FloatArray,
+    max_share: float,
 ) -> FloatArray:
     """Return the horizontal acceleration, over g, up to which a body at rest is not simulated (docs/method.md).
 
     Parameters
     ----------
-    lifts, slips : ndarray
+    lift_threshold, slips : ndarray
         Accelerations, over g, at which the rigid body starts to rock and to slide.
-    unloads : ndarray
+    unload_threshold : ndarray
         Acceleration, over g, at which its first corner is unloaded on springs.
     overshoot : ndarray
-        Largest ratio of dynamic to static contact force; see `overshoot`.
-    share : float
-        Upper limit of the result, as a share of the lower of `lifts` and `slips`.
+        Largest ratio of dynamic to static contact force; see `dynamic_overshoot_bound`.
+    max_share : float
+        Upper limit of the result, as a share of the lower of `lift_threshold` and `slip_threshold`.
     """
     with np.errstate(divide="ignore"):
-        creeps = 1.0 / (1.0 / np.maximum(unloads, 0.0) + 1.0 / np.maximum(slips, 0.0))
-    return np.asarray(np.minimum(share * np.minimum(lifts, slips), LIGHT_CORNER_SHARE * creeps / overshoot))
+        creeps = 1.0 / (1.0 / np.maximum(unload_threshold, 0.0) + 1.0 / np.maximum(slip_threshold, 0.0))
+    return np.asarray(
+        np.minimum(max_share * np.minimum(lift_threshold, slip_threshold), LIGHT_CORNER_SHARE * creeps / overshoot)
+    )
 
 
-def overshoot(square: FloatArray, delay: FloatArray | float, interval: float) -> FloatArray:
-    """Return an upper bound of dynamic over static load of a contact's slowest mode, for any motion below a bound.
+def dynamic_overshoot_bound(
+    squared_frequency: FloatArray, damping_delay: FloatArray | float, sampling_interval: float
+) -> FloatArray:
+    """Return an upper bound of dynamic over static force of a contact, for any base motion with the same peak.
 
     The lower of two bounds: the integral of |h|, where h is the force after an impulse of the base, for any motion; and
     for a motion that is linear between samples, the vibration that its kinks excite: 4/x each, x = ω Δt, with decay
@@ -117,15 +129,15 @@ def overshoot(square: FloatArray, delay: FloatArray | float, interval: float) ->
 
     Parameters
     ----------
-    square : ndarray
+    squared_frequency : ndarray
         ω² of the slowest mode, 1/s².
-    delay : ndarray or float
+    damping_delay : ndarray or float
         Dashpots over springs, s, so that ξ = ω · delay / 2.
-    interval : float
+    sampling_interval : float
         Time between samples, s.
     """
-    frequency = np.sqrt(square)
-    damping, phase = np.clip(0.5 * frequency * delay, 1e-6, 0.999), frequency * interval
+    frequency = np.sqrt(squared_frequency)
+    damping, phase = np.clip(0.5 * frequency * damping_delay, 1e-6, 0.999), frequency * sampling_interval
     fast = np.sqrt(1.0 - damping**2)
     first = (np.pi - 2.0 * np.arcsin(damping)) / fast
     any_motion = 1.0 + 2.0 * np.exp(-damping * first) / -np.expm1(-np.pi * damping / fast)

@@ -28,7 +28,7 @@ MAX_QUEUE_LENGTH: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
 
 
-def plan_of(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "Plan":
+def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "Plan":
     """Return the computation plan of the model's kernel, after checking the arguments.
 
     Parameters and exceptions are those of `run`.
@@ -80,19 +80,19 @@ def run(
     if numerics.client is not None:
         distributed: Results = run_on_cluster(partial(run, model), motion, cases, numerics)
         return distributed
-    plan = plan_of(model, motion, cases, numerics)
+    plan = plan_cases(model, motion, cases, numerics)
     results = plan.initial_results()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
     length = plan.steps[moving] * np.maximum(motion.samples - plan.first[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
-    order = moving[np.lexsort((-length, plan.group[moving]))]
+    order = moving[np.lexsort((-length, plan.queue_group[moving]))]
 
-    def compute(chosen: NDArray[np.int64]) -> None:
-        results.store_outcomes(chosen, plan.compute(chosen, counter)[0])
+    def compute(case_numbers: NDArray[np.int64]) -> None:
+        results.store_outcomes(case_numbers, plan.compute(case_numbers, counter)[0])
 
-    queues = split_into_queues(order, plan.group, plan.split_long_queues)
-    run_queues(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
+    queues = split_into_queues(order, plan.queue_group, plan.split_long_queues)
+    run_queues_in_threads(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
     return results
 
 
@@ -126,29 +126,31 @@ def run_cases(
     return run(model, as_motion(motion), cases, Numerics(**options))
 
 
-def split_into_queues(order: NDArray[np.int64], group: NDArray[np.int64], split_long: bool) -> list[NDArray[np.int64]]:
-    """Split cases, ordered by their number in `group`, into queues of one group each.
+def split_into_queues(
+    ordered_cases: NDArray[np.int64], queue_group: NDArray[np.int64], split_long_groups: bool
+) -> list[NDArray[np.int64]]:
+    """Split cases, ordered by their number in `queue_group`, into queues of one group each.
 
-    Queues are at most `MAX_QUEUE_LENGTH` long. If `split_long`, a group of 128 or more cases makes at least two queues,
-    so that two threads share it.
+    Queues are at most `MAX_QUEUE_LENGTH` long. If `split_long_groups`, a group of 128 or more cases makes at least two
+    queues, so that two threads share it.
     """
     queues = []
-    for chosen in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_group[ordered_cases])) + 1):
         if chosen.size:
-            count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long else 1)
+            count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long_groups else 1)
             # Interleaved, so that long and short cases are spread evenly.
             queues += [chosen[part::count] for part in range(count)]
     return queues
 
 
-def run_queues(
+def run_queues_in_threads(
     compute: Callable[[NDArray[np.int64]], None],
     queues: list[NDArray[np.int64]],
     numerics: Numerics,
-    counter: NDArray[np.int64],
-    total: int,
+    steps_done: NDArray[np.int64],
+    total_steps: int,
 ) -> None:
-    """Run queues on `numerics.threads` threads and report progress: `counter` of `total` block steps."""
+    """Run queues on `numerics.threads` threads and report progress: `steps_done` of `total_steps` block steps."""
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
         waiting = {pool.submit(compute, chosen) for chosen in queues}
@@ -157,6 +159,6 @@ def run_queues(
             for future in finished:
                 future.result()
             if progress:
-                progress(min(int(counter[0]), total), total)
+                progress(min(int(steps_done[0]), total_steps), total_steps)
     if progress:
-        progress(total, total)
+        progress(total_steps, total_steps)

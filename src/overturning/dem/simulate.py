@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def grid_over(
+def create_grid(
     model: Model,
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,
@@ -92,7 +92,7 @@ def simulate_arrays(
     """
     model = as_model(model)
     numerics = {item.name: values.pop(item.name) for item in fields(Numerics) if item.name in values}
-    return simulate_grid(model, as_motion(motion), grid_over(model, **values), Numerics(**numerics))
+    return simulate_grid(model, as_motion(motion), create_grid(model, **values), Numerics(**numerics))
 
 
 @suggest_keywords(Numerics)
@@ -160,7 +160,7 @@ def simulate(
     [1.0, 1.0]
     """
     model, motion = as_model(model), as_motion(motion)
-    grid = grid_over(
+    grid = create_grid(
         model,
         height,
         b_over_h,

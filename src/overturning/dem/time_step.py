@@ -46,7 +46,7 @@ MAX_STEPS_PER_SAMPLE: Final = 2_000_000
 """Largest number of steps per sample; more would take too long to compute."""
 
 
-def parse_scheme(name: str) -> Scheme:
+def parse_scheme(scheme_name: str) -> Scheme:
     """Return the scheme with the given name.
 
     Raises
@@ -55,14 +55,14 @@ def parse_scheme(name: str) -> Scheme:
         If no scheme has this name.
     """
     try:
-        return Scheme[name.upper()]
+        return Scheme[scheme_name.upper()]
     except (KeyError, AttributeError):
         known = ", ".join(scheme.name.lower() for scheme in Scheme)
-        raise ArgumentError(f"scheme: {name!r}; known: {known}") from None
+        raise ArgumentError(f"scheme: {scheme_name!r}; known: {known}") from None
 
 
-def highest_eigenvalue(
-    normal: FloatArray, tangential: FloatArray, half_width: FloatArray, half_height: FloatArray
+def block_highest_eigenvalue(
+    normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
     """Return an upper bound of the highest eigenvalue of a block upright on both corners or tilted on one corner.
 
@@ -71,7 +71,7 @@ def highest_eigenvalue(
 
     Parameters
     ----------
-    normal, tangential : ndarray
+    normal_stiffness, tangential : ndarray
         K_n/m and K_s/m, 1/s², or dashpots per mass, 1/s.
     half_width, half_height : ndarray
         Half width b and half height h, m.
@@ -82,28 +82,32 @@ def highest_eigenvalue(
         ω² in 1/s² (or twice the damping rate for dashpots, 1/s).
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
-    sway = 2.0 * tangential
-    rock = 2.0 * per_inertia * (tangential * half_height**2 + normal * half_width**2)
-    coupling = 4.0 * per_inertia * (tangential * half_height) ** 2
+    sway = 2.0 * tangential_stiffness
+    rock = 2.0 * per_inertia * (tangential_stiffness * half_height**2 + normal_stiffness * half_width**2)
+    coupling = 4.0 * per_inertia * (tangential_stiffness * half_height) ** 2
     # √((a−b)²/4 + c²) avoids the cancellation in √(trace² − 4 det).
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
-    return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
+    return np.maximum(
+        np.maximum(upright, 2.0 * normal_stiffness), 4.0 * np.maximum(normal_stiffness, tangential_stiffness)
+    )
 
 
-def lowest_eigenvalue(
-    normal: FloatArray, tangential: FloatArray, half_width: FloatArray, half_height: FloatArray
+def block_lowest_eigenvalue(
+    normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
     """Return the lowest eigenvalue ω² of a block upright on both corners, 1/s²: heave, or sway coupled with rocking.
 
-    Parameters are those of `highest_eigenvalue`.
+    Parameters are those of `block_highest_eigenvalue`.
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
-    sway = 2.0 * tangential
-    rock = 2.0 * per_inertia * (tangential * half_height**2 + normal * half_width**2)
-    coupling = 4.0 * per_inertia * (tangential * half_height) ** 2
+    sway = 2.0 * tangential_stiffness
+    rock = 2.0 * per_inertia * (tangential_stiffness * half_height**2 + normal_stiffness * half_width**2)
+    coupling = 4.0 * per_inertia * (tangential_stiffness * half_height) ** 2
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
     # The product of both coupled eigenvalues is the determinant, from which rocking on tangential springs cancels.
-    return np.minimum(4.0 * per_inertia * tangential * normal * half_width**2 / upright, 2.0 * normal)
+    return np.minimum(
+        4.0 * per_inertia * tangential_stiffness * normal_stiffness * half_width**2 / upright, 2.0 * normal_stiffness
+    )
 
 
 def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
@@ -111,7 +115,12 @@ def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))
 
 
-def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None = None) -> FloatArray:
+def stable_step(
+    scheme: Scheme,
+    squared_frequency: FloatArray,
+    damping_rate: FloatArray,
+    block_rocking_time: FloatArray | None = None,
+) -> FloatArray:
     """Return the largest stable time step, s.
 
     Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
@@ -123,31 +132,35 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
     ----------
     scheme : Scheme
         The integration scheme.
-    square : ndarray
+    squared_frequency : ndarray
         ω² of the highest mode, 1/s².
-    rate : ndarray
+    damping_rate : ndarray
         2 ξ_max ω of the highest mode, 1/s.
-    period : ndarray, optional
+    block_rocking_time : ndarray, optional
         1/p of the block, s (`rocking_time`); None for a scene.
     """
     if scheme == Scheme.CUNDALL:
-        return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
-    return 2.0 * contact_time(square, rate) if period is None else MAX_ROCKING_STEP * period
+        return 4.0 / (np.sqrt(damping_rate**2 + 4.0 * squared_frequency) + damping_rate)
+    return (
+        2.0 * shortest_contact_time(squared_frequency, damping_rate)
+        if block_rocking_time is None
+        else MAX_ROCKING_STEP * block_rocking_time
+    )
 
 
-def contact_time(square: FloatArray, rate: FloatArray) -> FloatArray:
+def shortest_contact_time(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
     """Return 1/ω of a contact's highest mode, s; shorter if ξ_max exceeds `HEAVY_DAMPING` (see `stable_step`)."""
-    frequency = np.sqrt(square)
-    return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * rate / frequency, HEAVY_DAMPING) / frequency)
+    frequency = np.sqrt(squared_frequency)
+    return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING) / frequency)
 
 
 def steps_per_sample(
     scheme: Scheme,
     time_step: float | str,
-    square: FloatArray,
-    rate: FloatArray,
+    squared_frequency: FloatArray,
+    damping_rate: FloatArray,
     sampling_interval: float,
-    period: FloatArray | None = None,
+    block_rocking_time: FloatArray | None = None,
 ) -> NDArray[np.int64]:
     """Return the number of whole steps per sample; it depends only on the case and the sampling interval.
 
@@ -157,11 +170,11 @@ def steps_per_sample(
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    square, rate : ndarray
+    squared_frequency, rate : ndarray
         ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `stable_step`.
     sampling_interval : float
         Time between samples, s.
-    period : ndarray, optional
+    block_rocking_time : ndarray, optional
         1/p of the block, s; None for a scene.
 
     Returns
@@ -174,28 +187,33 @@ def steps_per_sample(
     ArgumentError
         If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
-    stable = stable_step(scheme, square, rate, period)
-    return steps_from_stable(stable, stable * _automatic(scheme, square, rate, period), time_step, sampling_interval)
+    stable = stable_step(scheme, squared_frequency, damping_rate, block_rocking_time)
+    return steps_per_sample_from_stable_step(
+        stable,
+        stable * _automatic_step_fraction(scheme, squared_frequency, damping_rate, block_rocking_time),
+        time_step,
+        sampling_interval,
+    )
 
 
-def steps_from_stable(
-    stable: FloatArray, automatic: FloatArray, time_step: float | str, sampling_interval: float
+def steps_per_sample_from_stable_step(
+    stable_step_s: FloatArray, automatic_step_s: FloatArray, time_step: float | str, sampling_interval: float
 ) -> NDArray[np.int64]:
     """Return the number of steps per sample, given the stable and the automatic step, s.
 
     Other parameters and exceptions are those of `steps_per_sample`.
     """
-    least = float(np.min(stable))
+    least = float(np.min(stable_step_s))
     if time_step == "auto":
-        step = automatic
+        step = automatic_step_s
     elif isinstance(time_step, str):
-        step = stable * _fraction(time_step)
+        step = stable_step_s * _parse_stable_fraction(time_step)
     else:
         if not (np.isfinite(time_step) and time_step > 0):
             raise ArgumentError(f"time_step: {time_step}; it must be a positive number of seconds, or 'auto'")
         if time_step > least:
             raise ArgumentError(f"time_step: {time_step:g} s is not stable; at most {least:.4g} s, or 'auto'")
-        step = np.full_like(stable, time_step)
+        step = np.full_like(stable_step_s, time_step)
     if np.min(step) * MAX_STEPS_PER_SAMPLE < sampling_interval:
         raise ArgumentError(
             f"contact: a time step of {np.min(step):.3g} s would take more than {MAX_STEPS_PER_SAMPLE} steps per "
@@ -208,23 +226,29 @@ def steps_from_stable(
     return (steps + unit - 1) // unit * unit
 
 
-def step_reduction(scheme: Scheme, time_step: float | str, stable: FloatArray) -> FloatArray | float:
+def requested_to_automatic_step_ratio(
+    scheme: Scheme, time_step: float | str, stable_step_s: FloatArray
+) -> FloatArray | float:
     """Return the requested step divided by the automatic step of a block; `steps_per_sample` checks the request."""
     if time_step == "auto":
         return 1.0
-    wanted = _fraction(time_step) if isinstance(time_step, str) else np.minimum(time_step / stable, 1.0)
+    wanted = (
+        _parse_stable_fraction(time_step) if isinstance(time_step, str) else np.minimum(time_step / stable_step_s, 1.0)
+    )
     return wanted / AUTO_FRACTION[scheme]
 
 
-def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None) -> FloatArray | float:
+def _automatic_step_fraction(
+    scheme: Scheme, squared_frequency: FloatArray, damping_rate: FloatArray, block_rocking_time: FloatArray | None
+) -> FloatArray | float:
     # Chosen from the tables in docs/measurements.md, "The default step".
-    if period is not None and scheme == Scheme.CENTRED:
+    if block_rocking_time is not None and scheme == Scheme.CENTRED:
         return AUTO_FRACTION[scheme]
-    fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
-    return np.where(0.5 * rate / np.sqrt(square) < LIGHT_DAMPING, 0.5 * fraction, fraction)
+    fraction = SCENE_FRACTION if block_rocking_time is None else AUTO_FRACTION[scheme]
+    return np.where(0.5 * damping_rate / np.sqrt(squared_frequency) < LIGHT_DAMPING, 0.5 * fraction, fraction)
 
 
-def _fraction(text: str) -> float:
+def _parse_stable_fraction(text: str) -> float:
     number, _, word = text.partition(" ")
     try:
         fraction = float(number)

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 from overturning.arrays import create_dataset
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_of
-from overturning.dem.simulate import grid_over
+from overturning.dem.run import plan_cases
+from overturning.dem.simulate import create_grid
 from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
@@ -79,7 +79,7 @@ def trajectory(
         `overturning.dem.plan.MAX_PATH_NUMBERS`.
     """
     model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
-    grid = grid_over(
+    grid = create_grid(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,
         orientation_deg=orientation_deg,
     )  # fmt: skip
@@ -91,7 +91,7 @@ def trajectory(
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.computed_cells(grid, numerics.leave_out)
     case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
-    results, path = plan_of(model, as_motion(motion), case, numerics).trace()
+    results, path = plan_cases(model, as_motion(motion), case, numerics).compute_single_case()
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
     model.rotate_outcomes(views, grid, sources)
     variables, coordinates, attributes = path.dataset_parts(results)

@@ -32,7 +32,7 @@ from overturning.dem.block.state import (
     lands_flat,
 )
 from overturning.dem.kernel.clock import BLOCK
-from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import rotate_pair
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -74,7 +74,7 @@ def predict_block(
     past = past if past > 0.0 else 0.0
     at = Drift(x, z, c, sn, ex, ez, ew)
     left, right = predict_corner(-1.0, block, state.left, at), predict_corner(1.0, block, state.right, at)
-    push, lift = at_tick(shaking.push, tick, past), at_tick(shaking.lift, tick, past)
+    push, lift = motion_at_tick_or_beyond(shaking.push, tick, past), motion_at_tick_or_beyond(shaking.lift, tick, past)
     return PredictedBlock(
         x=x,
         z=z,

@@ -24,7 +24,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.clock import Clock, StepFindings
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp, larger
+from overturning.dem.kernel.mechanics import clamp_magnitude, larger
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -66,7 +66,7 @@ def corner_at_solution(
     sign, slips = (assumption.drift, assumption.drifts) if assumption.held else (sign, slips)
     found, assumed = sign if slips else 0.0, 0.0 if assumption.fine else assumption.slid
     f = sign * n if slips else f
-    remaining = clamp(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
+    remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * ux
     sinking = depth - previous.depth
     cut = depth * previous.depth

@@ -18,9 +18,9 @@ from overturning.dem.block.state import (
     lands_flat,
     remaining_landing_time,
 )
-from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, select
-from overturning.dem.kernel.mechanics import clamp, larger, rotate_pair
+from overturning.dem.kernel.mechanics import clamp_magnitude, larger, rotate_pair
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
@@ -75,8 +75,8 @@ def corner_contact_force(
     most = block.friction * n
     whole = -(block.tangential * stretch) - dashpot_rate * slip
     slips = drifts if held else abs(whole) > most
-    f = -drift * n if drifts else (clamp(whole, most) if slips else whole)
-    remaining = clamp(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
+    f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
+    remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = previous.depth if was & (not inside) else 0.0
     return CornerForce(
         n=n, f=f, arm=arm, drop=drop,
@@ -103,7 +103,7 @@ def step_block(
 ) -> tuple[BlockState, BlockPeaks, BlockAccount]:
     """Advance one block by one step of Cundall's scheme."""
     dt = block.step * WHOLE
-    push, lift = within_sample(shaking.push, state.tick), within_sample(shaking.lift, state.tick)
+    push, lift = motion_at_tick(shaking.push, state.tick), motion_at_tick(shaking.lift, state.tick)
     rate = block.dashpot / dt
     (_, drop_left), (_, drop_right) = (
         corner_position(-1.0, block, state.cos, state.sin),

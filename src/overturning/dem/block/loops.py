@@ -63,15 +63,15 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
         ROWS.access(BlockShaking).load,
         ROWS.access(Clock).load,
     )
-    load_state, _, store_state = ROWS.access(BlockState, without=unused)
-    load_attempt, store_attempt, _ = ROWS.access(Attempt, without=[] if with_friction else ["tries"])
+    load_state, _, store_state = ROWS.access(BlockState, unused_fields=unused)
+    load_attempt, store_attempt, _ = ROWS.access(Attempt, unused_fields=[] if with_friction else ["tries"])
     load_assumed_slip, store_assumed_slip, _ = ROWS.access(
-        AssumedSlip, without=[] if with_friction else ["left", "right"]
+        AssumedSlip, unused_fields=[] if with_friction else ["left", "right"]
     )
     load_peaks, _, store_peaks = ROWS.access(BlockPeaks)
     load_account, _, store_account = ROWS.access(BlockAccount)
-    load_predicted, store_predicted, _ = ROWS.access(PredictedBlock, without=unused)
-    load_change, store_change, _ = ROWS.access(BlockChange, without=unused)
+    load_predicted, store_predicted, _ = ROWS.access(PredictedBlock, unused_fields=unused)
+    load_change, store_change, _ = ROWS.access(BlockChange, unused_fields=unused)
 
     @njit(**INNER)
     def predict_all(kind: Any, state: Any, lane_count: int, ticks_per_sample: float) -> None:  # noqa: ARG001
@@ -135,9 +135,9 @@ def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG
     There is no variant without friction: tangential springs then carry no force.
     """
     load_block, load_shaking = ROWS.access(Block).load, ROWS.access(BlockShaking).load
-    load_state, store_state, _ = ROWS.access(BlockState, without=["normal"])
+    load_state, store_state, _ = ROWS.access(BlockState, unused_fields=["normal"])
     load_peaks, store_peaks, _ = ROWS.access(BlockPeaks)
-    load_account, store_account, _ = ROWS.access(BlockAccount, without=["power", "loss"])
+    load_account, store_account, _ = ROWS.access(BlockAccount, unused_fields=["power", "loss"])
 
     @njit(**INNER)
     def advance(kind: Any, state: Any, lane_count: int, steps: int, ticks_per_sample: float) -> None:  # noqa: ARG001

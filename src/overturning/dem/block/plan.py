@@ -15,17 +15,17 @@ from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import Plan, evaluate_rounded, ground_motions, group_equal_cases
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
+from overturning.dem.plan import Plan, base_motions_by_azimuth, evaluate_rounded, group_equal_cases
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
 from overturning.dem.time_step import (
     Scheme,
-    contact_time,
-    highest_eigenvalue,
-    lowest_eigenvalue,
+    block_highest_eigenvalue,
+    block_lowest_eigenvalue,
     parse_scheme,
+    requested_to_automatic_step_ratio,
     rocking_time,
+    shortest_contact_time,
     stable_step,
-    step_reduction,
     steps_per_sample,
 )
 from overturning.model.cases import Cases
@@ -47,39 +47,44 @@ class BlockPlan(Plan):
     scheme: Scheme
 
     @property
-    def group(self) -> NDArray[np.int64]:
+    def queue_group(self) -> NDArray[np.int64]:
         """Queue index of each case; cases with equal step lengths, all with or all without friction, share one."""
         return group_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
-    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
+    def kernel_rules(
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
+    ) -> BlockRules:
         """Return the kernel's input for cases with equal step lengths, all with or all without friction."""
-        scheme, queued = SCHEMES[self.scheme][0], self.common_rules(chosen, tables, finer, TICKS, COLUMNS)
+        scheme, queued = (
+            SCHEMES[self.scheme][0],
+            self.common_rules(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
+        )
         cases, job = queued["cases"], queued.pop("job")
-        cases["settled"] *= finer
-        cases["gentle"] /= finer
+        cases["settled"] *= step_divisor
+        cases["gentle"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         job = job._replace(steps_per_check=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
 
-    def outcomes(
+    def case_variables(
         self,
-        chosen: NDArray[np.int64],  # noqa: ARG002, as in other plans
-        tables: dict[str, NDArray[np.void]],
+        case_numbers: NDArray[np.int64],  # noqa: ARG002, as in other plans
+        filled_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
         """Convert the kernel's results to outcome variables."""
-        return {name: tables["results"][name] for name in RESULT.names or ()}
+        return {name: filled_tables["results"][name] for name in RESULT.names or ()}
 
-    def rest_rows(self, count: int) -> NDArray[np.void]:
-        """Return the first `count` rows of a path with the block at rest."""
-        rows, case = super().rest_rows(count), self.table[0]
+    def rest_rows(self, sample_count: int) -> NDArray[np.void]:
+        """Return the first `sample_count` rows of a path with the block at rest."""
+        rows, case = super().rest_rows(sample_count), self.table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
-        rows["ground"] = self.ground[0, :count] * case["amplitude"]
+        rows["ground"] = self.ground[0, :sample_count] * case["amplitude"]
         return rows
 
-    def path(self, rows: NDArray[np.void]) -> PlanePath:
+    def convert_path(self, path_rows: NDArray[np.void]) -> PlanePath:
         """Convert the rows to the path of the only case."""
-        return convert_block_path(self.model.scene, self.motion, self.cases, rows, float(self.table[0]["alpha"]))
+        return convert_block_path(self.model.scene, self.motion, self.cases, path_rows, float(self.table[0]["alpha"]))
 
 
 def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
@@ -106,10 +111,10 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     width = ratio * height
     normal, tangential, dashpot = law.contact.constants_per_mass(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    row, ground = ground_motions(motion, cases)
+    row, ground = base_motions_by_azimuth(motion, cases)
     check_stiffness_precision(normal, height, 0.0)
-    square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
-    rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
+    square = block_highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
+    rate = block_highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time(width, height)
     interval, samples = motion.sampling_interval, motion.samples
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
@@ -121,9 +126,10 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         standing = np.where(np.sqrt(square) * interval >= RIGID_TIME_RATIO, np.gcd(usual, steps), 1)
     # A shorter time step also shortens the finest step.
     shorter = (
-        step_reduction(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
+        requested_to_automatic_step_ratio(scheme, numerics.time_step, stable_step(scheme, square, rate, period))
+        / numerics.refinement
     )
-    finest = BLOCK.finest * shorter * contact_time(square, rate)
+    finest = BLOCK.finest * shorter * shortest_contact_time(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == Scheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
@@ -135,16 +141,16 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     )
     rest_limit = np.zeros(cases.size)
     if numerics.leave_out:
-        first, quiet, stays_at_rest = quiet_windows(
+        first, quiet, stays_at_rest = find_quiet_windows(
             motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
         )
         first[tilt != 0], stays_at_rest[tilt != 0] = 0, False
         calm = quiet.astype(np.float64)
         if scheme == Scheme.CENTRED:
-            slowest = lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
+            slowest = block_lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
             delay = dashpot / np.maximum(normal, tangential)
             rest_limit = rest_threshold(
-                ratio, friction, ratio, overshoot(slowest, delay, interval), REST_THRESHOLD_FACTOR
+                ratio, friction, ratio, dynamic_overshoot_bound(slowest, delay, interval), REST_THRESHOLD_FACTOR
             )
     table = np.zeros(cases.size, CASE)
     columns = {
@@ -166,7 +172,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         "gentle": MAX_GENTLE_TRAVEL * finest * width * evaluate_rounded(np.arctan, ratio) / period,
         "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
         "standing": TICKS * standing,
-        "dwell": np.round(BLOCK.dwell_of(square, rate) / shorter),
+        "dwell": np.round(BLOCK.dwell_steps(square, rate) / shorter),
         "settled": np.round(BLOCK.settled / shorter),
     }
     for name, values in columns.items():

@@ -13,12 +13,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.cache import keep_compiled
+from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import unit_pair
-from overturning.dem.kernel.tuples import dtype_of
+from overturning.dem.kernel.tuples import table_dtype
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.plan import evaluate_rounded, ground_motions
+from overturning.dem.plan import base_motions_by_azimuth, evaluate_rounded
 from overturning.dem.time_step import rocking_time
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
@@ -70,7 +70,7 @@ class RigidCaseColumns(NamedTuple):
     """Cosine of α − |θ₀|."""
 
 
-CASE: Final = dtype_of(RigidCaseColumns)
+CASE: Final = table_dtype(RigidCaseColumns)
 
 
 class LinearBaseMotion(NamedTuple):
@@ -284,7 +284,7 @@ def _simulate_blocks(
         )
 
 
-keep_compiled(_simulate_blocks)
+cache_compiled_kernel(_simulate_blocks)
 
 
 def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
@@ -313,7 +313,7 @@ def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORD
     a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
-    row, ground = ground_motions(motion, cases)
+    row, ground = base_motions_by_azimuth(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_rounded(np.arctan, ratio)

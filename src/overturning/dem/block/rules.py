@@ -27,10 +27,10 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
-from overturning.dem.kernel.ground import Ground, is_rest_check_sample, piece, samples_at_rest
-from overturning.dem.kernel.lanes import INLINE, INNER, aligned
+from overturning.dem.kernel.ground import Ground, count_skippable_samples, is_rest_check_sample, motion_over_sample
+from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING, unit_pair
-from overturning.dem.kernel.queue import Job, implement, with_room
+from overturning.dem.kernel.queue import Job, path_with_room, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -80,7 +80,7 @@ SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress,
 
 def workspace(rules: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the rows of all lanes."""
-    return BlockWorkspace(aligned(NUMBERS * COLUMNS))
+    return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> None:
@@ -170,9 +170,9 @@ def load_next_sample(
         course = load_course(state, j)
         i = min(int(course.sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
-        store_push(state, j, piece(horizontal_ground[motion_rows[cases[j]]], i, -course.amplitude, scale))
+        store_push(state, j, motion_over_sample(horizontal_ground[motion_rows[cases[j]]], i, -course.amplitude, scale))
         if vertical_ground is not None:
-            store_lift(state, j, piece(vertical_ground, i, course.amplitude, scale))
+            store_lift(state, j, motion_over_sample(vertical_ground, i, course.amplitude, scale))
 
 
 def advance(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
@@ -182,7 +182,7 @@ def advance(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: in
     step, ticks, steps_per_check = select_loops(scheme, up, with_friction), job.ticks, job.steps_per_check
     stride = steps_per_check if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
-        path = with_room(path, recorded_rows + steps_per_check, job.max_rows)
+        path = path_with_room(path, recorded_rows + steps_per_check, job.max_rows)
         if path.shape[0] < recorded_rows + steps_per_check:
             return path, -1
     for done in range(0, steps_per_check, stride):
@@ -260,7 +260,9 @@ def skip_samples_at_rest(
         if state[AT_REST + j] > 0.0:
             course = load_course(state, j)
             now = course.sample + state[TICK + j] * (1.0 / ticks_per_sample)
-            samples = samples_at_rest(ground, motion_rows[cases[j]], now, course.amplitude, state[REST_LIMIT + j])
+            samples = count_skippable_samples(
+                ground, motion_rows[cases[j]], now, course.amplitude, state[REST_LIMIT + j]
+            )
             state[SAMPLE + j] += samples
             skipped_samples[j] += samples
 
@@ -285,4 +287,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     write_case_results(work.state, lane, status, rules.scheme.lag, rules.results[case])
 
 
-implement(BlockRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)
+register_implementations(BlockRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

@@ -11,7 +11,7 @@ from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState
-from overturning.dem.kernel.ground import Line
+from overturning.dem.kernel.ground import LinearMotion
 from overturning.dem.kernel.lanes import INLINE, Rows
 from overturning.dem.kernel.mechanics import slides_flat
 
@@ -150,9 +150,9 @@ class BlockAccount(NamedTuple):
 class BlockShaking(NamedTuple):
     """Inertial accelerations of the moving base in its own frame, m/s²."""
 
-    push: Line
+    push: LinearMotion
     """−a along s."""
-    lift: Line
+    lift: LinearMotion
     """Upward acceleration of the base, added to gravity."""
 
 

@@ -3,7 +3,7 @@
 from typing import Final, NamedTuple
 
 from overturning.dem.kernel.clock import Clock
-from overturning.dem.kernel.tuples import dtype_of
+from overturning.dem.kernel.tuples import table_dtype
 
 
 class BlockCaseColumns(NamedTuple):
@@ -89,6 +89,6 @@ class BlockPathColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE: Final = dtype_of(BlockCaseColumns, Clock)
-RESULT: Final = dtype_of(BlockResultColumns)
-ROW: Final = dtype_of(BlockPathColumns)
+CASE: Final = table_dtype(BlockCaseColumns, Clock)
+RESULT: Final = table_dtype(BlockResultColumns)
+ROW: Final = table_dtype(BlockPathColumns)

@@ -40,7 +40,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
-from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -77,7 +77,9 @@ def predict_body(
     turn = rotate_quaternion(state.turn, dt, w)
     spin = angular_velocity(body, rotation_matrix(turn), extrapolate(momentum, half, state.moment))
     at_end = Vector(
-        at_tick(shaking.push_x, tick, past), at_tick(shaking.push_y, tick, past), at_tick(shaking.lift, tick, past)
+        motion_at_tick_or_beyond(shaking.push_x, tick, past),
+        motion_at_tick_or_beyond(shaking.push_y, tick, past),
+        motion_at_tick_or_beyond(shaking.lift, tick, past),
     )
     return PredictedBody(
         place=extrapolate(state.place, dt, v),

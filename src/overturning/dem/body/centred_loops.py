@@ -50,7 +50,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import BODY, Attempt, Clock, next_attempt
-from overturning.dem.kernel.lanes import INNER, arithmetic, select
+from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
 
 load_body, load_shaking = ROWS.access(BodyConstants).load, ROWS.access(BodyShaking).load
 load_frame, store_frame, _ = ROWS.access(Matrix)
@@ -68,9 +68,9 @@ load_change, store_change, _ = ROWS.access(BodyChange)
 load_sum, store_sum, _ = ROWS.access(ContactSum)
 load_largest, store_largest, _ = ROWS.access(LargestFindings)
 add_equations, add_sum, larger_of = (
-    arithmetic(ContactEquations).plus,
-    arithmetic(ContactSum).plus,
-    arithmetic(LargestFindings).largest,
+    tuple_arithmetic(ContactEquations).plus,
+    tuple_arithmetic(ContactSum).plus,
+    tuple_arithmetic(LargestFindings).largest,
 )
 load_vertex = VERTEX.access(Vertex).load
 load_memory, _, store_memory = VERTEX.access(PointBeforeAndAfter, "old")

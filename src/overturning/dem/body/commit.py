@@ -30,7 +30,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
 )
 from overturning.dem.kernel.clock import StepFindings
-from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_friction, larger
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -151,8 +151,10 @@ def shaking_stays_weak(shaking: BodyShaking, end_acceleration: Vector, ticks: fl
     """
     end = 2.0 * ticks
     x, y, up = (
-        at_tick(shaking.push_x, end, ticks), at_tick(shaking.push_y, end, ticks), at_tick(shaking.lift, end, ticks)
-    )  # fmt: skip
+        motion_at_tick_or_beyond(shaking.push_x, end, ticks),
+        motion_at_tick_or_beyond(shaking.push_y, end, ticks),
+        motion_at_tick_or_beyond(shaking.lift, end, ticks),
+    )
     first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
         x * x + y * y < second * second

@@ -30,7 +30,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import Attempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, is_still
-from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -227,6 +227,6 @@ def record_body_motion(state: Any, lane: int, sampling_interval: float, ticks_pe
     path_row.qw, path_row.qx, path_row.qy, path_row.qz = s.turn
     path_row.vx, path_row.vy, path_row.vz = s.velocity
     path_row.wx, path_row.wy, path_row.wz = state_angular_velocity(body, s)
-    path_row.ground_x = -within_sample(shaking.push_x, s.tick)
-    path_row.ground_y = -within_sample(shaking.push_y, s.tick)
-    path_row.ground_z = within_sample(shaking.lift, s.tick)
+    path_row.ground_x = -motion_at_tick(shaking.push_x, s.tick)
+    path_row.ground_y = -motion_at_tick(shaking.push_y, s.tick)
+    path_row.ground_z = motion_at_tick(shaking.lift, s.tick)

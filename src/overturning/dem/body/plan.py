@@ -23,8 +23,8 @@ from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import BODY_STEP, Numerics
 from overturning.dem.plan import Plan, group_equal_cases
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
-from overturning.dem.time_step import Scheme, contact_time, parse_scheme, steps_per_sample
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
+from overturning.dem.time_step import Scheme, parse_scheme, shortest_contact_time, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -54,7 +54,7 @@ class BodyPlan(Plan):
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
-    def group(self) -> NDArray[np.int64]:
+    def queue_group(self) -> NDArray[np.int64]:
         """Index of the queue of each case; cases with equal step lengths, also at rest, share one."""
         return group_equal_cases(self.steps, self.table["standing"])
 
@@ -64,18 +64,20 @@ class BodyPlan(Plan):
         return RimBodies() if self.solids[0].radius > 0 else VertexBodies()
 
     @property
-    def upward(self) -> FloatArray:
+    def vertical_ground(self) -> FloatArray:
         """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if it moves level."""
-        up = super().upward
+        up = super().vertical_ground
         return np.zeros(self.motion.samples + 3) if up is None else up
 
-    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
+    def kernel_rules(
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
+    ) -> BodyRules:
         """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
-        queued = self.common_rules(chosen, tables, finer, TICKS, COLUMNS)
+        queued = self.common_rules(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         job, standing = queued["job"], float(queued["cases"]["standing"][0])
         queued["job"] = job._replace(steps_per_check=int(job.ticks / standing))
-        queued["cases"]["settled"] *= finer
+        queued["cases"]["settled"] *= step_divisor
         return BodyRules(
             **queued,
             kind=self.kind,
@@ -85,26 +87,28 @@ class BodyPlan(Plan):
             sectors=np.stack([body.sectors for body in self.solids]),
         )
 
-    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+    def case_variables(
+        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+    ) -> dict[str, Any]:
         """Convert the kernel's results to outcome variables."""
-        faces = [self.solids[index].faces for index in self.table["body"][chosen]]
-        orientation = np.asarray(self.cases.azimuth_deg)[chosen]
-        return outcome_variables(tables["results"], orientation, self.cosines[chosen], faces)
+        faces = [self.solids[index].faces for index in self.table["body"][case_numbers]]
+        orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
+        return outcome_variables(filled_tables["results"], orientation, self.cosines[case_numbers], faces)
 
-    def rest_rows(self, count: int) -> NDArray[np.void]:
-        """Return the first `count` rows of a path with the body at rest."""
-        rows, case = super().rest_rows(count), self.table[0]
+    def rest_rows(self, sample_count: int) -> NDArray[np.void]:
+        """Return the first `sample_count` rows of a path with the body at rest."""
+        rows, case = super().rest_rows(sample_count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
-        rows["ground_x"], rows["ground_y"] = self.ground[0, :, :count] * case["amplitude"]
-        rows["ground_z"] = self.upward[:count] * case["amplitude"]
+        rows["ground_x"], rows["ground_y"] = self.ground[0, :, :sample_count] * case["amplitude"]
+        rows["ground_z"] = self.vertical_ground[:sample_count] * case["amplitude"]
         return rows
 
-    def path(self, rows: NDArray[np.void]) -> BodyPath:
+    def convert_path(self, path_rows: NDArray[np.void]) -> BodyPath:
         """Return the trajectory of the only case."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
-        return BodyPath(rows, (cosine, sine), *self.model.shape.outline(*size))
+        return BodyPath(path_rows, (cosine, sine), *self.model.shape.outline(*size))
 
 
 def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
@@ -144,7 +148,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
         # vector is convex, so that its maximum is at a sample.
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
-        first, quiet, stays_at_rest = quiet_windows(
+        first, quiet, stays_at_rest = find_quiet_windows(
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
@@ -152,7 +156,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
             np.array([function(body) for body in made]) for function in (smallest_unit_eigenvalue, unloading_limits)
         )
         stiffer = np.maximum(laws[which, 0], laws[which, 1])
-        rings = overshoot((np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval)
+        rings = dynamic_overshoot_bound(
+            (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval
+        )
         rest_limit = rest_threshold(
             (reach / foot)[which], friction * unloads[which, 1], unloads[which, 0], rings, REST_THRESHOLD_FACTOR
         )
@@ -209,12 +215,12 @@ def _clock_settings(
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
     whole = PACE.longest * rocking_time
     per_sample = partial(
-        steps_per_sample, Scheme.CUNDALL, square=(2.0 / whole) ** 2, rate=np.zeros(whole.size),
-        sampling_interval=sampling_interval, period=rocking_time,
+        steps_per_sample, Scheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
+        damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval, block_rocking_time=rocking_time,
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
-    tick, contact = sampling_interval / steps / PACE.whole, contact_time(squared_frequency, damping_rate)
+    tick, contact = sampling_interval / steps / PACE.whole, shortest_contact_time(squared_frequency, damping_rate)
     share = np.minimum(sampling_interval / steps / whole, 1.0)
     finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
@@ -226,7 +232,7 @@ def _clock_settings(
     return steps, {
         "finest": finest,
         "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),
-        "dwell": np.round(PACE.dwell_of(squared_frequency, damping_rate) * steps / usual),
+        "dwell": np.round(PACE.dwell_steps(squared_frequency, damping_rate) * steps / usual),
         "settled": np.round(PACE.settled * steps / usual),
     }
 

@@ -52,10 +52,16 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, cannot_end_yet
-from overturning.dem.kernel.ground import Ground, below_rest_threshold, is_rest_check_sample, piece, samples_at_rest
-from overturning.dem.kernel.lanes import INNER, aligned
+from overturning.dem.kernel.ground import (
+    Ground,
+    below_rest_threshold,
+    count_skippable_samples,
+    is_rest_check_sample,
+    motion_over_sample,
+)
+from overturning.dem.kernel.lanes import INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING
-from overturning.dem.kernel.queue import Job, by_type, implement, with_room
+from overturning.dem.kernel.queue import Job, lookup_by_type, path_with_room, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -122,13 +128,13 @@ REST_LIMIT, AT_REST = ROWS.row(RestState, "rest_limit"), ROWS.row(RestState, "at
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
-loops_of = by_type(LOOPS)
+loops_of = lookup_by_type(LOOPS)
 """Return the loops of bodies, selected by the type of their marker."""
 
 
 def workspace(rules: Any) -> Any:
     """Allocate the state rows of all cases that are computed together, and the rows of their vertices."""
-    state = aligned(NUMBERS * COLUMNS + rules.points.shape[1] * OF_A_VERTEX)
+    state = aligned_zeros(NUMBERS * COLUMNS + rules.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
@@ -245,9 +251,9 @@ def load_next_sample(state: Any, lane_count: int, motion_rows: Any, cases: Any, 
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         # A base that accelerates one way pushes the body the other way.
-        push_x = piece(along[motion_rows[cases[j]], 0], i, -course.amplitude, scale)
-        push_y = piece(along[motion_rows[cases[j]], 1], i, -course.amplitude, scale)
-        store_shaking(state, j, BodyShaking(push_x, push_y, piece(up, i, course.amplitude, scale)))
+        push_x = motion_over_sample(along[motion_rows[cases[j]], 0], i, -course.amplitude, scale)
+        push_y = motion_over_sample(along[motion_rows[cases[j]], 1], i, -course.amplitude, scale)
+        store_shaking(state, j, BodyShaking(push_x, push_y, motion_over_sample(up, i, course.amplitude, scale)))
 
 
 def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
@@ -255,7 +261,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
     # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
     job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
     if path.shape[0] > 0:
-        path = with_room(path, recorded + 1, job.max_rows)
+        path = path_with_room(path, recorded + 1, job.max_rows)
         if path.shape[0] == recorded:
             return path, -1
         record_body_motion(work.state, 0, job.interval, job.ticks, path[recorded])
@@ -314,7 +320,7 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, rest_limit)
         if quiet and is_at_rest(state, work.vertices, count, base, j, rest_limit):
-            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, rest_limit)
+            samples = count_skippable_samples(ground, row[cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
             left_out[j] += samples
 
@@ -331,4 +337,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     write_case_results(work.state, work.vertices, lane, status, rules.results[case], sectors)
 
 
-implement(BodyRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)
+register_implementations(BodyRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

@@ -22,7 +22,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState
-from overturning.dem.kernel.ground import Line
+from overturning.dem.kernel.ground import LinearMotion
 from overturning.dem.kernel.lanes import INLINE, Rows
 
 COLUMNS: Final = 16
@@ -169,11 +169,11 @@ class BodyAccount(NamedTuple):
 class BodyShaking(NamedTuple):
     """Inertial accelerations of the moving base in the body's frame, m/s²."""
 
-    push_x: Line
+    push_x: LinearMotion
     """−a along x."""
-    push_y: Line
+    push_y: LinearMotion
     """−a along y."""
-    lift: Line
+    lift: LinearMotion
     """Upward acceleration of the base, added to gravity."""
 
 

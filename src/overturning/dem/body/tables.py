@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from overturning.dem.kernel.clock import Clock
-from overturning.dem.kernel.tuples import dtype_of
+from overturning.dem.kernel.tuples import table_dtype
 
 
 class StartColumns(NamedTuple):
@@ -131,8 +131,8 @@ class GroundColumns(NamedTuple):
     ground_z: float
 
 
-START: Final = dtype_of(StartColumns)
-CASE: Final = np.dtype([("body", "i8"), *dtype_of(BodyCaseColumns, Clock).descr, ("start", START)])
-BODY: Final = dtype_of(BodyColumns)
-RESULT: Final = dtype_of(BodyResultColumns)
-ROW: Final = np.dtype([("time", "f8"), *dtype_of(StartColumns, GroundColumns).descr])
+START: Final = table_dtype(StartColumns)
+CASE: Final = np.dtype([("body", "i8"), *table_dtype(BodyCaseColumns, Clock).descr, ("start", START)])
+BODY: Final = table_dtype(BodyColumns)
+RESULT: Final = table_dtype(BodyResultColumns)
+ROW: Final = np.dtype([("time", "f8"), *table_dtype(StartColumns, GroundColumns).descr])

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, arithmetic
+from overturning.dem.kernel.lanes import INLINE, tuple_arithmetic
 
 
 class Vector(NamedTuple):
@@ -49,8 +49,8 @@ class Matrix(NamedTuple):
     zz: float
 
 
-plus, minus = arithmetic(Vector).plus, arithmetic(Vector).minus
-matrix_plus, matrix_minus = arithmetic(Matrix).plus, arithmetic(Matrix).minus
+plus, minus = tuple_arithmetic(Vector).plus, tuple_arithmetic(Vector).minus
+matrix_plus, matrix_minus = tuple_arithmetic(Matrix).plus, tuple_arithmetic(Matrix).minus
 
 
 @njit(**INLINE)

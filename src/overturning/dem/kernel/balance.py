@@ -19,13 +19,13 @@ MAX_RERUNS: Final = 2
 
 
 def rerun_until_balanced(
-    run: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], error: NDArray[Any]
+    run_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
 ) -> None:
-    """Run cases; rerun those whose energy does not balance with finer steps, and mark the remaining ones unstable.
+    """Run cases; rerun with finer steps those whose energy does not balance, and mark the remaining ones unstable.
 
     Parameters
     ----------
-    run : callable
+    run_rows : callable
         ``run(rows, finer)`` fills rows of the results, with planned steps divided by ``finer``. It adds to the number
         of steps in these rows, so that the budget of a case covers all its runs.
     status, error : ndarray, shape (n,)
@@ -33,8 +33,8 @@ def rerun_until_balanced(
     """
     rows = np.arange(status.size)
     for again in range(1 + MAX_RERUNS):
-        run(rows, RERUN_REFINEMENT**again)
-        rows = rows[(status[rows] == Status.SIMULATED) & ~(error[rows] <= ENERGY_BOUND)]
+        run_rows(rows, RERUN_REFINEMENT**again)
+        rows = rows[(status[rows] == Status.SIMULATED) & ~(energy_error[rows] <= ENERGY_BOUND)]
         if not rows.size:
             return
     status[rows] = Status.UNSTABLE

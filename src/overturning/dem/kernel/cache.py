@@ -29,8 +29,8 @@ _IMPORTED = {Path(__file__).parents[1]: sources_digest(Path(__file__).parents[1]
 """Digest of this layer at import time; this module is imported before all that is compiled."""
 
 
-def cache_directory(sources: Path | None = None) -> Path:
-    """Return the cache folder of the compiled kernels of the layer in the folder `sources` (default: `dem`).
+def cache_directory(source_folder: Path | None = None) -> Path:
+    """Return the cache folder of the compiled kernels of the layer in the folder `source_folder` (default: `dem`).
 
     Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
     folder is therefore named after a digest of every module of the layer, subfolders included. It lies below
@@ -41,15 +41,15 @@ def cache_directory(sources: Path | None = None) -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(sources or Path(__file__).parents[1])}"
+    return Path(base) / f"overturning-{sources_digest(source_folder or Path(__file__).parents[1])}"
 
 
-def layer_of(module: Path) -> Path:
+def layer_folder(module: Path) -> Path:
     """Return the folder of the package's layer that a module belongs to; its own folder for other modules."""
     return _PACKAGE / module.relative_to(_PACKAGE).parts[0] if module.is_relative_to(_PACKAGE) else module.parent
 
 
-def _seal(file: Any) -> None:
+def _verify_checksums_of_cache(file: Any) -> None:
     """Make a Numba cache file store and check the SHA-256 of its content, so that damaged code is never run."""
     dump, load_index, load_data = file._dump, file._load_index, file._load_data
 
@@ -74,7 +74,7 @@ def _seal(file: Any) -> None:
     file._dump, file._load_index, file._load_data = sealed, checked_index, checked_data
 
 
-def keep_compiled(dispatcher: Any) -> Any:
+def cache_compiled_kernel(dispatcher: Any) -> Any:
     """Cache a function jitted without ``cache=True`` in `cache_directory`; return the same function.
 
     With a damaged index or code file, Numba raises the same error in every run, or runs damaged code. Here such a file
@@ -86,7 +86,7 @@ def keep_compiled(dispatcher: Any) -> Any:
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
-    layer = layer_of(Path(dispatcher.py_func.__code__.co_filename))
+    layer = layer_folder(Path(dispatcher.py_func.__code__.co_filename))
     folder, imported = cache_directory(layer), _IMPORTED.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
     name = Path(file._index_path).stem
@@ -118,7 +118,7 @@ def keep_compiled(dispatcher: Any) -> Any:
             with suppress(OSError):
                 save(signature, data)
 
-    _seal(file)
+    _verify_checksums_of_cache(file)
     cache.load_overload = load_or_miss
     cache.save_overload = save_if_possible
     return dispatcher

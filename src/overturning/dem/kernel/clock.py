@@ -41,12 +41,12 @@ class Pace(NamedTuple):
         """Largest number of halvings of a whole step."""
         return int(self.whole).bit_length() - 1
 
-    def dwell_of(self, square: FloatArray, rate: FloatArray) -> FloatArray:
+    def dwell_steps(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
         """Return the steps of a length after a contact change, for ω² (1/s²) and twice the damping rate (1/s).
 
         The number grows if the damping ratio is below one half.
         """
-        return np.asarray(self.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0))
+        return np.asarray(self.dwell * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0))
 
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
@@ -121,36 +121,41 @@ class StepFindings(NamedTuple):
 
 @njit(**INLINE)
 def next_attempt(
-    pace: Pace, clock: Clock, tried: Attempt, findings: StepFindings, tick: float, ticks: float
+    pace: Pace, clock: Clock, attempt: Attempt, findings: StepFindings, end_tick: float, ticks_per_sample: float
 ) -> tuple[bool, bool, Attempt]:
     """Accept or reject an attempted step and choose the next. Returns (rejected, keep assumed contacts, next attempt).
 
-    `tick` is the end of the attempt and `ticks` the length of a sample. A body may begin to slide in a step of up to
-    `MAX_SLIP_ONSET_STEP` of a sample, and friction may change its sign in one of up to `MAX_FRICTION_REVERSAL_STEP`. If
-    a step in which a body begins to slide is halved, the points that stuck are assumed to stick again.
+    `end_tick` is the end of the attempt. A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP` of a
+    sample, and friction may change its sign in one of up to `MAX_FRICTION_REVERSAL_STEP`. If a step in which a body
+    begins to slide is halved, the points that stuck are assumed to stick again.
     """
-    length = tried.length
+    length = attempt.length
     shorter = (findings.changed | findings.fast) & (length > clock.finest) & (not findings.gentle)
     wrong = findings.wrong & (not shorter)
-    onset = findings.slides & (length > MAX_SLIP_ONSET_STEP * ticks)
-    back = findings.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks)
-    halved = ((findings.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= pace.tries)))
+    onset = findings.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
+    back = findings.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
+    halved = ((findings.reversed | back) & (not shorter)) | (wrong & (onset | (attempt.tries >= pace.tries)))
     retry, sooner = wrong & (not halved), wrong & onset & (not findings.reversed)
     shorter = shorter | halved
     longest = clock.standing if findings.stands else pace.whole
     above = 2.0 * length if length < pace.whole else clock.standing
-    times = tick / above
+    times = end_tick / above
     fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
     longer = (
-        (tried.left <= 1.0) & (length < longest) & fits & (not (findings.slides & (above > MAX_SLIDING_STEP * ticks)))
+        (attempt.left <= 1.0)
+        & (length < longest)
+        & fits
+        & (not (findings.slides & (above > MAX_SLIDING_STEP * ticks_per_sample)))
     )
     left = (
-        (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell) if longer else tried.left - 1.0
+        (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell)
+        if longer
+        else attempt.left - 1.0
     )
     left = clock.dwell if findings.changed else left
     left = clock.settled if shorter else left
-    left = tried.left if retry else left
+    left = attempt.left if retry else left
     then = above if longer & (not (findings.changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = pace.whole if (length > pace.whole) & (shorter | (not findings.stands)) else then
-    return shorter | retry, sooner, Attempt(then, left, tried.tries + 1.0 if retry else 0.0)
+    return shorter | retry, sooner, Attempt(then, left, attempt.tries + 1.0 if retry else 0.0)

@@ -53,33 +53,47 @@ class RestState(NamedTuple):
 
 @njit(**INLINE)
 def begin_sample(
-    progress: CaseProgress, tick: float, last_upright: float, ticks: float, interval: float
+    progress: CaseProgress, tick: float, last_upright_tick: float, ticks_per_sample: float, sampling_interval: float
 ) -> tuple[float, float, float]:
     """Return the sample, the tick in it and the last upright time after a sample has ended.
 
-    `last_upright` is the last upright tick in the sample that ended; negative if there is none.
+    `last_upright_tick` is the last upright tick in the sample that ended; negative if there is none.
     """
-    then = (progress.sample + last_upright * (1.0 / ticks)) * interval
-    over = (1.0 if tick >= ticks else 0.0) + (1.0 if tick >= 2.0 * ticks else 0.0)
-    return progress.sample + over, tick - over * ticks, then if last_upright >= 0.0 else progress.upright_until
+    then = (progress.sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
+    over = (1.0 if tick >= ticks_per_sample else 0.0) + (1.0 if tick >= 2.0 * ticks_per_sample else 0.0)
+    return (
+        progress.sample + over,
+        tick - over * ticks_per_sample,
+        then if last_upright_tick >= 0.0 else progress.upright_until,
+    )
 
 
 @njit(**INLINE)
-def cannot_end_yet(progress: CaseProgress, tick: float, ticks: float, end: float, total: float, sound: bool) -> bool:
+def cannot_end_yet(
+    progress: CaseProgress,
+    tick: float,
+    ticks_per_sample: float,
+    last_sample: float,
+    check_sum: float,
+    is_within_limits: bool,
+) -> bool:
     """True if the case cannot have ended: finite, within limits, and strong shaking still to come.
 
-    `total` is the sum of all values that must be finite.
+    `check_sum` is the sum of all values that must be finite.
     """
-    sample, until = progress.sample + tick * (1.0 / ticks), progress.calm if progress.calm < end else end
+    sample, until = (
+        progress.sample + tick * (1.0 / ticks_per_sample),
+        progress.calm if progress.calm < last_sample else last_sample,
+    )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
-    return (total - total == 0.0) & sound & (sample < until)
+    return (check_sum - check_sum == 0.0) & is_within_limits & (sample < until)
 
 
 @njit(**INLINE)
-def is_still(speed: float, change: float, step: float, rest_limit: float) -> bool:
-    """True if a body on its contacts neither moves nor vibrates: speed (m/s), acceleration (m/s²), last step (s).
+def is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
+    """True if a body on its contacts neither moves nor vibrates, by speed (m/s), acceleration (m/s²) and last step (s).
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
     least = STILL * rest_limit * GRAVITY
-    return bool((2.0 * speed < least * step) & (change < least))
+    return bool((2.0 * speed < least * step_length) & (acceleration < least))

@@ -38,7 +38,7 @@ class Ground(NamedTuple):
     """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_BLOCK), m/s²."""
 
 
-class Line(NamedTuple):
+class LinearMotion(NamedTuple):
     """Component of the base acceleration over one sample, m/s²."""
 
     value: float
@@ -50,25 +50,25 @@ class Line(NamedTuple):
 
 
 @njit(**INNER)
-def piece(motion: Any, i: int, factor: float, scale: float) -> Line:
-    """Return a component from sample i on, times a factor; `scale` is 1 over the ticks of a sample."""
-    a0, a1, a2 = motion[i] * factor, motion[i + 1] * factor, motion[i + 2] * factor
-    return Line(a0, (a1 - a0) * scale, ((a2 - a1) - (a1 - a0)) * scale)
+def motion_over_sample(acceleration: Any, sample: int, factor: float, samples_per_tick: float) -> LinearMotion:
+    """Return the base acceleration over one sample, times `factor`."""
+    a0, a1, a2 = acceleration[sample] * factor, acceleration[sample + 1] * factor, acceleration[sample + 2] * factor
+    return LinearMotion(a0, (a1 - a0) * samples_per_tick, ((a2 - a1) - (a1 - a0)) * samples_per_tick)
 
 
 @njit(**INLINE)
-def within_sample(line: Line, tick: float) -> float:
-    """Return a component at a tick of its sample."""
+def motion_at_tick(line: LinearMotion, tick: float) -> float:
+    """Return the base acceleration at a tick of its sample."""
     return line.value + line.slope * tick
 
 
 @njit(**INLINE)
-def at_tick(line: Line, tick: float, past: float) -> float:
-    """Return a component at a tick that lies `past` ticks beyond the end of its sample (0 if within)."""
-    return (line.value + line.slope * tick) + line.bend * past
+def motion_at_tick_or_beyond(line: LinearMotion, tick: float, ticks_beyond_sample: float) -> float:
+    """Return the base acceleration at a tick that may lie `ticks_beyond_sample` ticks after the end of its sample."""
+    return (line.value + line.slope * tick) + line.bend * ticks_beyond_sample
 
 
-def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
+def largest_acceleration_ahead(magnitude: FloatArray, sampling_interval: float) -> FloatArray:
     """Return the largest acceleration in a window of `REST_CHECK_BLOCK` samples and `LEAD` after a sample.
 
     Infinite if the block ends after the record. The maximum of each block is shared by all windows that contain it;
@@ -76,9 +76,9 @@ def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
 
     Parameters
     ----------
-    size : ndarray, shape (…, samples + 3)
+    magnitude : ndarray, shape (…, samples + 3)
         Magnitude of the acceleration, m/s², with zeros after the record.
-    interval : float
+    sampling_interval : float
         Time between samples, s.
 
     Returns
@@ -86,13 +86,13 @@ def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
     ndarray, shape (…, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
         Values for the first samples of each block, m/s².
     """
-    samples = size.shape[-1] - 3
-    window, count = REST_CHECK_BLOCK + int(np.ceil(LEAD / interval)) + 1, samples // REST_CHECK_BLOCK + 1
+    samples = magnitude.shape[-1] - 3
+    window, count = REST_CHECK_BLOCK + int(np.ceil(LEAD / sampling_interval)) + 1, samples // REST_CHECK_BLOCK + 1
     padded = np.zeros((count + window // REST_CHECK_BLOCK + 1, REST_CHECK_BLOCK))
     late = [
         REST_CHECK_BLOCK * np.arange(count) + look > samples - REST_CHECK_BLOCK for look in range(REST_CHECKS_PER_BLOCK)
     ]
-    rows = size.reshape(-1, size.shape[-1])
+    rows = magnitude.reshape(-1, magnitude.shape[-1])
     ahead = np.empty((len(rows), count, REST_CHECKS_PER_BLOCK))
     # One direction at a time: its samples fit into the processor's cache.
     for row, found in zip(rows, ahead, strict=True):
@@ -105,7 +105,7 @@ def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
             parts = [*by_place[look:, :count], *(whole[block : block + count] for block in range(1, 1 + further))]
             parts += [*by_place[:left, 1 + further : 1 + further + count]]
             found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
-    return ahead.reshape(*size.shape[:-1], count, REST_CHECKS_PER_BLOCK)
+    return ahead.reshape(*magnitude.shape[:-1], count, REST_CHECKS_PER_BLOCK)
 
 
 @njit(**INLINE)
@@ -116,21 +116,21 @@ def is_rest_check_sample(sample: float) -> bool:
 
 
 @njit(**INLINE)
-def below_rest_threshold(ground: Ground, row: int, sample: float, factor: float, rest_limit: float) -> bool:
+def below_rest_threshold(ground: Ground, ground_row: int, sample: float, amplitude: float, rest_limit: float) -> bool:
     """True if no acceleration up to the end of the next block, or within `LEAD` after it, can move a body at rest.
 
-    `factor` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration is
-    linear between samples, so it is largest at one of them.
+    `amplitude` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration
+    is linear between samples, so it is largest at one of them.
     """
     block, look = min(int(sample) // REST_CHECK_BLOCK, ground.loudest_up.shape[0] - 1), int(sample) % REST_CHECK_BLOCK
-    across, up = ground.loudest[row, block, look], ground.loudest_up[block, look]
-    return bool(abs(factor) * (across + UNLOADED * rest_limit * up) < rest_limit * GRAVITY)
+    across, up = ground.loudest[ground_row, block, look], ground.loudest_up[block, look]
+    return bool(abs(amplitude) * (across + UNLOADED * rest_limit * up) < rest_limit * GRAVITY)
 
 
 @njit(**INNER)
-def samples_at_rest(ground: Ground, row: int, sample: float, factor: float, rest_limit: float) -> int:
+def count_skippable_samples(ground: Ground, ground_row: int, sample: float, amplitude: float, rest_limit: float) -> int:
     """Return the number of samples during which a body at rest stays at rest, in whole blocks."""
     count = 0
-    while below_rest_threshold(ground, row, sample + count, factor, rest_limit):
+    while below_rest_threshold(ground, ground_row, sample + count, amplitude, rest_limit):
         count += REST_CHECK_BLOCK
     return count

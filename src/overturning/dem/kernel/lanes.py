@@ -7,7 +7,7 @@ loads the tuples, calls the functions and stores the results. LLVM vectorises su
 - every function that it calls is compiled with `INLINE`;
 - there is no branch on a case's numbers: use ``a if c else b`` instead, and `select` if one of the two values is the
   one already stored;
-- the arrays are `aligned`: vectors that straddle two cache lines reduce the speed by a fifth.
+- the arrays are aligned (`aligned_zeros`): vectors that straddle two cache lines reduce the speed by a fifth.
 
 Three other forms are not vectorised, or are slow: a named tuple *of arrays* (each array has its own base address and
 may overlap the others); a choice between two whole tuples before they are stored, or between numbers within a tuple's
@@ -26,7 +26,15 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from overturning.dem.kernel.compiler import ApartCompiler, InnerCompiler, KernelCompiler
-from overturning.dem.kernel.tuples import by_numbers, loads, paths_of, select_frozen, stores, stores_unless, zeros
+from overturning.dem.kernel.tuples import (
+    conditional_tuple_storer,
+    elementwise_function,
+    number_paths,
+    select_frozen,
+    tuple_loader,
+    tuple_storer,
+    zero_tuple_maker,
+)
 
 OPTIONS: Final[dict[str, Any]] = {
     "fastmath": False,
@@ -69,11 +77,11 @@ _LINE: Final = 8
 
 
 @njit(**OWNER)
-def aligned(size: int) -> Any:
+def aligned_zeros(length: int) -> Any:
     """Return a float64 array of zeros aligned to a cache line; Numba's own arrays are aligned to 32 bytes only."""
-    numbers = np.zeros(size + _LINE)
+    numbers = np.zeros(length + _LINE)
     skip = -(numbers.ctypes.data // 8) % _LINE
-    return numbers[skip : skip + size]
+    return numbers[skip : skip + length]
 
 
 def _borrowed(_: Any, value: Any) -> Any:
@@ -102,16 +110,18 @@ def _borrowed(_: Any, value: Any) -> Any:
 borrowed: Final[Any] = intrinsic(_borrowed)
 
 
-def windows(size: int, first: int = 0, step: int | None = None) -> Any:
-    """Return a compiled function ``window(array, k)``: the slice of `size` values that starts at ``first + k * step``.
+def window_slicer(window_length: int, first: int = 0, stride: int | None = None) -> Any:
+    """Return a compiled function ``window(array, k)``: `window_length` values from ``first + k * stride`` on.
 
-    `step` defaults to `size`. The array is flat and borrowed. Unlike an ordinary slice it has no bounds checks, which
-    take long to compile.
+    `stride` defaults to `window_length`. The array is flat and borrowed. Unlike an ordinary slice it has no bounds
+    checks, which take long to compile.
     """
 
     def window(_: Any, array: Any, k: Any) -> Any:  # noqa: ARG001
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            length, begin, apart = (context.get_constant(types.intp, n) for n in (size, first, step or size))
+            length, begin, apart = (
+                context.get_constant(types.intp, n) for n in (window_length, first, stride or window_length)
+            )
             view = context.make_array(signature.args[0])(context, builder, value=values[0])
             view.data = builder.gep(view.data, [builder.add(builder.mul(values[1], apart), begin)])
             view.nitems, view.shape = length, cgutils.pack_array(builder, [length])
@@ -171,18 +181,18 @@ class Arithmetic(NamedTuple):
 
 
 @cache
-def arithmetic(of: type) -> Arithmetic:
+def tuple_arithmetic(tuple_type: type) -> Arithmetic:
     """Return the arithmetic of a named tuple of numbers or of further such tuples."""
-    name = f"{of.__module__}.{of.__qualname__}"
+    name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def larger(builder: Any, x: Any, y: Any) -> Any:
         return select_frozen(builder, builder.fcmp_ordered(">", x, y), x, y)
 
     return Arithmetic(
-        zeros(of),
-        by_numbers(of, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
-        by_numbers(of, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
-        by_numbers(of, f"largest.{name}", larger),
+        zero_tuple_maker(tuple_type),
+        elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
+        elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
+        elementwise_function(tuple_type, f"largest.{name}", larger),
     )
 
 
@@ -203,39 +213,41 @@ class Rows:
     """
 
     def __init__(self, lanes: int, *tuples: type) -> None:
-        numbers = [(of, path) for of in tuples for path in paths_of(of)]
+        numbers = [(of, path) for of in tuples for path in number_paths(of)]
         self.count: Final = len(numbers)
         self.size: Final = lanes * self.count
         self._rows = {number: lanes * row for row, number in enumerate(numbers)}
         self._made: dict[tuple[object, ...], Access] = {}
 
-    def row(self, of: type, path: str) -> int:
-        """Return the index at which the row of a number starts; `path` joins field names: ``left.spring``."""
-        return self._rows[of, path]
+    def row(self, tuple_type: type, field_path: str) -> int:
+        """Return the index at which the row of a number starts; `field_path` joins field names: ``left.spring``."""
+        return self._rows[tuple_type, field_path]
 
-    def access(self, of: type, path: str = "", without: Collection[str] = ()) -> Access:
+    def access(self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()) -> Access:
         """Return the functions that load and store a tuple.
 
         Parameters
         ----------
-        of : type
+        tuple_type : type
             One of the tuples of this layout.
-        path : str
+        field_path : str
             Path of field names to a nested tuple; "" for the whole tuple.
-        without : collection of str
+        unused_fields : collection of str
             Names of fields, at any depth, that a variant of a kernel does not need: they are loaded as 0, not stored.
         """
-        kind, prefix = of, ""
-        for name in path.split(".") if path else ():
+        kind, prefix = tuple_type, ""
+        for name in field_path.split(".") if field_path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
-        inner = [inner for inner in paths_of(kind) if not set(inner.split(".")) & set(without)]
-        key = (of, path, *inner)
+        inner = [inner for inner in number_paths(kind) if not set(inner.split(".")) & set(unused_fields)]
+        key = (tuple_type, field_path, *inner)
         if key not in self._made:
-            self._made[key] = self._make(of, kind, prefix, inner)
+            self._made[key] = self._make_access(tuple_type, kind, prefix, inner)
         return self._made[key]
 
-    def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
-        rows = [self._rows[of, prefix + path] if path in inner else None for path in paths_of(kind)]
+    def _make_access(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
+        rows = [self._rows[of, prefix + path] if path in inner else None for path in number_paths(kind)]
         # The rows are part of the name: functions of one name in the machine code must be identical.
         name = f"{kind.__module__}.{kind.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
-        return Access(loads(kind, rows, name), stores(kind, rows, name), stores_unless(kind, rows, name))
+        return Access(
+            tuple_loader(kind, rows, name), tuple_storer(kind, rows, name), conditional_tuple_storer(kind, rows, name)
+        )

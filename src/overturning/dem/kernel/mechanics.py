@@ -34,19 +34,19 @@ def unit_pair(c: float, s: float) -> tuple[float, float]:
 
 
 @njit(**INLINE)
-def clamp(force: float, limit: float) -> float:
+def clamp_magnitude(force: float, limit: float) -> float:
     """Limit a force, or the stretch of a spring, to ±limit; the sign is kept, also of zero."""
     return math.copysign(limit, force) if abs(force) > limit else force
 
 
 @njit(**INLINE)
-def slides_flat(friction: float, slip: float, opening: float) -> bool:
+def slides_flat(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
     """True if a base that lands flat slides, from its velocities along the ground and off it without rotation, m/s.
 
     The dashpots stop the heave first, and the contribution of the rotation to the slip only later. Friction in a
     plastic landing depends on the slip that remains afterwards, so rotation is left out: all ends slide the same way.
     """
-    return abs(slip) >= friction * abs(opening)
+    return abs(slip_velocity) >= friction * abs(opening_velocity)
 
 
 @njit(**INLINE)
@@ -57,18 +57,28 @@ def larger(peak: float, value: float) -> float:
 
 @njit(**INLINE)
 def clamp_friction(
-    hx: float, hy: float, tx: float, ty: float, limit: float, compliance: float, flat: tuple[bool, bool]
+    force_x: float,
+    force_y: float,
+    stretch_x: float,
+    stretch_y: float,
+    limit: float,
+    compliance: float,
+    flat_landing: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
-    """Limit a two-component friction force (N) and the stretch of its spring (m); return both and whether it slips.
+    """Limit a two-component friction force (N) and the stretch of its spring (m); return both, and True if it slips.
 
-    Force and stretch keep their directions. `flat` holds whether the point is in a flat landing, and whether it slides
-    meanwhile (`slides_flat`).
+    Force and stretch keep their directions. `flat_landing` is (True if the point is in a flat landing, True
+    if it slides meanwhile; see `slides_flat`).
     """
-    (held, drifts), square, stretch = flat, hx * hx + hy * hy, tx * tx + ty * ty
+    (held, drifts), square, stretch = (
+        flat_landing,
+        force_x * force_x + force_y * force_y,
+        stretch_x * stretch_x + stretch_y * stretch_y,
+    )
     slips, holds = (drifts if held else square > limit * limit), limit * compliance
     holds = holds if holds > 0.0 else 0.0
     cut = slips & (stretch > holds * holds)
     some = slips & (square > 0.0)
     share = limit / math.sqrt(square if some else 1.0) if slips else 1.0
     kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
-    return hx * share, hy * share, tx * kept, ty * kept, slips
+    return force_x * share, force_y * share, stretch_x * kept, stretch_y * kept, slips

@@ -1,8 +1,8 @@
 """Queue of cases for the lanes of a kernel: a lane whose case has ended takes the next case.
 
 The queue is independent of the model. A model has a named tuple of rules, which holds all data of its cases, and
-functions that are selected by the type of that tuple (`implement`): Numba caches machine code selected by type, but not
-that of closures. Lanes do not share data, so the result of a case depends on the case alone.
+functions that are selected by the type of that tuple (`register_implementations`): Numba caches machine code selected
+by type, but not that of closures. Lanes do not share data, so the result of a case depends on the case alone.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,10 +13,10 @@ from numba import njit
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from overturning.dem.kernel.cache import keep_compiled
+from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, aligned, borrowed
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, aligned_zeros, borrowed
 from overturning.model.status import Status
 
 
@@ -64,7 +64,7 @@ class Work(Protocol):
     """Flat array with a row per quantity and a column per lane."""
 
 
-# Stubs of the functions that each model implements; `implement` registers the implementations.
+# Stubs of the functions that each model implements; `register_implementations` registers the implementations.
 
 
 def workspace(rules: Rules) -> Work:
@@ -77,12 +77,12 @@ def start(rules: Rules, work: Work, lane: int, case: int) -> None:
     raise NotImplementedError
 
 
-def load(rules: Rules, work: Work, cases: Any, columns: int) -> None:
-    """Begin a sample: load the base motion of the first `columns` lanes; `cases` holds the case of each lane."""
+def load(rules: Rules, work: Work, cases: Any, lane_count: int) -> None:
+    """Begin a sample: load the base motion of the first `lane_count` lanes; `cases` holds the case of each lane."""
     raise NotImplementedError
 
 
-def advance(rules: Rules, work: Work, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
+def advance(rules: Rules, work: Work, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample and record the path of the first lane; return the path and its number of rows.
 
     The returned path may be a longer copy of `path`. The number of rows is −1 if the path has reached its limit.
@@ -90,19 +90,19 @@ def advance(rules: Rules, work: Work, columns: int, path: Any, recorded: int) ->
     raise NotImplementedError
 
 
-def count_due(rules: Rules, work: Work, active: int, due: Any) -> int:
-    """Set `due` to 1 for each lane that may have ended and to 0 for the others; return the number of ones.
+def count_due(rules: Rules, work: Work, active_count: int, marks: Any) -> int:
+    """Set `marks` to 1 for each lane that may have ended and to 0 for the others; return the number of ones.
 
     A quick test for all lanes at once; `end_status` decides.
     """
     raise NotImplementedError
 
 
-def leave_out(rules: Rules, work: Work, cases: Any, active: int, left_out: Any) -> None:
-    """Skip, in lanes at rest, the samples in which the motion cannot move the body; add their number to `left_out`.
+def leave_out(rules: Rules, work: Work, cases: Any, active_count: int, skipped_samples: Any) -> None:
+    """Skip, in lanes at rest, samples in which the motion cannot move the body; add their number to `skipped_samples`.
 
     At rest all contacts are closed, nothing slides, the last step was a long one, and residual motion and vibration are
-    small compared with the acceleration that the body resists (`overturning.dem.kernel.ground.samples_at_rest`).
+    small compared with the acceleration that the body resists (`dem.kernel.ground.count_skippable_samples`).
     """
     raise NotImplementedError
 
@@ -117,7 +117,7 @@ def finish(rules: Rules, work: Work, lane: int, case: int, status: int) -> None:
     raise NotImplementedError
 
 
-def implement(rules: type, *functions: Callable[..., Any]) -> None:
+def register_implementations(rules: type, *functions: Callable[..., Any]) -> None:
     """Register functions, named like the stubs above, for models whose rules have the type `rules`."""
     for function in functions:
 
@@ -128,15 +128,15 @@ def implement(rules: type, *functions: Callable[..., Any]) -> None:
         overload(globals()[function.__name__], jit_options=options, strict=False)(choose)  # type: ignore[arg-type]
 
 
-def by_type(table: Mapping[Any, Any]) -> Callable[[Any], Any]:
+def lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
     """Return a function, usable in compiled code, that looks up the type of its argument in a table."""
 
     def look_up(mark: Any) -> Any:
-        return table[type(mark)]
+        return value_by_type[type(mark)]
 
     @overload(look_up, strict=False)
     def choose(mark: Any) -> Any:
-        entry = table[mark.instance_class]
+        entry = value_by_type[mark.instance_class]
         return lambda mark: entry  # noqa: ARG005, Numba requires the same arguments
 
     return look_up
@@ -150,30 +150,30 @@ def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
 
 
 @njit(**OPTIONS)
-def with_room(path: Any, rows: int, most: int) -> Any:
-    """Return a path with at least `rows` rows: the same one, or a copy at least twice as long but at most `most` rows.
+def path_with_room(path: Any, min_rows: int, max_rows: int) -> Any:
+    """Return a path with at least `min_rows` rows: the same one, or a copy twice as long or longer, up to `max_rows`.
 
-    If `rows` exceeds `most`, the path is returned unchanged.
+    If `min_rows` exceeds `max_rows`, the path is returned unchanged.
     """
-    if rows <= path.shape[0] or rows > most:
+    if min_rows <= path.shape[0] or min_rows > max_rows:
         return path
-    longer = np.zeros(min(max(rows, 2 * path.shape[0]), most), path.dtype)
+    longer = np.zeros(min(max(min_rows, 2 * path.shape[0]), max_rows), path.dtype)
     for row in range(path.shape[0]):
         longer[row] = path[row]
     return longer
 
 
 @njit(**QUEUE)
-def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
+def run_queue(rules: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tuple[Any, int]:
     """Run cases, all with the same steps per sample.
 
     Parameters
     ----------
     rules : NamedTuple
         Rules of the model, with the cases and the table of results; see `Rules`.
-    order : ndarray of int64, shape (m,)
+    ordered_cases : ndarray of int64, shape (m,)
         Indices of the cases to run, in this order.
-    counter : ndarray of int64, shape (1,)
+    steps_done : ndarray of int64, shape (1,)
         Incremented by the block steps done, to show progress.
     path : ndarray, shape (rows, …)
         Filled with the path of the first case; pass an array without rows if the path is not needed.
@@ -188,20 +188,20 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
     rules = borrowed(rules)  # the caller keeps the arrays alive
     job, work = rules.job, workspace(rules)
     lanes, steps, results = job.lanes, job.steps_per_check * job.step_weight, rules.results
-    case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned(lanes)
+    case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned_zeros(lanes)
     left_out = np.zeros(lanes, np.int64)
     # Force int64; Numba would type these as literals and compile every callee twice.
     none = int(np.int64(0))
     active, head, recorded, filled = none, none, none, none
     while True:
-        while active < lanes and (head < order.size or filled < lanes):
+        while active < lanes and (head < ordered_cases.size or filled < lanes):
             # Unused lanes compute the first case too, so that no lane computes with undefined numbers.
-            lane = active if head < order.size else filled
-            case[lane] = order[head if head < order.size else 0]
+            lane = active if head < ordered_cases.size else filled
+            case[lane] = ordered_cases[head if head < ordered_cases.size else 0]
             done[lane], left_out[lane] = int(results[case[lane]].block_steps), none
             start(rules, work, lane, case[lane])
             filled = max(filled, lane + 1)
-            if head < order.size:
+            if head < ordered_cases.size:
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
             return path, recorded
@@ -209,7 +209,7 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
         columns = (active + 7) // 8 * 8
         load(rules, work, case, columns)
         path, recorded = advance(rules, work, columns, path, recorded)
-        counter[0] += active * steps
+        steps_done[0] += active * steps
         spent = none
         for lane in range(active):
             done[lane] += steps
@@ -234,4 +234,4 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             copy_lane(work.state, lanes, active, lane)
 
 
-keep_compiled(run_queue)
+cache_compiled_kernel(run_queue)

@@ -17,36 +17,38 @@ from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 
-def paths_of(of: type, prefix: str = "") -> Iterator[str]:
+def number_paths(tuple_type: type, prefix: str = "") -> Iterator[str]:
     """Yield the paths of field names to the numbers of a tuple type, depth first."""
-    for name, kind in get_type_hints(of).items():
+    for name, kind in get_type_hints(tuple_type).items():
         if hasattr(kind, "_fields"):
-            yield from paths_of(kind, f"{prefix}{name}.")
+            yield from number_paths(kind, f"{prefix}{name}.")
         else:
             yield prefix + name
 
 
 @cache
-def type_of(kind: type) -> Any:
+def numba_tuple_type(tuple_type: type) -> Any:
     """Return the Numba type of a named tuple of float64 numbers or of further such tuples."""
-    if not hasattr(kind, "_fields"):
+    if not hasattr(tuple_type, "_fields"):
         return types.float64
-    return types.BaseTuple.from_types(tuple(type_of(inner) for inner in get_type_hints(kind).values()), pyclass=kind)
+    return types.BaseTuple.from_types(
+        tuple(numba_tuple_type(inner) for inner in get_type_hints(tuple_type).values()), pyclass=tuple_type
+    )
 
 
-def numbers_of(builder: Any, kind: type, value: Any) -> list[Any]:
-    """Return the numbers of a tuple value, in the order of `paths_of`."""
-    inners = get_type_hints(kind).values() if hasattr(kind, "_fields") else ()
-    parts = (numbers_of(builder, inner, builder.extract_value(value, at)) for at, inner in enumerate(inners))
+def extract_numbers(builder: Any, tuple_type: type, value: Any) -> list[Any]:
+    """Return the numbers of a tuple value, in the order of `number_paths`."""
+    inners = get_type_hints(tuple_type).values() if hasattr(tuple_type, "_fields") else ()
+    parts = (extract_numbers(builder, inner, builder.extract_value(value, at)) for at, inner in enumerate(inners))
     return [number for part in parts for number in part] if inners else [value]
 
 
-def tuple_of(context: Any, builder: Any, kind: type, numbers: Iterator[Any]) -> Any:
-    """Return a tuple value built from numbers in the order of `paths_of`."""
-    if not hasattr(kind, "_fields"):
+def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[Any]) -> Any:
+    """Return a tuple value built from numbers in the order of `number_paths`."""
+    if not hasattr(tuple_type, "_fields"):
         return next(numbers)
-    parts = [tuple_of(context, builder, inner, numbers) for inner in get_type_hints(kind).values()]
-    return context.make_tuple(builder, type_of(kind), parts)
+    parts = [build_tuple(context, builder, inner, numbers) for inner in get_type_hints(tuple_type).values()]
+    return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
 def select_frozen(builder: Any, condition: Any, first: Any, second: Any) -> Any:
@@ -101,18 +103,18 @@ class GeneratedFunction:
         return library
 
 
-def _to_float64(context: Any, builder: Any, kind: type, actual: Any, value: Any) -> Any:
+def _to_float64(context: Any, builder: Any, tuple_type: type, actual: Any, value: Any) -> Any:
     """Convert a tuple, or a number, of any numeric types to float64."""
-    if actual == type_of(kind):
+    if actual == numba_tuple_type(tuple_type):
         return value
-    if not hasattr(kind, "_fields"):
+    if not hasattr(tuple_type, "_fields"):
         return context.cast(builder, value, actual, types.float64)
-    inners = zip(get_type_hints(kind).values(), actual, strict=True)
+    inners = zip(get_type_hints(tuple_type).values(), actual, strict=True)
     parts = [
         _to_float64(context, builder, inner, of, builder.extract_value(value, at))
         for at, (inner, of) in enumerate(inners)
     ]
-    return context.make_tuple(builder, type_of(kind), parts)
+    return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
 def _check(kind: type, *given: Any) -> None:
@@ -129,13 +131,13 @@ def _data(context: Any, builder: Any, array: Any, value: Any) -> Any:
     return context.make_array(array)(context, builder, value=value).data
 
 
-def loads(kind: type, rows: list[int | None], name: str) -> Any:
+def tuple_loader(tuple_type: type, rows: list[int | None], name: str) -> Any:
     """Return a compiled function ``load(array, j)``: the tuple of ``array[row + j]``, with 0 for each row None."""
 
     def write(context: Any, builder: Any, data: Any, j: Any) -> Any:
         zero = ir.Constant(ir.DoubleType(), 0.0)
         numbers = [zero if row is None else builder.load(_at(builder, data, row, j)) for row in rows]
-        return tuple_of(context, builder, kind, iter(numbers))
+        return build_tuple(context, builder, tuple_type, iter(numbers))
 
     generated = GeneratedFunction(f"load.{name}", write)
 
@@ -144,12 +146,12 @@ def loads(kind: type, rows: list[int | None], name: str) -> Any:
             data = _data(context, builder, signature.args[0], values[0])
             return generated(context, builder, signature.return_type, data, values[1])
 
-        return type_of(kind)(array, types.uintp), make
+        return numba_tuple_type(tuple_type)(array, types.uintp), make
 
     return intrinsic(load)
 
 
-def stores(kind: type, rows: list[int | None], name: str) -> Any:
+def tuple_storer(tuple_type: type, rows: list[int | None], name: str) -> Any:
     """Return a compiled function ``store(array, j, value)`` that writes to ``array[row + j]``, except for row None."""
 
     def write(_: Any, builder: Any, data: Any, j: Any, *numbers: Any) -> None:
@@ -160,20 +162,22 @@ def stores(kind: type, rows: list[int | None], name: str) -> Any:
     generated = GeneratedFunction(f"store.{name}", write)
 
     def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
-        _check(kind, value)
+        _check(tuple_type, value)
 
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             data = _data(context, builder, signature.args[0], values[0])
-            numbers = _to_float64(context, builder, kind, signature.args[2], values[2])
-            return generated(context, builder, types.void, data, values[1], *numbers_of(builder, kind, numbers))
+            numbers = _to_float64(context, builder, tuple_type, signature.args[2], values[2])
+            return generated(
+                context, builder, types.void, data, values[1], *extract_numbers(builder, tuple_type, numbers)
+            )
 
         return types.void(array, types.uintp, value), make
 
     return intrinsic(store)
 
 
-def stores_unless(kind: type, rows: list[int | None], name: str) -> Any:
-    """Return a compiled function ``store_unless(array, j, keep, value)``: `stores` unless `keep`, without a branch."""
+def conditional_tuple_storer(tuple_type: type, rows: list[int | None], name: str) -> Any:
+    """Return a compiled function ``store_unless(array, j, keep, value)``: a store unless `keep`, without a branch."""
 
     def write(_: Any, builder: Any, data: Any, j: Any, keep: Any, *numbers: Any) -> None:
         for row, number in zip(rows, numbers, strict=True):
@@ -184,13 +188,13 @@ def stores_unless(kind: type, rows: list[int | None], name: str) -> Any:
     generated = GeneratedFunction(f"store_unless.{name}", write)
 
     def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
-        _check(kind, value)
+        _check(tuple_type, value)
 
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             data = _data(context, builder, signature.args[0], values[0])
-            numbers = _to_float64(context, builder, kind, signature.args[3], values[3])
+            numbers = _to_float64(context, builder, tuple_type, signature.args[3], values[3])
             return generated(
-                context, builder, types.void, data, values[1], values[2], *numbers_of(builder, kind, numbers)
+                context, builder, types.void, data, values[1], values[2], *extract_numbers(builder, tuple_type, numbers)
             )
 
         return types.void(array, types.uintp, types.boolean, value), make
@@ -203,40 +207,42 @@ def _at(builder: Any, data: Any, row: int, j: Any) -> Any:
     return builder.gep(data, [builder.add(j, ir.Constant(j.type, row))])
 
 
-def zeros(kind: type) -> Any:
+def zero_tuple_maker(tuple_type: type) -> Any:
     """Return a compiled function ``zero()``: a tuple of zeros."""
 
     def zero(_: Any) -> Any:
         def make(context: Any, *_: Any) -> Any:
-            return ir.Constant(context.get_value_type(type_of(kind)), None)
+            return ir.Constant(context.get_value_type(numba_tuple_type(tuple_type)), None)
 
-        return type_of(kind)(), make
+        return numba_tuple_type(tuple_type)(), make
 
     return intrinsic(zero)
 
 
-def by_numbers(kind: type, name: str, of_two: Callable[[Any, Any, Any], Any]) -> Any:
+def elementwise_function(tuple_type: type, name: str, combine: Callable[[Any, Any, Any], Any]) -> Any:
     """Return a compiled function ``f(a, b)`` that applies ``of_two(builder, x, y)`` to each pair of numbers."""
 
     def write(context: Any, builder: Any, *numbers: Any) -> Any:
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
-        return tuple_of(context, builder, kind, (of_two(builder, *two) for two in zip(first, second, strict=True)))
+        return build_tuple(
+            context, builder, tuple_type, (combine(builder, *two) for two in zip(first, second, strict=True))
+        )
 
     generated = GeneratedFunction(name, write)
 
     def function(_: Any, a: Any, b: Any) -> Any:
-        _check(kind, a, b)
+        _check(tuple_type, a, b)
 
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            two = [_to_float64(context, builder, kind, *one) for one in zip(signature.args, values, strict=True)]
-            numbers = [number for one in two for number in numbers_of(builder, kind, one)]
+            two = [_to_float64(context, builder, tuple_type, *one) for one in zip(signature.args, values, strict=True)]
+            numbers = [number for one in two for number in extract_numbers(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
-        return type_of(kind)(a, b), make
+        return numba_tuple_type(tuple_type)(a, b), make
 
     return intrinsic(function)
 
 
-def dtype_of(*kinds: Any) -> np.dtype[np.void]:
+def table_dtype(*kinds: Any) -> np.dtype[np.void]:
     """Return the dtype of a table with a column of floats for each field of named tuples, in their order."""
     return np.dtype([(name, "f8") for kind in kinds for name in kind._fields])

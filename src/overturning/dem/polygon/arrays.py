@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Clock
 from overturning.dem.kernel.mechanics import LANDING
-from overturning.dem.kernel.tuples import dtype_of
+from overturning.dem.kernel.tuples import table_dtype
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
@@ -99,11 +99,11 @@ class ElementResultColumns(NamedTuple):
     """Slip of the base at the end, m."""
 
 
-CASE: Final = dtype_of(SceneCaseColumns, Clock)
-ELEMENT: Final = dtype_of(ElementColumns)
-LIMITS: Final = dtype_of(LimitColumns)
-RESULT: Final = dtype_of(SceneResultColumns)
-ELEMENT_RESULT: Final = dtype_of(ElementResultColumns)
+CASE: Final = table_dtype(SceneCaseColumns, Clock)
+ELEMENT: Final = table_dtype(ElementColumns)
+LIMITS: Final = table_dtype(LimitColumns)
+RESULT: Final = table_dtype(SceneResultColumns)
+ELEMENT_RESULT: Final = table_dtype(ElementResultColumns)
 
 CALM_KINETIC: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""

@@ -14,8 +14,8 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.lanes import APART, INLINE, arithmetic, select
-from overturning.dem.kernel.mechanics import clamp
+from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
+from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_terms, add_predicted_forces
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
@@ -80,7 +80,7 @@ class PairMotion(NamedTuple):
     b: ElementConstants
 
 
-plus = arithmetic(PairMatrix).plus
+plus = tuple_arithmetic(PairMatrix).plus
 
 
 @njit(**INLINE)
@@ -236,7 +236,7 @@ def end_at_solution(
     (drifts, drift), loaded = flat_landing_slip(contact_law, end, whole, a, b, held), most > 0.0
     force, holds, slips = apply_friction(t, n, contact_law, (held, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
-    spring = clamp(stretch, holds * contact_law.compliance) if slips else stretch
+    spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     spring = spring if inside else 0.0
     assumed = 0.0 if fine else assumed_contact.slid
     changed = (

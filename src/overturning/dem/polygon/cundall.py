@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
-from overturning.dem.kernel.mechanics import clamp, larger
+from overturning.dem.kernel.mechanics import clamp_magnitude, larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
 from overturning.dem.polygon.mechanics import (
@@ -63,7 +63,7 @@ def end_after_step(
     t = -(contact_law.tangential * stretch) - drag
     # The spring of a slipping end is shortened to the force that friction can hold.
     force, holds, slips = apply_friction(t, n, contact_law, flat_landing)
-    spring = clamp(stretch, holds * contact_law.compliance) if slips else stretch
+    spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     return EndResult(EndForce(n, force, spring), end.depth, end.slip, end.closed)
 
 
@@ -92,10 +92,10 @@ def advance_element(vertical_ground: Any, element_rows: Any, case_rows: Any, gra
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.totals
-        ground = within_sample(shaking.base, shaking.tick) * item.inertia.frame
+        ground = motion_at_tick(shaking.base, shaking.tick) * item.inertia.frame
         lift = 0.0
         if vertical_ground is not None:
-            lift = within_sample(shaking.up, shaking.tick) * item.inertia.frame
+            lift = motion_at_tick(shaking.up, shaking.tick) * item.inertia.frame
         a = element_acceleration(item, ground, lift, gravity)
         v = velocity_after(item.velocity, a, dt)
         work = old.work - dt * inertial_power(item, ground, lift, velocity_after(item.velocity, a, half))

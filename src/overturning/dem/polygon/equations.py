@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, arithmetic, unknown, windows
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, tuple_arithmetic, unknown, window_slicer
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import PairForce, PairMatrix
 from overturning.dem.polygon.state import ElementConstants, PlanarVector
@@ -34,7 +34,7 @@ class Submatrix(NamedTuple):
 SUBMATRIX: Final = Rows(rows.COLUMNS, Submatrix)
 SIZE: Final = SUBMATRIX.size
 load, store, _ = SUBMATRIX.access(Submatrix)
-minus = arithmetic(Submatrix).minus
+minus = tuple_arithmetic(Submatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
@@ -96,7 +96,7 @@ def mark_nonzero(pattern: NonzeroPattern, row: int, column: int) -> None:
     pattern.count[row] += 1
 
 
-of_submatrix: Final = windows(SIZE)
+of_submatrix: Final = window_slicer(SIZE)
 """``of_submatrix(matrix, k)``: return the rows of submatrix number k."""
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp, larger, rotate_pair, slides_flat
+from overturning.dem.kernel.mechanics import clamp_magnitude, larger, rotate_pair, slides_flat
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd
 from overturning.dem.polygon.state import (
     MINE,
@@ -253,7 +253,7 @@ def apply_friction(
     """
     (held, drifts, drift), limit = flat_landing, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit
-    force = drift * normal_force if drifts else (clamp(trial_force, limit) if slips else trial_force)
+    force = drift * normal_force if drifts else (clamp_magnitude(trial_force, limit) if slips else trial_force)
     return force, (limit if limit > 0.0 else 0.0), slips
 
 

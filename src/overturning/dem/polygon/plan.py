@@ -12,14 +12,26 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import Plan, check_path, ground_motions
+from overturning.dem.plan import Plan, base_motions_by_azimuth, check_path_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_path_columns, scene_path
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
-from overturning.dem.quiet import SAFE_SHARE, SCENE_REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
-from overturning.dem.time_step import HEAVY_DAMPING, Scheme, parse_scheme, steps_from_stable, steps_per_sample
+from overturning.dem.quiet import (
+    SAFE_SHARE,
+    SCENE_REST_THRESHOLD_FACTOR,
+    dynamic_overshoot_bound,
+    find_quiet_windows,
+    rest_threshold,
+)
+from overturning.dem.time_step import (
+    HEAVY_DAMPING,
+    Scheme,
+    parse_scheme,
+    steps_per_sample,
+    steps_per_sample_from_stable_step,
+)
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
@@ -50,26 +62,30 @@ class PolygonPlan(Plan):
     stands_from: FloatArray  # see `SceneRules`
     arrays: t.SceneArrays
 
-    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
+    def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Add ``each``, shape (count, elements), to the tables of `Plan.tables`."""
-        each = (count, self.arrays.elements.shape[1])
-        return {"results": np.zeros(count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
+        each = (case_count, self.arrays.elements.shape[1])
+        return {"results": np.zeros(case_count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
 
-    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> SceneRules:
+    def kernel_rules(
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
+    ) -> SceneRules:
         """Return the kernel's input for cases with the same number of steps per sample."""
         scheme = SCHEMES[self.scheme]
         return SceneRules(
-            **self.common_rules(chosen, tables, finer, scheme.ticks, COLUMNS),
+            **self.common_rules(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
             scheme=scheme,
-            stands_from=self.stands_from[chosen],
-            variant=self.variant[chosen],
+            stands_from=self.stands_from[case_numbers],
+            variant=self.variant[case_numbers],
             scene=self.arrays,
-            each=tables["each"],
+            each=result_tables["each"],
         )
 
-    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+    def case_variables(
+        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+    ) -> dict[str, Any]:
         """Convert the kernel's results; a case with an element past the end of the ground has no valid outcome."""
-        out, every, variant = tables["results"], tables["each"], self.variant[chosen]
+        out, every, variant = filled_tables["results"], filled_tables["each"], self.variant[case_numbers]
         edge = np.array([item.slip_to_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
@@ -78,29 +94,32 @@ class PolygonPlan(Plan):
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
-    def path_buffer(self, recorded: bool) -> FloatArray:
-        """Return a buffer for a path as a plain array of zeros, without rows if the path is not `recorded`."""
-        if not recorded:
+    def path_buffer(self, is_recorded: bool) -> FloatArray:
+        """Return a buffer for a path as a plain array of zeros, without rows if the path is not `is_recorded`."""
+        if not is_recorded:
             return np.zeros((0, 0))
         rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, count_path_columns(self.variants[0])
-        check_path(rows * columns)
+        check_path_size(rows * columns)
         return np.zeros((rows, columns))
 
-    def rest_rows(self, count: int) -> FloatArray:
-        """Return the first `count` rows of a path with all elements at rest."""
+    def rest_rows(self, sample_count: int) -> FloatArray:
+        """Return the first `sample_count` rows of a path with all elements at rest."""
         prepared = self.variants[0]
-        rest, poses_end = np.zeros((count, count_path_columns(prepared))), 2 + POSE_COLUMNS * len(prepared.placed)
+        rest, poses_end = (
+            np.zeros((sample_count, count_path_columns(prepared))),
+            2 + POSE_COLUMNS * len(prepared.placed),
+        )
         rest[:, poses_end:] = np.nan
-        rest[:, TIME] = np.arange(count) * self.motion.sampling_interval
-        rest[:, GROUND] = self.ground[0, :count] * self.table[0]["amplitude"]
+        rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
+        rest[:, GROUND] = self.ground[0, :sample_count] * self.table[0]["amplitude"]
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
             rest[:, 2 + POSE_COLUMNS * index : 5 + POSE_COLUMNS * index] = pose
         return rest
 
-    def path(self, rows: FloatArray) -> PlanePath:
+    def convert_path(self, path_rows: FloatArray) -> PlanePath:
         """Convert the rows to the path of the only case."""
-        return scene_path(self.variants[0], rows)
+        return scene_path(self.variants[0], path_rows)
 
 
 def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
@@ -113,7 +132,7 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variants(scene, variants)
-    row, ground = ground_motions(motion, cases)
+    row, ground = base_motions_by_azimuth(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     time = np.array([item.rocking_time for item in variants])
@@ -128,14 +147,16 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     table["after"] = motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["dwell"] = np.round(SCENE.dwell_of(square, rate) * divided * numerics.refinement)[variant]
+    table["dwell"] = np.round(SCENE.dwell_steps(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     stands_from = np.full((cases.size, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
-        quiet = partial(quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.samples])
+        quiet = partial(
+            find_quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.samples]
+        )
         onset = np.zeros(cases.size)
         for number, item in enumerate(variants):
             onset[variant == number] = item.motion_onset(np.asarray(cases.friction)[variant == number])
@@ -173,7 +194,7 @@ def _rest_thresholds(
     lifts, slowest = (np.array([getattr(item, name) for item in variants]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in variants]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]
-    rings = overshoot(slowest[variant], delay * np.asarray(cases.damping_factor), sampling_interval)
+    rings = dynamic_overshoot_bound(slowest[variant], delay * np.asarray(cases.damping_factor), sampling_interval)
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
     return rest_threshold(lifts[variant], motion_onset, lifts[variant], rings, SCENE_REST_THRESHOLD_FACTOR)
 
@@ -200,7 +221,9 @@ def scene_time_steps(
     frequency = np.sqrt(squared_frequency)
     whole = np.minimum(SCENE.longest * rocking_time, sampling_interval)
     heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING, 1.0)
-    fewest, steps = (steps_from_stable(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step))
+    fewest, steps = (
+        steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
+    )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER, Rows, arithmetic, windows
+from overturning.dem.kernel.lanes import INNER, Rows, tuple_arithmetic, window_slicer
 from overturning.dem.polygon.faces import CommonStretch
 from overturning.dem.polygon.mechanics import AssumedContact
 from overturning.dem.polygon.state import CaseState, ElementState, Pair, PairHistory, StoredFindings
@@ -42,7 +42,7 @@ _, store_up, _ = CASE.access(CaseState, "shaking.up")
 _, store_attempt, _ = CASE.access(CaseState, "attempt")
 _, store_decision, _ = CASE.access(CaseState, "decision")
 _, store_findings, _ = CASE.access(CaseState, "findings")
-no_findings = arithmetic(StoredFindings).zero
+no_findings = tuple_arithmetic(StoredFindings).zero
 load_element, _, _ = ELEMENT.access(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT.access(ElementState, "pose")
 _, store_velocity, keep_velocity = ELEMENT.access(ElementState, "velocity")
@@ -91,10 +91,10 @@ def flatten_numbers(tuples: Iterable[Any]) -> list[float]:
     ]
 
 
-of_element: Final = windows(ELEMENT_SIZE, CASE_SIZE)
+of_element: Final = window_slicer(ELEMENT_SIZE, CASE_SIZE)
 """``of_element(state, i)``: return the rows of element i."""
 
-_pair_at = windows(PAIR_SIZE, CASE_SIZE, 1)
+_pair_at = window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INNER)

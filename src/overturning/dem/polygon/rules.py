@@ -19,15 +19,15 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import (
     Ground,
-    Line,
+    LinearMotion,
     below_rest_threshold,
+    count_skippable_samples,
     is_rest_check_sample,
-    piece,
-    samples_at_rest,
+    motion_over_sample,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned, borrowed
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
 from overturning.dem.kernel.mechanics import unit_pair
-from overturning.dem.kernel.queue import Job, by_type, implement
+from overturning.dem.kernel.queue import Job, lookup_by_type, register_implementations
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
@@ -94,18 +94,18 @@ class SceneWorkspace(NamedTuple):
     """True for each element that forces move, shape (elements,)."""
 
 
-step_of = by_type(STEPS)
+step_of = lookup_by_type(STEPS)
 """Return the step function of a scheme, selected by the type of its constants."""
 
 
 def workspace(rules: Any) -> Any:
     """Allocate the state rows and the working memory of the cases that are computed together."""
     elements, pairs, initial = rules.scene.elements.shape[1], rules.scene.layout.shape[0], rules.scene.initial
-    owner = aligned(initial.shape[1] * rows.COLUMNS)
+    owner = aligned_zeros(initial.shape[1] * rows.COLUMNS)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
-    matrix = aligned((elements * elements + SPARE) * SIZE)
+    matrix = aligned_zeros((elements * elements + SPARE) * SIZE)
     return SceneWorkspace(borrowed(owner), owner, matrix, empty_pattern(elements), activate_all_pairs(pairs), moves)
 
 
@@ -154,7 +154,7 @@ def initialise_case(
     """Initialise the rows of a case in a lane, from its parameters."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
-        Line(0.0, 0.0, 0.0),
+        LinearMotion(0.0, 0.0, 0.0),
         case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
     )
     first = Attempt(case_parameters.finest, case_parameters.dwell, 0.0)
@@ -229,9 +229,11 @@ def load_ground_motion(
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
-        rows.store_base(state, j, piece(horizontal_ground[motion_rows[cases[j]]], i, factor, samples_per_tick))
+        rows.store_base(
+            state, j, motion_over_sample(horizontal_ground[motion_rows[cases[j]]], i, factor, samples_per_tick)
+        )
         if vertical_ground is not None:
-            rows.store_up(state, j, piece(vertical_ground, i, factor, samples_per_tick))
+            rows.store_up(state, j, motion_over_sample(vertical_ground, i, factor, samples_per_tick))
 
 
 def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:  # noqa: ARG001
@@ -319,7 +321,7 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         # Test the shaking first: testing the elements takes longer.
         quiet = long and below_rest_threshold(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
         if quiet and all_at_rest(state, j, scene):
-            samples = samples_at_rest(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
+            samples = count_skippable_samples(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
             state[rows.SAMPLE + j] += samples
             left_out[j] += samples
 
@@ -334,4 +336,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  #
     write_case_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
 
 
-implement(SceneRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)
+register_implementations(SceneRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

@@ -3,15 +3,15 @@
 from typing import NamedTuple
 
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ground import Line
+from overturning.dem.kernel.ground import LinearMotion
 
 
 class BaseMotion(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the sample."""
 
-    base: Line
+    base: LinearMotion
     """Acceleration towards the azimuth."""
-    up: Line
+    up: LinearMotion
     """Upward acceleration."""
     tick: float
     """Ticks since the start of the sample."""

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve
+from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import ElementPair, PlacedElement, SharedSegmentEnd, TouchingEnd, touching_ends
 from overturning.model.scene import Scene
@@ -140,7 +140,7 @@ def static_equilibrium(
     number = _displacement_slices(elements)
     load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
     while joints:
-        solution = solve(_stiffness_matrix(load.size, joints, normal, held), load)
+        solution = solve_positive_definite(_stiffness_matrix(load.size, joints, normal, held), load)
         if solution is None:
             return None
         ends = [

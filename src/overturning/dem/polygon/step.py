@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE, StepFindings, next_attempt
-from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
@@ -52,8 +52,8 @@ def base_acceleration_at_step_end(
     past = past if past > 0.0 else 0.0
     lift = 0.0
     if vertical_ground is not None:
-        lift = at_tick(case.shaking.up, tick, past) * inertia.frame
-    return at_tick(case.shaking.base, tick, past) * inertia.frame, lift
+        lift = motion_at_tick_or_beyond(case.shaking.up, tick, past) * inertia.frame
+    return motion_at_tick_or_beyond(case.shaking.base, tick, past) * inertia.frame, lift
 
 
 @njit(**APART)

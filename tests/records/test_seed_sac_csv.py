@@ -12,7 +12,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, format_record_check
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
-from overturning.records.formats.table import format_named
+from overturning.records.formats.table import find_format_by_name
 from overturning.records.read import read, read_record, read_without_processing
 from overturning.records.record import processing_label
 from overturning.records.source import SourceFile
@@ -325,7 +325,7 @@ def test_sac_is_recognised_by_version_and_length(tmp_path, order):
         words = bytearray(header)
         struct.pack_into(f"{order}i", words, 76 * 4, version)
         struct.pack_into(f"{order}i", words, 79 * 4, length)
-        assert format_named("sac").detect(SourceFile("a.sac", bytes(words))) is known, (version, length)
+        assert find_format_by_name("sac").detect(SourceFile("a.sac", bytes(words))) is known, (version, length)
 
 
 def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):

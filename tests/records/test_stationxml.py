@@ -10,7 +10,7 @@ import pytest
 from overturning.errors import RecordError
 from overturning.records.check import check_paths
 from overturning.records.declarations import Declarations
-from overturning.records.formats.stationxml import acceleration_scale, is_velocity
+from overturning.records.formats.stationxml import acceleration_unit_size, is_velocity_unit
 from overturning.records.read import read_without_processing
 from tests.expect import refused
 from tests.records.record_writers import peer_text
@@ -135,8 +135,8 @@ def test_a_response_without_stages(tmp_path, code, unit):
     ],
 )
 def test_units_in_every_spelling(unit, scale):
-    assert acceleration_scale(unit) == scale
-    assert is_velocity(unit) == (unit in ("M/S", "m / sec"))
+    assert acceleration_unit_size(unit) == scale
+    assert is_velocity_unit(unit) == (unit in ("M/S", "m / sec"))
 
 
 @pytest.mark.parametrize(

@@ -72,11 +72,11 @@ class FileOptions:
     def declarations(self) -> Declarations:
         """Return the options as `Declarations` for the readers; raise an ArgumentError that names a wrong option."""
         from overturning.errors import ArgumentError
-        from overturning.records.formats.table import format_named
+        from overturning.records.formats.table import find_format_by_name
 
         given: dict[str, Any] = {name: value for name, value in vars(self).items() if value not in ("", None)}
         try:
-            format_named(self.format or "auto")
+            find_format_by_name(self.format or "auto")
             return Declarations(**given)
         except ArgumentError as problem:
             raise ArgumentError(

@@ -24,7 +24,7 @@ from overturning.records.component import (
 from overturning.records.declarations import Declarations, VerticalSense
 from overturning.records.doubts import check_dead_axis, sample_quality_notes
 from overturning.records.record import Record
-from overturning.records.window import AssemblyReasons, common_window_entry, cut_to_common_window
+from overturning.records.window import AssemblyRefusals, common_window_entry, cut_to_common_window
 
 
 def format_utc(moment: datetime | None) -> str | None:
@@ -64,7 +64,7 @@ def assemble_record(
     below 0.0001 g.
     """
     declarations = declarations or Declarations()
-    reasons = AssemblyReasons(trusting=declarations.trust_data)
+    reasons = AssemblyRefusals(trust_contradictions=declarations.trust_data)
     name = components[0].file if components else record_id
     components, notes = _apply_vertical_sense(components, declarations.vertical_sense)
     notes += [note for component in components if (note := _unused_declaration_note(component, declarations))]
@@ -110,7 +110,7 @@ def assemble_record(
     )
 
 
-def _relative_peak_differences(components: Sequence[Component], reasons: AssemblyReasons) -> dict[str, float]:
+def _relative_peak_differences(components: Sequence[Component], reasons: AssemblyRefusals) -> dict[str, float]:
     """Return the relative difference of each axis's peak from that in its header, by axis; collect contradictions."""
     differences = {}
     for component in components:
@@ -130,7 +130,7 @@ def _declared_azimuth_notes(components: Sequence[Component], axes_in_files: Sequ
 
 
 def _cut_to_checked_window(
-    components: Sequence[Component], reasons: AssemblyReasons, notes: list[str]
+    components: Sequence[Component], reasons: AssemblyRefusals, notes: list[str]
 ) -> Sequence[Component]:
     """Return the components in their common window; add notes on its samples, and collect reasons against it."""
     window = components

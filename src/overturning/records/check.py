@@ -9,7 +9,7 @@ from overturning.records.assembly import assemble_record
 from overturning.records.component import Component, peak_acceleration
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
-from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
+from overturning.records.formats.table import NO_ACCELERATION, holds_no_acceleration
 from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
 from overturning.records.read import missing_vertical_notes, read_file_and_siblings, with_added_notes
@@ -45,7 +45,7 @@ def check_paths(paths: Sequence[Path], declarations: Declarations | None = None)
     sources, findings = _read_sources(paths)
     declarations = (declarations or Declarations()).with_station_xml(sources)
     records = [source for source in sources if source not in declarations.metadata]
-    skipped = [source for source in records if is_no_acceleration(source)]
+    skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
     findings += [RecordCheck((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]

@@ -10,11 +10,11 @@ from overturning.records.component import Component
 from overturning.records.declarations import Declarations
 from overturning.records.formats.table import (
     NO_ACCELERATION,
-    Format,
+    FileFormat,
     detect_format,
-    format_named,
-    is_no_acceleration,
-    is_recognised,
+    find_format_by_name,
+    has_known_format,
+    holds_no_acceleration,
 )
 from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, open_archive
 
@@ -30,7 +30,7 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
     """
     packed = list(_unpack_archives(files))
     declarations = declarations.with_station_xml(member for member, _ in packed)
-    named = format_named("csv" if declarations.columns else declarations.format)
+    named = find_format_by_name("csv" if declarations.columns else declarations.format)
     is_csv = named is not None and named.name == "csv"
     components: list[Component] = []
     left_out: dict[SourceFile, str] = {}
@@ -40,7 +40,7 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
         in_archive = member is not file
         if member in declarations.metadata:
             continue
-        if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or is_no_acceleration(member)):
+        if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION
         elif in_archive and not is_csv and _is_unknown_table(member):
             tables.append(member)
@@ -72,10 +72,10 @@ def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, 
 
 def _is_unknown_table(member: SourceFile) -> bool:
     """Return True for a member of an archive with the extension of a table that is of no known format."""
-    return member.suffix in TABLES and not is_recognised(member)
+    return member.suffix in TABLES and not has_known_format(member)
 
 
-def _read_file(file: SourceFile, required_format: Format | None, declarations: Declarations) -> list[Component]:
+def _read_file(file: SourceFile, required_format: FileFormat | None, declarations: Declarations) -> list[Component]:
     """Read the components of one file, in the named format or in that of its content."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")

@@ -52,7 +52,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: Site | No
         if isinstance(step, Highpass) and step.corner_hz == "auto":
             corner, chosen = choose_corner_frequency(record)
             step = step.model_copy(update={"corner_hz": corner})
-        shift, change = step.shift(record.sampling_interval), partial(step.apply, record=record)
+        shift, change = step.start_shift(record.sampling_interval), partial(step.apply, record=record)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         start = record.start and format_utc(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
         changed = record.with_changed_components(change, sampling_interval=interval, start=start)

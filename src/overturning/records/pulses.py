@@ -93,7 +93,7 @@ class MavroeidisPapageorgiou(_Pulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class _Lasting(_Pulse):
+class _PulseOfGivenDuration(_Pulse):
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 
     @property
@@ -102,7 +102,7 @@ class _Lasting(_Pulse):
         return self.duration_s
 
 
-class Constant(_Lasting):
+class Constant(_PulseOfGivenDuration):
     """a = A for a given time: the base accelerates steadily towards the azimuth."""
 
     shape: Literal["constant"] = "constant"
@@ -111,7 +111,7 @@ class Constant(_Lasting):
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class Noise(_Lasting):
+class Noise(_PulseOfGivenDuration):
     """A burst of band-limited white noise under a cosine bell.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency

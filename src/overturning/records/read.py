@@ -23,7 +23,7 @@ from overturning.records.component import Component
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
 from overturning.records.formats.table import (
-    format_named,
+    find_format_by_name,
 )
 from overturning.records.grouping import belongs_to_record, group_components_by_record
 from overturning.records.neighbours import find_similar_files, is_vertical_component
@@ -98,7 +98,7 @@ def _read_entry_components(entry: RecordEntry, data_dir: Path | str) -> list[Com
 
         return fema_p695.read(entry.source)
     try:
-        format_named(entry.declarations.format)
+        find_format_by_name(entry.declarations.format)
     except ArgumentError as problem:
         raise ConfigError(f"record {entry.id}: {problem}") from None
     return read_components(read_entry_files(entry, Path(data_dir)), entry.declarations)

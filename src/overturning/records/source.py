@@ -124,7 +124,7 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
     if _depth > 2:
         raise RecordError(f"{source.name}: archives nested more than twice; unpack it first")
     try:
-        for member in _members(source, budget):
+        for member in _archive_members(source, budget):
             if is_archive(member.data) and member.suffix not in DOCUMENTS:
                 yield from open_archive(member, _depth=_depth + 1, _budget=budget)
             else:
@@ -137,8 +137,8 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
         raise RecordError(f"{source.name}: {problem}; unpack it first") from problem
 
 
-def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
-    """Yield the files of one archive level; ``budget`` holds the bytes and members that are still allowed."""
+def _archive_members(source: SourceFile, remaining_budget: list[int]) -> Iterator[SourceFile]:
+    """Yield the files of one archive level; ``remaining_budget`` holds the bytes and members that are still allowed."""
     for name, plain, folder, data in (_zip_members if source.data[:2] == b"PK" else _tar_members)(source):
         pure = PurePosixPath(name.replace("\\", "/"))
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
@@ -148,12 +148,12 @@ def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
             continue
         if not plain:
             raise RecordError(f"{source.name}: member {name!r} is a link or a device; put the file itself there")
-        budget[1] -= 1
-        if budget[1] < 0:
+        remaining_budget[1] -= 1
+        if remaining_budget[1] < 0:
             raise RecordError(f"{source.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need")
-        member = data(budget[0] + 1)
-        budget[0] -= len(member)
-        if budget[0] < 0:
+        member = data(remaining_budget[0] + 1)
+        remaining_budget[0] -= len(member)
+        if remaining_budget[0] < 0:
             why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
             raise RecordError(f"{source.name}: {why}")
         yield SourceFile(pure.name, member)

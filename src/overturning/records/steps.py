@@ -18,8 +18,8 @@ LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def _step_error(record: Record, key: str, why: str) -> RecordError:
-    return RecordError(f"record {record.record_id}: {key}; {why}")
+def _step_error(record: Record, step_key: str, reason: str) -> RecordError:
+    return RecordError(f"record {record.record_id}: {step_key}; {reason}")
 
 
 class _Step(BaseModel):
@@ -29,7 +29,7 @@ class _Step(BaseModel):
         """Return a component after the step, m/s²; raise a RecordError if the step does not fit the record."""
         raise NotImplementedError
 
-    def shift(self, interval: float) -> float:  # noqa: ARG002
+    def start_shift(self, interval: float) -> float:  # noqa: ARG002
         """Return the shift of the record's start by the step, s."""
         return 0.0
 
@@ -100,14 +100,14 @@ class Filter(_Step):
             bounds = f"it must lie below the Nyquist frequency {nyquist:g} Hz"
             raise _step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
-        pad = self._pad(record.sampling_interval)
+        pad = self._padding_samples(record.sampling_interval)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
         # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
         # integrate to a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
         kept = filtered if self.step == "highpass" else filtered[pad : pad + samples.size]
         return np.ascontiguousarray(kept, dtype=np.float64)
 
-    def _pad(self, interval: float) -> int:
+    def _padding_samples(self, interval: float) -> int:
         """Return the number of zeros at each end: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / interval)
 
@@ -133,8 +133,8 @@ class Highpass(Filter):
         )
         return super().apply(samples - offset, record)
 
-    def shift(self, interval: float) -> float:  # noqa: D102
-        return -self._pad(interval) * interval
+    def start_shift(self, interval: float) -> float:  # noqa: D102
+        return -self._padding_samples(interval) * interval
 
 
 def _baseline_offset(samples: FloatArray, interval: float) -> float:
@@ -171,7 +171,7 @@ class Baseline(_Step):
     t2_s: float | None = Field(default=None, gt=0, description="Where it ends, s; none: where the fitted line is zero.")
 
     @model_validator(mode="after")
-    def _ordered(self) -> "Baseline":
+    def _check_order(self) -> "Baseline":
         if (self.t1_s is None) != (self.t2_s is None):
             raise ValueError("t1_s and t2_s: give both or neither")
         if self.t1_s is not None and self.t2_s is not None and not self.t1_s < self.t2_s <= self.fit_from_s:
@@ -232,7 +232,7 @@ class Cut(_Step):
     end_s: float | None = Field(default=None, gt=0, description="Last sample kept, s; none: to the end.")
 
     @model_validator(mode="after")
-    def _ordered(self) -> "Cut":
+    def _check_order(self) -> "Cut":
         if self.end_s is not None and self.end_s <= self.start_s:
             raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
         return self
@@ -245,7 +245,7 @@ class Cut(_Step):
             raise _step_error(record, what, f"the record ends at {record.duration:g} s")
         return samples[first:last].copy()
 
-    def shift(self, interval: float) -> float:  # noqa: D102
+    def start_shift(self, interval: float) -> float:  # noqa: D102
         return round(self.start_s / interval) * interval
 
 

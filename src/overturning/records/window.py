@@ -24,12 +24,12 @@ MAX_STATION_DISTANCE_KM = 1.0
 """Largest distance between stated places of one station, km; files round them to degrees or minutes."""
 
 
-class AssemblyReasons(RefusalReasons):
+class AssemblyRefusals(RefusalReasons):
     """Reasons against a record, raised together, and contradictions that are trusted."""
 
-    def __init__(self, *, trusting: bool) -> None:
+    def __init__(self, *, trust_contradictions: bool) -> None:
         super().__init__()
-        self.trusting = trusting
+        self.trusting = trust_contradictions
         self.trusted: list[str] = []
 
     @property
@@ -44,7 +44,7 @@ class AssemblyReasons(RefusalReasons):
         self.trusted.append(why)
 
 
-def cut_to_common_window(components: Sequence[Component], reasons: AssemblyReasons) -> list[Component]:
+def cut_to_common_window(components: Sequence[Component], reasons: AssemblyRefusals) -> list[Component]:
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
@@ -69,7 +69,7 @@ def cut_to_common_window(components: Sequence[Component], reasons: AssemblyReaso
     return cut
 
 
-def _check_one_sensor(components: Sequence[Component], reasons: AssemblyReasons) -> None:
+def _check_one_sensor(components: Sequence[Component], reasons: AssemblyRefusals) -> None:
     """Refuse components of two stations, networks, earthquakes, locations or sensors, and raw with processed ones."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
@@ -96,7 +96,7 @@ def _common_sampling_interval(components: Sequence[Component]) -> float:
 
 
 def _samples_before_common_start(
-    components: Sequence[Component], interval: float, reasons: AssemblyReasons
+    components: Sequence[Component], interval: float, reasons: AssemblyRefusals
 ) -> list[int]:
     """Return how many samples each component begins before the latest one; 0 for components without a start."""
     starts = [c.start for c in components if c.start is not None]
@@ -116,7 +116,7 @@ def _samples_before_common_start(
     return [round((latest - start).total_seconds() / interval) for start in starts]
 
 
-def _checked_length_difference(components: Sequence[Component], interval: float, reasons: AssemblyReasons) -> float:
+def _checked_length_difference(components: Sequence[Component], interval: float, reasons: AssemblyRefusals) -> float:
     """Return the difference of the components' lengths, s; refuse a large one between several files."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * interval
@@ -128,7 +128,7 @@ def _checked_length_difference(components: Sequence[Component], interval: float,
     return spread
 
 
-def _check_one_place(components: Sequence[Component], reasons: AssemblyReasons) -> None:
+def _check_one_place(components: Sequence[Component], reasons: AssemblyRefusals) -> None:
     """Refuse components that state two places of one station."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
@@ -140,7 +140,7 @@ def _check_one_place(components: Sequence[Component], reasons: AssemblyReasons) 
 
 
 def _check_window_peak(
-    components: Sequence[Component], cut_components: Sequence[Component], reasons: AssemblyReasons
+    components: Sequence[Component], cut_components: Sequence[Component], reasons: AssemblyRefusals
 ) -> None:
     """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
     for component, kept in zip(components, cut_components, strict=True):

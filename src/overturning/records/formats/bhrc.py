@@ -31,21 +31,23 @@ FIELDS: Final[Fields] = {
 
 @component_reader(r"\* VOL1", "only volume 1 is read")
 def read(block: Lines) -> tuple[Component, int]:
-    """Read the component at the first of these lines; return it and the number of its lines."""
-    header, text = Header.of(block, FIELDS, HEADER_LINES, length=HEADER_LINES), block.lines
-    axis, azimuths = header.text("L, V or T"), header.match("azimuths of L and T")
-    if axis != header.text("component"):
+    """Read the component that begins at the first line; return the component and the number of its lines."""
+    header, text = Header.find_fields(block, FIELDS, HEADER_LINES, length=HEADER_LINES), block.lines
+    axis, azimuths = header.field_text("L, V or T"), header.field_match("azimuths of L and T")
+    if axis != header.field_text("component"):
         raise header.error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
     assert azimuths is not None
     direction = UNKNOWN if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
-    interval = block.interval_of(block.number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE)
-    count = int(header.text("NO. OF POINTS"))
-    block.check_length(10, count, interval, header.value("DURATION"))
-    samples, end, notes = block.samples(HEADER_LINES, width=13, per_line=10, count=count)
+    interval = block.sampling_interval_of_rate(
+        block.parse_number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE
+    )
+    count = int(header.field_text("NO. OF POINTS"))
+    block.check_recorded_duration(10, count, interval, header.field_number("DURATION"))
+    samples, end, notes = block.read_samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise block.error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
-    when = " ".join(header.text("origin").split())
+    when = " ".join(header.field_text("origin").split())
     event = f"earthquake of {when}" if when else ""
     samples = samples * 0.1 * STANDARD_GRAVITY
-    return header.component(axis, direction, samples, interval, event=event, notes=notes), end + 1
+    return header.create_component(axis, direction, samples, interval, event=event, notes=notes), end + 1

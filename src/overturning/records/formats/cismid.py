@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import Component, Direction, HeaderPeak
-from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.header import Fields, Header, parse_stated_time
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -46,51 +46,54 @@ RECORD: Final[Fields] = {
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
-    station = Header.of(source, STATION, 40)
-    at = station.at("section 2")
-    header = Header.of(Lines(source, source.lines[at:], at), RECORD, 40)
-    header.check_unit("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
-    heading = header.at("the line T, EW, NS, UD")
-    columns = header.text("the line T, EW, NS, UD").upper().split()
+    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    station = Header.find_fields(source, STATION, 40)
+    at = station.line_index("section 2")
+    header = Header.find_fields(Lines(source, source.lines[at:], at), RECORD, 40)
+    header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
+    heading = header.line_index("the line T, EW, NS, UD")
+    columns = header.field_text("the line T, EW, NS, UD").upper().split()
     if len(set(columns)) < len(AXES):
         raise header.error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
-    interval = station.interval("SAMPLING FREQUENCY (Hz)")
-    values, notes = header.stated_samples("NUMBER OF SAMPLES", header.rows(heading + 1, 1 + len(columns)))
-    header.check_spacing(heading + 1, values[:, 0], interval, 1, "get the file again")
-    comments = " ".join(" ".join(header.lines[header.at("section 4") + 1 : heading - 1]).split())
-    origin, start = (_moment(header, name) for name in ("ORIGIN TIME", "RECORD TIME"))
+    interval = station.field_sampling_interval("SAMPLING FREQUENCY (Hz)")
+    values, notes = header.cut_to_stated_count(
+        "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))
+    )
+    header.check_even_times(heading + 1, values[:, 0], interval, 1, "get the file again")
+    comments = " ".join(" ".join(header.lines[header.line_index("section 4") + 1 : heading - 1]).split())
+    origin, start = (_utc_time_of_field(header, name) for name in ("ORIGIN TIME", "RECORD TIME"))
     if origin and start and start < origin - timedelta(hours=12):  # The date is the earthquake's.
         start += timedelta(days=1)
     return [
-        header.component(
+        header.create_component(
             axis,
             AXES[axis],
             values[:, column] * GAL,
             interval,
             start=start,
-            station=station.text("station"),
-            event=f"earthquake of {header.text('DATE')} {header.text('ORIGIN TIME')} (Peru)",
+            station=station.field_text("station"),
+            event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
             origin=origin,
-            coordinates=(station.optional("LATITUDE"), station.optional("LONGITUDE")),
-            peak=_peak(header, column - 1),
-            epicentre=(header.optional("LATITUDE"), header.optional("LONGITUDE")),
+            coordinates=(station.optional_field_number("LATITUDE"), station.optional_field_number("LONGITUDE")),
+            peak=_stated_column_peak(header, column - 1),
+            epicentre=(header.optional_field_number("LATITUDE"), header.optional_field_number("LONGITUDE")),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
             processed=bool(FILTERED.search(comments)),
-            extra=header.numbers({"depth_km": "depth"}) | ({"agency_processing": comments} if comments else {}),
+            extra=header.stated_field_numbers({"depth_km": "depth"})
+            | ({"agency_processing": comments} if comments else {}),
             notes=notes,
         )
         for column, axis in enumerate(columns, 1)
     ]
 
 
-def _moment(header: Header, name: str) -> datetime | None:
+def _utc_time_of_field(header: Header, name: str) -> datetime | None:
     """Return the UTC time for the earthquake's date and a local time of day; None in years of summer time."""
-    moment = stated_time(f"{header.text('DATE')} {header.text(name)}", CLOCK, ahead=PERU)
+    moment = parse_stated_time(f"{header.field_text('DATE')} {header.field_text(name)}", CLOCK, utc_offset=PERU)
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 
-def _peak(header: Header, place: int) -> HeaderPeak | None:
+def _stated_column_peak(header: Header, column_number: int) -> HeaderPeak | None:
     """Return the stated peak of the component in a column, counted from 0; None if the header states none."""
-    stated = header.text("MAXIMUM ACCELERATION").split()
-    return header.peak("MAXIMUM ACCELERATION", GAL, stated[place]) if stated else None
+    stated = header.field_text("MAXIMUM ACCELERATION").split()
+    return header.field_peak("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None

@@ -53,82 +53,84 @@ FIELDS: Final[Fields] = {
 }
 
 
-def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, Any], int]:
+def _number_set_format(lines: Lines, line_index: int, set_label: str) -> tuple[dict[str, Any], int]:
     """Return count, numbers per line and width of a set, and the index of the line after it."""
-    match = SET.match(lines.lines[at]) if at < len(lines.lines) else None
+    match = SET.match(lines.lines[line_index]) if line_index < len(lines.lines) else None
     if match is None:
-        raise lines.error(at, f"no line that introduces the {what}; the file is cut: get it again")
+        raise lines.error(line_index, f"no line that introduces the {set_label}; the file is cut: get it again")
     count, per_line, width = (int(number) for number in match.groups())
     if not (1 <= per_line <= 100 and 1 <= width <= 100):
-        raise lines.error(at, f"format {match[0].strip()!r}; correct it")
-    return {"count": count, "per_line": per_line, "width": width}, at + 1 + -(-count // per_line)
+        raise lines.error(line_index, f"format {match[0].strip()!r}; correct it")
+    return {"count": count, "per_line": per_line, "width": width}, line_index + 1 + -(-count // per_line)
 
 
 @component_reader(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
 def read(lines: Lines) -> tuple[Component, int]:
-    """Read the channel at the first of these lines; return it and the number of its lines."""
+    """Read the channel that begins at the first line; return the channel and the number of its lines."""
     text = lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
-    form, reals_at = _set(lines, ints_at, "integers")
-    header = Header.of(lines, FIELDS, ints_at)
-    whole = lines.fixed_integers(ints_at + 1, **form)
-    form, comments_at = _set(lines, reals_at, "reals")
-    real = lines.fixed_columns(reals_at + 1, **form)
+    form, reals_at = _number_set_format(lines, ints_at, "integers")
+    header = Header.find_fields(lines, FIELDS, ints_at)
+    whole = lines.read_fixed_integers(ints_at + 1, **form)
+    form, comments_at = _number_set_format(lines, reals_at, "reals")
+    real = lines.read_fixed_columns(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
         raise lines.error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
     comments = COMMENTS.match(text[comments_at]) if comments_at < len(text) else None
     if comments is None:
         raise lines.error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
-    form, _ = _set(lines, data_at, "samples")
-    unit = _unit(lines, data_at, int(whole[2]))
-    scale = _count_scale(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
-    samples, end, notes = lines.samples(data_at + 1, **form)
+    form, _ = _number_set_format(lines, data_at, "samples")
+    unit = _checked_unit_code(lines, data_at, int(whole[2]))
+    scale = _acceleration_per_count(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
+    samples, end, notes = lines.read_samples(data_at + 1, **form)
     if end >= len(text) or not END.match(text[end]):
         raise lines.error(end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut")
     interval = float(real[61]) * 1e-3 if real[61] > 0 else float(real[33])
     if real[62] > 0:
-        lines.check_length(data_at, samples.size, interval, float(real[62]))
-    axis, direction = _axis(header, text[comments_at + 1 : data_at], int(whole[53]))
+        lines.check_recorded_duration(data_at, samples.size, interval, float(real[62]))
+    axis, direction = _axis_name_and_direction(header, text[comments_at + 1 : data_at], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
-    origin, places = header.earthquake()
+    origin, places = header.origin_and_epicentre()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
     peak = HeaderPeak(abs(known[63]) * scale, digit, line=lines.before + reals_at + 12) if 63 in known else None
-    component = header.component(
+    component = header.create_component(
         axis,
         direction,
         samples * scale,
         interval,
         # The header does not state the offset of a local clock from UTC.
-        start=_start(lines, whole, float(real[29])) if header.text("clock").upper() in ("", "UTC", "GMT") else None,
+        start=_start_time(lines, whole, float(real[29]))
+        if header.field_text("clock").upper() in ("", "UTC", "GMT")
+        else None,
         origin=origin,
         coordinates=(known.get(0), known.get(1)),
         sensor=classify_sensor(location_text=text[8]),
         location=parse_sensor_location(text[8]),
         peak=peak,
-        processed=bool(header.text("corrected")),
-        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency(header),
+        processed=bool(header.field_text("corrected")),
+        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_entries(header),
         notes=notes,
     )
     return component, end + 1
 
 
-def _agency(header: Header) -> dict[str, str]:
+def _agency_entries(header: Header) -> dict[str, str]:
     """Return the agency that processed a corrected file and its filter, as entries of ``extra``."""
-    if not header.text("corrected"):
+    if not header.field_text("corrected"):
         return {}
-    when, corners = header.text("processed"), " ".join(header.text("filter").split())
+    when, corners = header.field_text("processed"), " ".join(header.field_text("filter").split())
     unnamed = f"the agency of the file ({when})" if when else "the agency of the file"
     filtered = {"agency_processing": f"filtered {corners}"} if corners else {}
-    return {"processed_by": header.text("processed by") or unnamed} | filtered
+    return {"processed_by": header.field_text("processed by") or unnamed} | filtered
 
 
-def _count_scale(lines: Lines, reals_at: int, real: FloatArray) -> float:
+def _acceleration_per_count(lines: Lines, reals_at: int, reals: FloatArray) -> float:
     """Return the acceleration of one count, m/s², from the recorder's step and the sensor's sensitivity."""
-    microvolts, volts_per_g = float(real[21]), float(real[41])
-    gain = 1.0 if real[46] == NULL else float(real[46])
+    microvolts, volts_per_g = float(reals[21]), float(reals[41])
+    gain = 1.0 if reals[46] == NULL else float(reals[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
         if not value > 0:
             why = "is not stated" if value == NULL else f"is {value:g}"
@@ -136,17 +138,17 @@ def _count_scale(lines: Lines, reals_at: int, real: FloatArray) -> float:
     return microvolts * 1e-6 / (volts_per_g * gain) * STANDARD_GRAVITY
 
 
-def _unit(lines: Lines, data_at: int, code: int) -> int:
+def _checked_unit_code(lines: Lines, data_at: int, unit_code: int) -> int:
     """Return the code (COSMOS table 2) of the samples' unit; text and integers must agree."""
     line = lines.lines[data_at]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
-    number = int(stated[2]) if stated else code
+    number = int(stated[2]) if stated else unit_code
     if number not in (*UNITS, COUNTS) or not re.search(r"accel", line, re.IGNORECASE):
-        what = stated[1].strip() if stated else code
+        what = stated[1].strip() if stated else unit_code
         remedy = "only acceleration in g, cm/sec2, gal, mg or counts is read: get volume 0, 1 or 2"
         raise lines.error(data_at, f"samples in {what}; {remedy}")
-    if code in (*UNITS, COUNTS) and code != number:
-        raise lines.error(data_at, f"unit {number}, but the integers say {code}; get the file again")
+    if unit_code in (*UNITS, COUNTS) and unit_code != number:
+        raise lines.error(data_at, f"unit {number}, but the integers say {unit_code}; get the file again")
     worded = WORDS.get(stated[1].strip().lower().replace("^", ""), number) if stated else number
     if UNITS.get(worded) != UNITS.get(number):
         raise lines.error(
@@ -155,20 +157,20 @@ def _unit(lines: Lines, data_at: int, code: int) -> int:
     return number
 
 
-def _axis(header: Header, comments: Sequence[str], code: int) -> tuple[str, Direction]:
+def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_code: int) -> tuple[str, Direction]:
     """Return name and direction of the axis, from text and code, which must agree; else from the SEED channel code."""
-    word = header.text("axis")
-    coded = {400: (None, 1), 401: (None, -1)}.get(code, azimuth_code_direction(code))
+    word = header.field_text("axis")
+    coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, azimuth_code_direction(direction_code))
     direction = direction_from_name_and_code(word, coded, partial(header.error, "axis"))
-    if direction == UNKNOWN and code in (0, -999):
+    if direction == UNKNOWN and direction_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
         direction = channel_code_direction(found[1] if found else "")
-    return word or str(code), direction
+    return word or str(direction_code), direction
 
 
-def _start(lines: Lines, whole: np.ndarray, second: float) -> datetime | None:
-    year, _, month, day, hour, minute = (int(whole[i]) for i in range(39, 45))
+def _start_time(lines: Lines, integers: np.ndarray, second: float) -> datetime | None:
+    year, _, month, day, hour, minute = (int(integers[i]) for i in range(39, 45))
     if NULL in (year, month, day, hour, minute) or not 0 <= second < 61:
         return None
-    return lines.time(0, (year, month, day), hour, minute, round(second, 6))
+    return lines.utc_time(0, (year, month, day), hour, minute, round(second, 6))

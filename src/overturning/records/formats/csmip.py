@@ -66,7 +66,7 @@ DATA: Final[Fields] = {
 
 @component_reader(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
 def read(block: Lines) -> tuple[Component, int]:
-    """Read the channel at the first of these lines; return it and the number of its lines."""
+    """Read the channel that begins at the first line; return the channel and the number of its lines."""
     volume = {"U": 1, "C": 2}.get(block.lines[0].lstrip()[0].upper())
     if volume is None:
         raise block.error(0, "response spectra (volume 3); get volume 1 or 2")
@@ -75,15 +75,15 @@ def read(block: Lines) -> tuple[Component, int]:
         raise block.error(len(block.lines) - 1, "the file ends without the end mark of a channel; get it again")
     block = replace(block, lines=block.lines[:end])
     text_lines = 13 if volume == 1 else 25
-    header = Header.of(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, length=text_lines + 14)
-    at = header.at("CHAN with the axis")
+    header = Header.find_fields(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, length=text_lines + 14)
+    at = header.line_index("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
-    channel = header.text("channel")
+    channel = header.field_text("channel")
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
         why = f"axis {channel.split()[0]!r}, but line {block.before + at + 1} says {axis!r}"
         raise header.error("channel", f"{why}; find out which, and correct the file")
-    whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
+    whole = block.read_fixed_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN else CODED_SENSES
@@ -92,17 +92,25 @@ def read(block: Lines) -> tuple[Component, int]:
     )
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
-    samples, interval, notes = _even_samples(block, data_at, header) if data_at else _pairs(block, text_lines, header)
-    (latitude, longitude), station, start = header.place("coordinates"), header.text("station"), header.clock("start")
-    origin, places = header.earthquake()
-    if header.text("renadic"):
+    samples, interval, notes = (
+        _read_even_samples(block, data_at, header)
+        if data_at
+        else _read_time_acceleration_pairs(block, text_lines, header)
+    )
+    (latitude, longitude), station, start = (
+        header.field_coordinates("coordinates"),
+        header.field_text("station"),
+        header.field_date_and_time("start"),
+    )
+    origin, places = header.origin_and_epicentre()
+    if header.field_text("renadic"):
         # RENADIC omits the station number, writes 0° N, 0° E for an unknown place and 1980-01-01 for an unset clock.
-        station, start, origin, places = block.lines[5].strip(), header.clock("trigger"), None, {}
+        station, start, origin, places = block.lines[5].strip(), header.field_date_and_time("trigger"), None, {}
         start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
-    filtered = header.match("filter") if volume == 2 else None
+    filtered = header.field_match("filter") if volume == 2 else None
     agency = {"agency_processing": f"band-pass filter {filtered[1]} to {filtered[2]} Hz"} if filtered else {}
-    component = header.component(
+    component = header.create_component(
         f"chan {number}: {axis}",
         direction,
         samples,
@@ -113,7 +121,7 @@ def read(block: Lines) -> tuple[Component, int]:
         coordinates=(latitude, longitude),
         sensor=classify_sensor(location_text=channel),
         location=parse_sensor_location(channel),
-        peak=header.peak("peak", UNITS[_unit_of_peak(header)]) if header.text("peak") else None,
+        peak=header.field_peak("peak", UNITS[_header_peak_unit(header)]) if header.field_text("peak") else None,
         processed=volume == 2,
         extra=places | agency,
         notes=notes,
@@ -121,35 +129,39 @@ def read(block: Lines) -> tuple[Component, int]:
     return component, end + 1
 
 
-def _unit_of_peak(header: Header) -> str:
-    match = header.match("peak")
+def _header_peak_unit(header: Header) -> str:
+    match = header.field_match("peak")
     return match[2].lower() if match else ""
 
 
-def _even_samples(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
+def _read_even_samples(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Return samples, m/s², their interval, s, and notes; if their line states no unit, the peak's unit applies."""
-    data = Header.of(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
-    rate = data.optional("rate")
-    interval = data.value("rate or interval") if rate is None else block.interval_of(rate, data_at)
-    unit = data.text("unit").lower() or _unit_of_peak(header)
+    data = Header.find_fields(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
+    rate = data.optional_field_number("rate")
+    interval = data.field_number("rate or interval") if rate is None else block.sampling_interval_of_rate(rate, data_at)
+    unit = data.field_text("unit").lower() or _header_peak_unit(header)
     if unit not in UNITS:
         raise block.error(data_at, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
-    form, count = data.match("format"), int(data.text("number of samples"))
+    form, count = data.field_match("format"), int(data.field_text("number of samples"))
     per_line, width = (int(form[1]), int(form[2])) if form else (8, 10)
-    samples, _, notes = block.samples(data_at + 1, width=width, per_line=per_line, count=count)
-    if header.text("record length"):
-        header.check_count("NO. OF POINTS", count)
-        block.check_length(header.at("record length"), count, interval, header.value("record length"))
+    samples, _, notes = block.read_samples(data_at + 1, width=width, per_line=per_line, count=count)
+    if header.field_text("record length"):
+        header.check_sample_count("NO. OF POINTS", count)
+        block.check_recorded_duration(
+            header.line_index("record length"), count, interval, header.field_number("record length")
+        )
     return samples * UNITS[unit], interval, notes
 
 
-def _pairs(block: Lines, text_lines: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
+def _read_time_acceleration_pairs(
+    block: Lines, text_lines: int, header: Header
+) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read the pairs of time and acceleration of old volume-1 files; return samples, m/s², interval, s, and notes."""
-    count, first = int(header.value("NO. OF POINTS")), text_lines + 14
-    header.check_unit("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
-    values = block.fixed_columns(first, width=7, per_line=10, count=2 * count)
-    _, notes = block.after_samples(first + -(-2 * count // 10), count, last=True)
+    count, first = int(header.field_number("NO. OF POINTS")), text_lines + 14
+    header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
+    values = block.read_fixed_columns(first, width=7, per_line=10, count=2 * count)
+    _, notes = block.skip_surplus_lines(first + -(-2 * count // 10), count, last=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
-    block.check_spacing(first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record")
-    return samples * UNITS[header.text("unit of the pairs").lower()], interval, notes
+    block.check_even_times(first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record")
+    return samples * UNITS[header.field_text("unit of the pairs").lower()], interval, notes

@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import Component, Direction, classify_sensor, parse_axis_direction
-from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.header import Fields, Header, parse_stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -43,25 +43,27 @@ ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.of(source, FIELDS, 20, length=17)
-    header.check_unit("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
-    axis = header.text("COMP. with the axis")
-    samples, notes = header.stated_samples("NO. OF POINTS", header.column(header.at("the line CSMNC") + 1))
-    interval = header.value("interval")
-    header.check_duration("duration", samples.size, interval)
+    header = Header.find_fields(source, FIELDS, 20, length=17)
+    header.check_field_pattern("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
+    axis = header.field_text("COMP. with the axis")
+    samples, notes = header.cut_to_stated_count(
+        "NO. OF POINTS", header.read_all_numbers(header.line_index("the line CSMNC") + 1)
+    )
+    interval = header.field_number("interval")
+    header.check_stated_duration("duration", samples.size, interval)
     return [
-        header.component(
+        header.create_component(
             axis,
             AXES.get(axis.upper(), parse_axis_direction(axis)),
             samples * GAL,
             interval,
-            start=header.moment("start", *CLOCKS, ahead=BEIJING) if header.text("start") else None,
-            origin=stated_time(header.text("origin"), *CLOCKS, ahead=BEIJING),
-            peak=header.peak("peak", GAL) if header.text("peak") else None,
-            sensor=classify_sensor(location_text=header.text("observing point")),
-            location=" ".join(header.text("observing point").split()),
-            processed=header.text("quantity").upper().startswith("CORRECTED"),
-            extra=header.numbers({"depth_km": "depth"}),
+            start=header.field_time("start", *CLOCKS, utc_offset=BEIJING) if header.field_text("start") else None,
+            origin=parse_stated_time(header.field_text("origin"), *CLOCKS, utc_offset=BEIJING),
+            peak=header.field_peak("peak", GAL) if header.field_text("peak") else None,
+            sensor=classify_sensor(location_text=header.field_text("observing point")),
+            location=" ".join(header.field_text("observing point").split()),
+            processed=header.field_text("quantity").upper().startswith("CORRECTED"),
+            extra=header.stated_field_numbers({"depth_km": "depth"}),
             notes=notes,
         )
     ]

@@ -11,14 +11,20 @@ from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import UNKNOWN, Component, parse_axis_direction
 from overturning.records.declarations import Declarations
-from overturning.records.formats.headings import SECONDS, first_row, heading_cells, heading_notes, text_line_notes
+from overturning.records.formats.headings import (
+    SECONDS,
+    first_number_line,
+    heading_notes,
+    read_heading_cells,
+    text_line_notes,
+)
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 
-def read(source: SourceFile, declared: Declarations) -> list[Component]:
-    """Read all declared columns.
+def read(source: SourceFile, declarations: Declarations) -> list[Component]:
+    """Read the components in the declared columns of a file.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
     ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. With one file per component,
@@ -29,25 +35,27 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     name, reasons = source.name, RefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect():
-        text, sisters = _columns_of_file(declared.columns, name)
-        text, per_line, width = _parse_wrapping(text, name)
-        columns = _columns(text, name)
-        if declared.sampling_interval_s is None and "time" not in dict(columns):
+        text, sisters = _select_columns_of_file(declarations.columns, name)
+        text, per_line, width = _parse_values_per_line(text, name)
+        columns = _parse_axes_and_units(text, name)
+        if declarations.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
     with reasons.collect():
-        if declared.processed is None:
+        if declarations.processed is None:
             raise RecordError(
                 f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed "
                 "in the record table: true or false; --processed or --raw here)"
             )
     reasons.raise_all()
     lines = Lines(source, source.lines)
-    rows, first, notes = _rows(lines, columns, declared, per_line, width)
-    interval = declared.sampling_interval_s or 0.0
+    rows, first, notes = _read_number_rows(lines, columns, declarations, per_line, width)
+    interval = declarations.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
-            interval = _interval(lines, first, rows[:, index] * SECONDS[unit], declared.sampling_interval_s)
-    extra = {"declared": declared.sample_declarations}
+            interval = _checked_sampling_interval(
+                lines, first, rows[:, index] * SECONDS[unit], declarations.sampling_interval_s
+            )
+    extra = {"declared": declarations.sample_declarations}
     return [
         Component.from_file(
             source,
@@ -55,7 +63,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
             parse_axis_direction(word),
             rows[:, index] * UNITS[unit],
             interval,
-            processed=declared.processed,
+            processed=declarations.processed,
             unit=unit,
             extra=extra,
             notes=notes,
@@ -66,93 +74,99 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     ]
 
 
-def _columns_of_file(text: str, name: str) -> tuple[str, str]:
+def _select_columns_of_file(columns_text: str, file_name: str) -> tuple[str, str]:
     """Return the columns declared for a file and a key that the files of one record share.
 
     The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
     """
-    words = text.split()
+    words = columns_text.split()
     if not any("=" in word for word in words):
-        return text, ""
+        return columns_text, ""
     declared: dict[str, list[str]] = {}
     pattern = ""
     for word in words:
         named, equals, column = word.rpartition("=")
         pattern = named if equals else pattern
         if not pattern:
-            raise RecordError(f"{name}: column {word!r} stands before the name of its file; write x_n.txt={word}")
+            raise RecordError(f"{file_name}: column {word!r} stands before the name of its file; write x_n.txt={word}")
         declared.setdefault(pattern, []).extend([column] if column else [])
-    base = PurePosixPath(name).name.rpartition(":")[2]
+    base = PurePosixPath(file_name).name.rpartition(":")[2]
     for pattern, columns in declared.items():
         if fnmatchcase(base, pattern):
             part = re.fullmatch(re.escape(pattern).replace(r"\*", "(.*)"), base)
             return " ".join(columns), f"={part[1] if part and part.groups() else ''}"
-    raise RecordError(f"{name}: no columns are declared of it, only of {', '.join(declared)}; add {base}=axis:unit")
+    raise RecordError(
+        f"{file_name}: no columns are declared of it, only of {', '.join(declared)}; add {base}=axis:unit"
+    )
 
 
-def _parse_wrapping(text: str, name: str) -> tuple[str, int, int]:
+def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int, int]:
     """Split ``north:gal*8F10`` into the columns, values per line (0 without ``*``) and field width (0 if free)."""
-    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", text.strip())
+    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", columns_text.strip())
     if match is None:
-        if "*" in text:
-            raise RecordError(f"{name}: columns {text!r}; only a single column has several values a line: north:gal*8")
-        return text, 0, 0
+        if "*" in columns_text:
+            raise RecordError(
+                f"{file_name}: columns {columns_text!r}; only a single column has several values a line: north:gal*8"
+            )
+        return columns_text, 0, 0
     per_line, width = int(match[2]), int(match[3] or 0)
     if not (1 <= per_line <= 1000 and (match[3] is None or 1 <= width <= 100)):
-        raise RecordError(f"{name}: columns {text!r}; 1 to 1000 values a line, of 1 to 100 characters")
+        raise RecordError(f"{file_name}: columns {columns_text!r}; 1 to 1000 values a line, of 1 to 100 characters")
     return match[1], per_line, width
 
 
-def _columns(text: str, name: str) -> list[tuple[str, str]]:
+def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, str]]:
     """Parse axis and unit of each column."""
-    if not text.strip():
+    if not columns_text.strip():
         raise RecordError(
-            f"{name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
+            f"{file_name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
             "(columns in the record table, --columns here)"
         )
     columns = []
-    for word in text.split():
+    for word in columns_text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
         if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS):
             columns.append((axis.lower(), unit))
         elif unit.lower() in UNITS and parse_axis_direction(axis) != UNKNOWN:
             columns.append((axis, unit.lower()))
         elif not columns and re.search(r"[,;]", word):
-            raise RecordError(f"{name}: columns {text!r}; set them off by blanks, not by commas or semicolons")
+            raise RecordError(
+                f"{file_name}: columns {columns_text!r}; set them off by blanks, not by commas or semicolons"
+            )
         else:
             raise RecordError(
-                f"{name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, 270, "
-                f"up and a unit of {', '.join(UNITS)}"
+                f"{file_name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, "
+                f"270, up and a unit of {', '.join(UNITS)}"
             )
     return columns
 
 
-def _rows(
-    lines: Lines, columns: Sequence[tuple[str, str]], declared: Declarations, per_line: int, width: int
+def _read_number_rows(
+    lines: Lines, columns: Sequence[tuple[str, str]], declarations: Declarations, values_per_line: int, field_width: int
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of all rows, the index of the first row's line, and notes on headings that contradict."""
-    name, first = lines.source.name, first_row(lines.lines)
+    name, first = lines.source.name, first_number_line(lines.lines)
     texts = {
-        i: line if width else line.strip()
+        i: line if field_width else line.strip()
         for i, line in enumerate(lines.lines[first:], first)
         if line.strip() and not line.strip().startswith("#")
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
-    headings = heading_cells(lines.lines[:first], separator, len(columns))
+    headings = read_heading_cells(lines.lines[:first], separator, len(columns))
     notes, why = heading_notes(name, headings, columns)
     stated, quantity = text_line_notes(name, lines.lines[:first], separator, columns)
     notes, why = notes + stated, why or quantity
-    if why and not declared.trust_data:
+    if why and not declarations.trust_data:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
-    if per_line:
-        values = _wrapped_values(lines, texts, separator, per_line, width)
+    if values_per_line:
+        values = _read_wrapped_values(lines, texts, separator, values_per_line, field_width)
     else:
         cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
         for index, row in cells.items():
-            if wrong := _wrong_separator(texts[index], row, separator, len(columns)):
+            if wrong := _separator_fault(texts[index], row, separator, len(columns)):
                 raise lines.error(index, wrong)
-        values = [[lines.number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
+        values = [[lines.parse_number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
     if not lines.ends_with_newline:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.error(len(lines.lines) - 1, why)
@@ -161,43 +175,55 @@ def _rows(
     return np.array(values, dtype=np.float64), next(iter(texts)), notes
 
 
-def _wrapped_values(
-    lines: Lines, texts: Mapping[int, str], separator: str | None, per_line: int, width: int
+def _read_wrapped_values(
+    lines: Lines, texts: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> list[list[float]]:
     """Return the values of one axis with several values per line, one per row; only the last line may be shorter."""
     values: list[list[float]] = []
     last = max(texts, default=0)
     for index, text in texts.items():
         line = text.rstrip()
-        cells = re.findall(f".{{1,{width}}}", line) if width else line.strip(f"{separator or ' '} ").split(separator)
-        if len(cells) > per_line or (len(cells) < per_line and index != last) or (width and len(line) % width):
-            why = f"{len(cells)} values, {per_line} are declared"
-            raise lines.error(index, f"{why}{f' of {width} characters' if width else ''}; correct either")
-        values += [[lines.number(cell, index, "a value")] for cell in cells]
+        cells = (
+            re.findall(f".{{1,{field_width}}}", line)
+            if field_width
+            else line.strip(f"{separator or ' '} ").split(separator)
+        )
+        if (
+            len(cells) > values_per_line
+            or (len(cells) < values_per_line and index != last)
+            or (field_width and len(line) % field_width)
+        ):
+            why = f"{len(cells)} values, {values_per_line} are declared"
+            raise lines.error(index, f"{why}{f' of {field_width} characters' if field_width else ''}; correct either")
+        values += [[lines.parse_number(cell, index, "a value")] for cell in cells]
     return values
 
 
-def _wrong_separator(line: str, cells: list[str], separator: str | None, width: int) -> str:
+def _separator_fault(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
     """Return the fault of a line's separators or decimal marks; "" for a correct line."""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
-    if decimal or (separator == "," and len(cells) == 2 * width and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)):
+    if decimal or (
+        separator == "," and len(cells) == 2 * column_count and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)
+    ):
         return f"{decimal or line[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
-    if len(cells) == width:
+    if len(cells) == column_count:
         return ""
     if separator != ";" and ";" in line:
         return "cells are set off by semicolons here, but not in the first line; set off all lines alike"
-    return f"{len(cells)} columns, {width} are declared; correct either"
+    return f"{len(cells)} columns, {column_count} are declared; correct either"
 
 
-def _interval(lines: Lines, first: int, time: FloatArray, declared: float | None) -> float:
+def _checked_sampling_interval(
+    lines: Lines, first_line: int, time: FloatArray, declared_interval: float | None
+) -> float:
     """Return the sampling interval of a time column, s; it must agree with the declared interval."""
     exact = float(time[-1] - time[0]) / (time.size - 1)
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):
         at = int(np.flatnonzero(steps > max(0.02 * abs(exact), 1e-9))[0]) if exact > 0 else 0
-        raise lines.error(first + at + 1, "times are not evenly spaced; resample the file first")
+        raise lines.error(first_line + at + 1, "times are not evenly spaced; resample the file first")
     interval = round(exact, 9)
-    if declared is not None and abs(declared - interval) > 1e-3 * interval:
-        why = f"times are {interval:g} s apart, sampling_interval_s says {declared:g}; correct either"
+    if declared_interval is not None and abs(declared_interval - interval) > 1e-3 * interval:
+        why = f"times are {interval:g} s apart, sampling_interval_s says {declared_interval:g}; correct either"
         raise RecordError(f"{lines.source.name}: {why}")
     return interval

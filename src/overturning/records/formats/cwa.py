@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import Component, Direction, HeaderPeak
-from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.header import Fields, Header, parse_stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -33,44 +33,49 @@ FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.of(source, FIELDS)
-    first = header.at("Data") + 1
-    header.check_unit("AmplitudeUnit", "gal", "Gal")
-    sequence = header.text("DataSequence")
+    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    header = Header.find_fields(source, FIELDS)
+    first = header.line_index("Data") + 1
+    header.check_field_pattern("AmplitudeUnit", "gal", "Gal")
+    sequence = header.field_text("DataSequence")
     columns = re.findall(r"\b[UNE]\([+-]\)", sequence)
     if not sequence.startswith("Time") or sorted(axis[0] for axis in columns) != ["E", "N", "U"]:
         why = f"columns {sequence!r}; known are Time U(+); N(+); E(+) in any order and sign"
         raise header.error("DataSequence", why)
-    interval = header.interval("SampleRate(Hz)")
-    values = header.rows(first, 1 + len(columns))
-    expected = round(header.value("RecordLength(sec)") / interval)
+    interval = header.field_sampling_interval("SampleRate(Hz)")
+    values = header.read_number_rows(first, 1 + len(columns))
+    expected = round(header.field_number("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
-    values, notes = header.stated_samples("RecordLength(sec)", values, str(expected))
-    header.check_spacing(first, values[:, 0], interval, 1, "get the file again")
+    values, notes = header.cut_to_stated_count("RecordLength(sec)", values, str(expected))
+    header.check_even_times(first, values[:, 0], interval, 1, "get the file again")
     return [
-        header.component(
+        header.create_component(
             axis,
             AXES[axis],
             values[:, column] * GAL,
             interval,
-            start=header.moment("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", ahead=TAIWAN),
-            station=header.text("StationCode"),
-            event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
-            origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
-            coordinates=(header.value("StationLatitude(N)"), header.value("StationLongitude(E)")),
-            peak=_peak(header, f"AmplitudeMAX. {axis[0]}"),
-            epicentre=(header.optional("EpicenterLatitude(N)"), header.optional("EpicenterLongitude(E)")),
-            extra=header.numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
+            start=header.field_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN),
+            station=header.field_text("StationCode"),
+            event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
+            origin=parse_stated_time(header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN),
+            coordinates=(header.field_number("StationLatitude(N)"), header.field_number("StationLongitude(E)")),
+            peak=_stated_peak(header, f"AmplitudeMAX. {axis[0]}"),
+            epicentre=(
+                header.optional_field_number("EpicenterLatitude(N)"),
+                header.optional_field_number("EpicenterLongitude(E)"),
+            ),
+            extra=header.stated_field_numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
             notes=notes,
         )
         for column, axis in enumerate(columns, 1)
     ]
 
 
-def _peak(header: Header, key: str) -> HeaderPeak:
-    stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.text(key))
+def _stated_peak(header: Header, field: str) -> HeaderPeak:
+    stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field))
     if stated is None:
-        raise header.error(key, f"{header.text(key)!r} where the largest and smallest sample belong; get it again")
-    return header.peak(key, GAL, max(stated.groups(), key=lambda text: abs(header.value(key, text))))
+        raise header.error(
+            field, f"{header.field_text(field)!r} where the largest and smallest sample belong; get it again"
+        )
+    return header.field_peak(field, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field, text))))

@@ -4,7 +4,7 @@ import re
 from typing import Final
 
 from overturning.records.component import Component, channel_code_direction, classify_sensor
-from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.header import Fields, Header, parse_stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -25,36 +25,42 @@ def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError where a key is missing, the count is wrong, or the unit is not cm/s²."""
     lines = source.lines
     first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
-    header = Header.of(source, FIELDS, first)
-    text = header.text
-    header.at("STREAM")
-    header.check_unit("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
+    header = Header.find_fields(source, FIELDS, first)
+    text = header.field_text
+    header.line_index("STREAM")
+    header.check_field_pattern("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
     if text("DATA_TYPE"):  # Raw files write "acceleration" or "UNPROCESSED ACCELERATION".
-        header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
-    samples, notes = header.stated_samples("NDATA", header.column(first))
-    interval = header.value("SAMPLING_INTERVAL_S")
-    header.check_duration("DURATION_S", samples.size, interval)
+        header.check_field_pattern("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
+    samples, notes = header.cut_to_stated_count("NDATA", header.read_all_numbers(first))
+    interval = header.field_number("SAMPLING_INTERVAL_S")
+    header.check_stated_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
-    extra = header.numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
+    extra = header.stated_field_numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
     first_sample = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
     raw = "NOT REMOVED" in text("BASELINE_CORRECTION").upper() or text("PROCESSING").lower() == "none"
     return [
-        header.component(
+        header.create_component(
             text("STREAM"),
             channel_code_direction(text("STREAM")),
             samples * GAL,
             interval,
-            start=header.moment(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
+            start=header.field_time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
-            origin=stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
-            coordinates=(header.optional("STATION_LATITUDE_DEGREE"), header.optional("STATION_LONGITUDE_DEGREE")),
-            peak=header.peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
-            sensor=classify_sensor(header.optional("SENSOR_DEPTH_M")),
+            origin=parse_stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
+            coordinates=(
+                header.optional_field_number("STATION_LATITUDE_DEGREE"),
+                header.optional_field_number("STATION_LONGITUDE_DEGREE"),
+            ),
+            peak=header.field_peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
+            sensor=classify_sensor(header.optional_field_number("SENSOR_DEPTH_M")),
             location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
-            epicentre=(header.optional("EVENT_LATITUDE_DEGREE"), header.optional("EVENT_LONGITUDE_DEGREE")),
+            epicentre=(
+                header.optional_field_number("EVENT_LATITUDE_DEGREE"),
+                header.optional_field_number("EVENT_LONGITUDE_DEGREE"),
+            ),
             extra=extra | ({"agency_processing": filtered} if all(corners) else {}),
             notes=notes,
         )

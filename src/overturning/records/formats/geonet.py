@@ -10,7 +10,7 @@ from functools import partial
 from typing import Final
 
 from overturning.records.component import UNKNOWN, Component, direction_from_name_and_code, parse_axis_direction
-from overturning.records.formats.header import PLACE, Fields, Header, stated_time
+from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
 from overturning.records.formats.lines import FLOAT, Lines, component_reader
 
 MM: Final = 1e-3
@@ -33,39 +33,40 @@ FIELDS: Final[Fields] = {
 
 @component_reader(r"(Unc|C)orrected", "get the file again")
 def read(block: Lines) -> tuple[Component, int]:
-    """Read the component at the first of these lines; return it and the number of its lines."""
-    header, text = Header.of(block, FIELDS, TEXT_LINES, length=HEADER_LINES), block.lines
+    """Read the component that begins at the first line; return the component and the number of its lines."""
+    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, length=HEADER_LINES), block.lines
     corrected = text[0].startswith("Corrected")
-    whole = block.fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
-    real = block.fixed_columns(20, width=8, per_line=10, count=60)
+    whole = block.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
+    real = block.read_fixed_columns(20, width=8, per_line=10, count=60)
     count = int(whole[33])
-    header.check_count("Number of points", count)
-    interval = header.value("interval")
+    header.check_sample_count("Number of points", count)
+    interval = header.field_number("interval")
     if abs(interval - real[25]) > 5e-4:
         raise header.error("interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again")
-    axis = header.text("component")
+    axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
     coded = UNKNOWN if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
-    samples = block.fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
+    samples = block.read_fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
     *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # Start of the buffer, UT.
     # "near" names the place of the epicentre, which may be far from the station.
-    when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
-    bands = header.text("bands").replace(" are", "") if corrected else ""
+    when, where = (" ".join(header.field_text(name).split()) for name in ("origin", "near"))
+    bands = header.field_text("bands").replace(" are", "") if corrected else ""
     agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
-    end, notes = block.after_samples(end, count)
-    return header.component(
+    end, notes = block.skip_surplus_lines(end, count)
+    return header.create_component(
         axis,
         direction_from_name_and_code(axis, coded, partial(header.error, "component")),
-        samples * (MM if corrected else MM * header.value("unit")),
+        samples * (MM if corrected else MM * header.field_number("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
-        start=block.time(TEXT_LINES, day, hour, minute, millis / 1000) - timedelta(seconds=float(whole[31]) * interval),
+        start=block.utc_time(TEXT_LINES, day, hour, minute, millis / 1000)
+        - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
-        origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        peak=header.peak("Acceleration: Peak in mm/s/s", MM),
+        origin=parse_stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
+        peak=header.field_peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
         # 0 stands for an unknown magnitude.
         extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,

@@ -34,18 +34,18 @@ FIRST_YEAR: Final = 33
 """Smallest two-digit year that means 19xx: the first accelerogram was recorded in 1933."""
 
 
-def resolution(text: str) -> float:
+def last_digit_unit(number_text: str) -> float:
     """Return the unit of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
-    mantissa, _, exponent = text.strip().upper().replace("D", "E").partition("E")
+    mantissa, _, exponent = number_text.strip().upper().replace("D", "E").partition("E")
     decimals = len(mantissa.partition(".")[2])
     return float(10.0 ** (int(exponent or 0) - decimals))
 
 
-def stated_time(text: str, *patterns: str, ahead: timedelta = timedelta()) -> datetime | None:
-    """Return a stated time in UTC; ``ahead`` is local time minus UTC. None if no pattern fits."""
-    for pattern in patterns:
+def parse_stated_time(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
+    """Return a stated time in UTC; ``utc_offset`` is local time minus UTC. None if no pattern fits."""
+    for pattern in time_patterns:
         with suppress(ValueError, OverflowError):
-            return datetime.strptime(text.strip(), pattern).replace(tzinfo=UTC) - ahead
+            return datetime.strptime(time_text.strip(), pattern).replace(tzinfo=UTC) - utc_offset
     return None
 
 
@@ -56,17 +56,19 @@ class Header(Lines):
     found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, lines: Lines | SourceFile, fields: Fields, stop: int = 500, *, length: int = 0) -> "Header":
-        """Find fields in the lines before ``stop``, ignoring case; the first line that fits counts.
+    def find_fields(
+        cls, lines: Lines | SourceFile, fields: Fields, max_lines: int = 500, *, length: int = 0
+    ) -> "Header":
+        """Find fields in the lines before ``max_lines``, ignoring case; the first line that fits counts.
 
         Raises a RecordError if there are fewer than ``length`` lines.
         """
         lines = Lines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
-        lines.check_header(length)
+        lines.check_header_length(length)
         found = {}
         for name, stated in fields.items():
             at, pattern = (None, stated) if isinstance(stated, str) else stated
-            for index, line in enumerate(lines.lines[:stop]) if at is None else [(at, lines.lines[at])]:
+            for index, line in enumerate(lines.lines[:max_lines]) if at is None else [(at, lines.lines[at])]:
                 if match := re.search(pattern, line, re.IGNORECASE):
                     found[name] = index, match
                     break
@@ -75,73 +77,79 @@ class Header(Lines):
                     raise lines.error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
         return cls(lines.source, lines.lines, lines.before, found)
 
-    def at(self, name: str) -> int:
+    def line_index(self, field: str) -> int:
         """Return the line index of a field; raise a RecordError if the header does not state it."""
-        if name not in self.found:
-            why = f"no {name} in the header that begins here; the file is cut or of another kind: get it again"
+        if field not in self.found:
+            why = f"no {field} in the header that begins here; the file is cut or of another kind: get it again"
             raise super().error(0, why)
-        return self.found[name][0]
+        return self.found[field][0]
 
-    def match(self, name: str) -> re.Match[str] | None:
+    def field_match(self, field: str) -> re.Match[str] | None:
         """Return the match of a field's pattern; None if not stated."""
-        return self.found[name][1] if name in self.found else None
+        return self.found[field][1] if field in self.found else None
 
-    def text(self, name: str) -> str:
+    def field_text(self, field: str) -> str:
         """Return the text of a field, its first group that matched; "" if not stated."""
-        match = self.match(name)
+        match = self.field_match(field)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
-    def error(self, at: int | str, why: str) -> RecordError:
+    def error(self, line_or_field: int | str, why: str) -> RecordError:
         """Return an error that names a line, given by index or by field."""
-        return super().error(self.at(at) if isinstance(at, str) else at, why)
+        return super().error(self.line_index(line_or_field) if isinstance(line_or_field, str) else line_or_field, why)
 
-    def value(self, name: str, text: str | None = None) -> float:
+    def field_number(self, field: str, text: str | None = None) -> float:
         """Return the number in a field, or in a part of its text."""
-        index = self.at(name)
-        return self.number(self.text(name) if text is None else text, index, name)
+        index = self.line_index(field)
+        return self.parse_number(self.field_text(field) if text is None else text, index, field)
 
-    def optional(self, name: str) -> float | None:
+    def optional_field_number(self, field: str) -> float | None:
         """Return the number in a field; None if not stated or blank."""
-        return self.value(name) if self.text(name) else None
+        return self.field_number(field) if self.field_text(field) else None
 
-    def interval(self, name: str, text: str | None = None) -> float:
+    def field_sampling_interval(self, field: str, text: str | None = None) -> float:
         """Return the sampling interval, s, from a field (or a part of its text) that states a rate in Hz."""
-        return self.interval_of(self.value(name, text), self.at(name))
+        return self.sampling_interval_of_rate(self.field_number(field, text), self.line_index(field))
 
-    def numbers(self, names: Mapping[str, str]) -> dict[str, Any]:
+    def stated_field_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
         """Return the numbers of the stated fields under their names in a record's ``extra``."""
-        return {name: self.value(stated) for name, stated in names.items() if self.text(stated)}
+        return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
-    def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> HeaderPeak:
+    def field_peak(self, field: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> HeaderPeak:
         """Return the peak that a field (or a part of its text) states; ``scale`` is its unit in m/s²."""
-        stated = self.text(name) if text is None else text
-        size = abs(self.value(name, stated))
-        return HeaderPeak(size * scale, resolution(stated) * scale, after_mean, self.before + self.at(name) + 1)
+        stated = self.field_text(field) if text is None else text
+        size = abs(self.field_number(field, stated))
+        return HeaderPeak(
+            size * scale, last_digit_unit(stated) * scale, after_mean, self.before + self.line_index(field) + 1
+        )
 
-    def moment(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
-        """Return the UTC time in a field (or a part of its text); ``ahead`` is local time minus UTC."""
-        stated = self.text(name) if text is None else text
-        index, moment = self.at(name), stated_time(stated, *patterns, ahead=ahead)
+    def field_time(
+        self, field: str, *time_patterns: str, text: str | None = None, utc_offset: timedelta = timedelta()
+    ) -> datetime:
+        """Return the UTC time in a field (or a part of its text); ``utc_offset`` is local time minus UTC."""
+        stated = self.field_text(field) if text is None else text
+        index, moment = self.line_index(field), parse_stated_time(stated, *time_patterns, utc_offset=utc_offset)
         if moment is None:
-            like = datetime(2000, 10, 6, 13, 30).strftime(patterns[0])
-            raise self.error(index, f"{name} {stated!r} is no time like {like}; correct it")
+            like = datetime(2000, 10, 6, 13, 30).strftime(time_patterns[0])
+            raise self.error(index, f"{field} {stated!r} is no time like {like}; correct it")
         return moment
 
-    def clock(self, name: str) -> datetime | None:
+    def field_date_and_time(self, field: str) -> datetime | None:
         """Return the UTC time of a field with groups month, day, year, hour, minute, second; None if not stated."""
-        match = self.match(name)
+        match = self.field_match(field)
         if match is None:
             return None
         month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
         year += 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
-        return self.time(self.at(name), (year, month, day), hour, minute, self.value(name, match[6]))
+        return self.utc_time(
+            self.line_index(field), (year, month, day), hour, minute, self.field_number(field, match[6])
+        )
 
-    def place(self, name: str) -> tuple[float, float] | tuple[None, None]:
+    def field_coordinates(self, field: str) -> tuple[float, float] | tuple[None, None]:
         """Return latitude and longitude, degrees, of a field; None twice if not stated.
 
         The field has the groups number, N or S, number, E or W, or the eight groups of `PLACE` (rounded to 1e-5°).
         """
-        match = self.match(name)
+        match = self.field_match(field)
         if match is None or match[1] is None:
             return None, None
         parts, each = match.groups(), len(match.groups()) // 2
@@ -151,61 +159,73 @@ class Header(Lines):
         )
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
-    def earthquake(self) -> tuple[datetime | None, dict[str, Any]]:
+    def origin_and_epicentre(self) -> tuple[datetime | None, dict[str, Any]]:
         """Return origin time, UTC, and epicentre entries from the fields of `EARTHQUAKE`; None and {} if not stated."""
-        stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.text("origin")))
-        origin = stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
+        stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
+        origin = parse_stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
             origin = origin.replace(year=origin.year - 100)
-        return origin, epicentre(*self.place("hypocentre")) if any(self.place("hypocentre")) else {}
+        return origin, epicentre_entries(*self.field_coordinates("hypocentre")) if any(
+            self.field_coordinates("hypocentre")
+        ) else {}
 
-    def check_unit(self, name: str, pattern: str, read: str) -> None:
+    def check_field_pattern(self, field: str, unit_pattern: str, readable_kind: str) -> None:
         """Refuse a field, such as a unit or a quantity, whose text does not fit a pattern."""
-        if not re.match(pattern, self.text(name), re.IGNORECASE):
-            raise self.error(name, f"{name} {self.text(name)!r}; only {read} is read: get that file")
+        if not re.match(unit_pattern, self.field_text(field), re.IGNORECASE):
+            raise self.error(field, f"{field} {self.field_text(field)!r}; only {readable_kind} is read: get that file")
 
-    def check_count(self, name: str, found: int) -> None:
+    def check_sample_count(self, field: str, sample_count: int) -> None:
         """Refuse a number of samples that differs from the field's."""
-        if self.value(name) != found:
-            raise self.error(name, f"{self.text(name)} samples here, but {found} below; get the file again")
+        if self.field_number(field) != sample_count:
+            raise self.error(
+                field, f"{self.field_text(field)} samples here, but {sample_count} below; get the file again"
+            )
 
-    def check_duration(self, name: str, count: int, interval: float, text: str | None = None) -> None:
-        """Refuse ``count`` samples every ``interval`` s that do not last as long as a field (or a part of it) states.
+    def check_stated_duration(
+        self, field: str, sample_count: int, sampling_interval: float, text: str | None = None
+    ) -> None:
+        """Refuse samples that do not last as long as a field (or a part of its text) states.
 
         The stated duration may be rounded, and may include one interval after the last sample. No check if not stated.
         """
-        stated = self.text(name) if text is None else text
+        stated = self.field_text(field) if text is None else text
         if stated:
-            self.check_length(self.at(name), count, interval, self.value(name, stated), 1.01 * resolution(stated))
+            self.check_recorded_duration(
+                self.line_index(field),
+                sample_count,
+                sampling_interval,
+                self.field_number(field, stated),
+                1.01 * last_digit_unit(stated),
+            )
 
-    def stated_samples(
-        self, name: str, values: FloatArray, stated: str | None = None
+    def cut_to_stated_count(
+        self, field: str, values: FloatArray, stated: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
         """Return the number of samples that a field (or a part of its text) states, and a note if the file has more.
 
         Raises a RecordError if the file has fewer.
         """
-        count, found = self.value(name, stated), len(values)
+        count, found = self.field_number(field, stated), len(values)
         if found < count or count != int(count):
-            what = f"header promises {stated or self.text(name)} samples, the file has {found}"
-            raise self.error(name, f"{what}; it is cut: get it again")
+            what = f"header promises {stated or self.field_text(field)} samples, the file has {found}"
+            raise self.error(field, f"{what}; it is cut: get it again")
         more = found - int(count)
-        return values[: int(count)], self.surplus_notes(int(count), f"{more} samples") if more else ()
+        return values[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
 
-    def component(
-        self, axis: str, direction: Direction, samples: FloatArray, interval: float, **stated: Any
+    def create_component(
+        self, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float, **metadata: Any
     ) -> Component:
-        """Return a component of the file with the metadata in ``stated``.
+        """Return a component of the file with the metadata in ``metadata``.
 
         The header's fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` are added.
         """
-        usual = {"station": self.text("station"), "event": " ".join(self.text("event").split())}
-        extra = self.numbers({"magnitude": "magnitude"}) | stated.pop("extra", {})
-        extra |= epicentre(*stated.pop("epicentre", self.place("epicentre")))
-        stated = usual | {"coordinates": self.place("coordinates")} | stated
-        return Component.from_file(self.source, axis, direction, samples, interval, extra=extra, **stated)
+        usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
+        extra = self.stated_field_numbers({"magnitude": "magnitude"}) | metadata.pop("extra", {})
+        extra |= epicentre_entries(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
+        metadata = usual | {"coordinates": self.field_coordinates("coordinates")} | metadata
+        return Component.from_file(self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata)
 
 
-def epicentre(north: float | None, east: float | None) -> dict[str, float]:
+def epicentre_entries(north: float | None, east: float | None) -> dict[str, float]:
     """Return an epicentre, degrees, as entries of a record's ``extra``; empty if unknown."""
     return {} if north is None or east is None else {"event_latitude": north, "event_longitude": east}

@@ -35,14 +35,14 @@ _STATED_UNIT: Final = re.compile(
 """Unit in a normalised line of text: ``units: g``, ``acceleration in m/s2``, ``velocity (cm/s)``."""
 
 
-def _normalise(text: str) -> str:
+def _normalise_heading(heading: str) -> str:
     """Return a heading in lower case, with one spelling of powers and seconds and no blanks around its unit."""
-    text = text.strip("\"'# \t").lower().replace("²", "2").replace("^", "").replace("**", "")
-    text = re.sub(r"(?<=m)[ .*·]?s-(1|2)\b", lambda power: "/s" if power[1] == "1" else "/s2", text)
-    return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", text)).replace("/s/s", "/s2")
+    heading = heading.strip("\"'# \t").lower().replace("²", "2").replace("^", "").replace("**", "")
+    heading = re.sub(r"(?<=m)[ .*·]?s-(1|2)\b", lambda power: "/s" if power[1] == "1" else "/s2", heading)
+    return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", heading)).replace("/s/s", "/s2")
 
 
-def first_row(lines: Sequence[str]) -> int:
+def first_number_line(lines: Sequence[str]) -> int:
     """Return the index of the first line of numbers, after comments (``#``) and lines of words; 0 if there is none."""
     for index, line in enumerate(lines):
         text = line.strip()
@@ -53,13 +53,13 @@ def first_row(lines: Sequence[str]) -> int:
     return 0
 
 
-def heading_cells(lines: Sequence[str], separator: str | None, width: int) -> list[list[str]]:
+def read_heading_cells(lines: Sequence[str], separator: str | None, column_count: int) -> list[list[str]]:
     """Return the cells of each line above the numbers, commented or not, that has one cell per column.
 
     Cells are separated like the numbers or by blanks; cells of several words by at least two blanks. A line of prose
     may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
     """
-    return [cells for line in lines if (cells := _cells(line, separator, width))]
+    return [cells for line in lines if (cells := _split_heading_line(line, separator, column_count))]
 
 
 def _strip_comment_marks(line: str, separator: str | None) -> str:
@@ -67,22 +67,22 @@ def _strip_comment_marks(line: str, separator: str | None) -> str:
     return line.strip().lstrip("#%!/* \t" + ("" if separator == ";" else ";")).strip()
 
 
-def _cells(line: str, separator: str | None, width: int) -> list[str]:
+def _split_heading_line(line: str, separator: str | None, column_count: int) -> list[str]:
     """Return the cells of a line of headings; empty for any other line."""
     text = _strip_comment_marks(line, separator)
     ways = [text.split(separator)] if separator else []
-    blanks = [re.split(r"\s{2,}|\t", text), text.split(), *([[text]] if width == 1 else [])]
+    blanks = [re.split(r"\s{2,}|\t", text), text.split(), *([[text]] if column_count == 1 else [])]
     ways += [way for way in blanks if all(re.search("[A-Za-z]", cell) for cell in way)]
-    cells = next((way for way in ways if len(way) == width), []) if text else []
+    cells = next((way for way in ways if len(way) == column_count), []) if text else []
     return [cell.strip() for cell in cells]
 
 
-def heading_axis(text: str) -> Direction:
+def heading_direction(heading: str) -> Direction:
     """Return the direction that a heading names: ``N``, ``HNE``, ``Acc.E-W (gal)``; unknown if it names two."""
-    if (whole := parse_axis_direction(text.partition("(")[0].partition("[")[0])) != UNKNOWN:
+    if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
     named = set[Direction]()
-    for word in re.split(r"[\s_.:,()\[\]]+", text):
+    for word in re.split(r"[\s_.:,()\[\]]+", heading):
         prefixed = _PREFIXED.fullmatch(word)
         if _SEED.fullmatch(word.upper()) and len(word) == 3:
             named.add(channel_code_direction(word))
@@ -93,7 +93,7 @@ def heading_axis(text: str) -> Direction:
 
 
 def text_line_notes(
-    name: str, lines: Sequence[str], separator: str | None, columns: Sequence[tuple[str, str]]
+    file_name: str, lines: Sequence[str], separator: str | None, columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
     """Return notes on lines of text above the numbers that state another unit than declared, and a reason to refuse.
 
@@ -104,25 +104,25 @@ def text_line_notes(
     notes, others = [], []
     for line in lines:
         text = _strip_comment_marks(line, separator)
-        plain = _normalise(text)
+        plain = _normalise_heading(text)
         quantity = re.match(r"(?:(?:un)?corrected |processed |ground )*(velocity|displacement)\b", plain)
         about = bool(quantity) or re.match(r"(?:(?:un)?corrected |processed |ground )*acc|.*\bunits?\b", plain)
-        if _cells(line, separator, len(columns)) or not about:
+        if _split_heading_line(line, separator, len(columns)) or not about:
             continue
         stated = [word for match in _STATED_UNIT.finditer(plain) for word in match.groups() if word]
-        what = quantity[1] if quantity else next((w for word in stated if (w := _quantity(word))), "")
+        what = quantity[1] if quantity else next((w for word in stated if (w := _other_quantity_in_heading(word))), "")
         if what and "acc" not in plain:
             others.append(f"the line {text[:60]!r} says {what}, {' and '.join(sorted(units))} is declared")
             continue
         named = next((word for word in stated if word in UNITS), "")
         if named and any(UNITS[named] != UNITS[unit] for unit in units):
             taken = f"columns are taken in {' and '.join(sorted(units))}, as declared"
-            notes.append(f"{name}: the line {text[:60]!r} names {named}; {taken}")
+            notes.append(f"{file_name}: the line {text[:60]!r} names {named}; {taken}")
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
 def heading_notes(
-    name: str, headings: Sequence[Sequence[str]], columns: Sequence[tuple[str, str]]
+    file_name: str, headings: Sequence[Sequence[str]], columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
     """Return notes on headings that name another axis or unit than declared, and a reason to refuse.
 
@@ -130,7 +130,7 @@ def heading_notes(
 
     Parameters
     ----------
-    name : str
+    file_name : str
         Name of the file.
     headings : sequence of sequences of str
         Cells of the lines of headings: ``E``, ``north (g)``, ``N-S(cm/s/s)``.
@@ -143,21 +143,21 @@ def heading_notes(
             axis, _, rest = text.strip("\"'# ").replace("[", "(").partition("(")
             known: Mapping[str, float] = SECONDS if word == "time" else UNITS
             # A second line of headings may hold units only.
-            named = _normalise(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
-            other_axis = word != "time" and heading_axis(text.strip("\"'# ")) not in (
+            named = _normalise_heading(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
+            other_axis = word != "time" and heading_direction(text.strip("\"'# ")) not in (
                 UNKNOWN,
                 parse_axis_direction(word),
             )
             if word == "skip":
                 continue
             if other_axis or known.get(named, known[unit]) != known[unit]:
-                notes.append(f"{name}: the column under {text!r} is taken as {word} in {unit}, as declared")
-            elif word != "time" and (what := _quantity(text)):
+                notes.append(f"{file_name}: the column under {text!r} is taken as {word} in {unit}, as declared")
+            elif word != "time" and (what := _other_quantity_in_heading(text)):
                 others.append(f"the heading {text!r} says {what}, {word} in {unit} is declared")
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def _quantity(text: str) -> str:
+def _other_quantity_in_heading(heading: str) -> str:
     """Return the quantity that a heading names, if it is not acceleration; else ""."""
-    plain = _normalise(text)
+    plain = _normalise_heading(heading)
     return next((what for what, pattern in _QUANTITIES if re.search(pattern, plain)), "")

@@ -32,11 +32,11 @@ FIELDS: Final[Fields] = {
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.of(source, FIELDS, 20)
-    first = header.at("the line NS,EW,UD") + 1
-    header.check_unit("UNIT", r"gal\b", "gal")
-    columns = re.split(r"\s*,\s*", header.text("the line NS,EW,UD").upper())
+    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    header = Header.find_fields(source, FIELDS, 20)
+    first = header.line_index("the line NS,EW,UD") + 1
+    header.check_field_pattern("UNIT", r"gal\b", "gal")
+    columns = re.split(r"\s*,\s*", header.field_text("the line NS,EW,UD").upper())
     if len(set(columns)) < len(AXES):
         raise header.error("the line NS,EW,UD", f"columns {', '.join(columns)}; one of them comes twice: correct it")
     if source.text.rstrip("\x1a\x00")[-1:] not in "\r\n":
@@ -45,17 +45,17 @@ def read(source: SourceFile) -> list[Component]:
     # Keep the commas of a line with an empty cell, so that it is refused as a row of numbers.
     filled = (line.rstrip(", \t") for line in source.lines)
     spaced = [line if re.search(r",\s*,", line) else line.replace(",", " ") for line in filled]
-    values = replace(header, lines=spaced).rows(first, len(columns))
-    station = " ".join(header.text("SITE CODE").split())
+    values = replace(header, lines=spaced).read_number_rows(first, len(columns))
+    station = " ".join(header.field_text("SITE CODE").split())
     return [
-        header.component(
+        header.create_component(
             axis,
             AXES[axis],
             values[:, column] * GAL,
-            header.interval("SAMPLING RATE"),
-            start=header.moment("INITIAL TIME", *CLOCKS, ahead=JAPAN),
+            header.field_sampling_interval("SAMPLING RATE"),
+            start=header.field_time("INITIAL TIME", *CLOCKS, utc_offset=JAPAN),
             station=station,
-            coordinates=(header.value("LAT."), header.value("LON.")),
+            coordinates=(header.field_number("LAT."), header.field_number("LON.")),
         )
         for column, axis in enumerate(columns)
     ]

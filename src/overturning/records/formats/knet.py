@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.arrays import FloatArray
 from overturning.records.component import Component, Sensor
-from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.header import Fields, Header, parse_stated_time
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -47,11 +47,13 @@ DELAY: Final = timedelta(seconds=15)
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component, m/s², with its offset; a RecordError names a wrong header line."""
-    header = Header.of(source, FIELDS, length=len(KEYS))
-    if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.text("Station Code")):
+    header = Header.find_fields(source, FIELDS, length=len(KEYS))
+    if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.error("Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it")
-    interval = header.interval("Sampling Freq(Hz)", header.text("Sampling Freq(Hz)").removesuffix("Hz"))
-    direction = header.text("Dir.")
+    interval = header.field_sampling_interval(
+        "Sampling Freq(Hz)", header.field_text("Sampling Freq(Hz)").removesuffix("Hz")
+    )
+    direction = header.field_text("Dir.")
     if direction not in AXES:
         raise header.error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
     extension, azimuth, vertical, sensor = AXES[direction]
@@ -59,25 +61,25 @@ def read(source: SourceFile) -> list[Component]:
     if named != extension and named in [known for known, *_ in AXES.values()]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.error("Dir.", why)
-    start = header.moment("Record Time", CLOCK, ahead=JAPAN + DELAY)
-    known = {name: header.text(key) for key, name in EARTHQUAKE.items()}
-    counts = _counts(header)
-    expected = round(header.value("Duration Time(s)") / interval)
-    counts, notes = header.stated_samples("Duration Time(s)", counts, str(expected))
+    start = header.field_time("Record Time", CLOCK, utc_offset=JAPAN + DELAY)
+    known = {name: header.field_text(key) for key, name in EARTHQUAKE.items()}
+    counts = _read_counts(header)
+    expected = round(header.field_number("Duration Time(s)") / interval)
+    counts, notes = header.cut_to_stated_count("Duration Time(s)", counts, str(expected))
     return [
-        header.component(
+        header.create_component(
             extension,
             (azimuth, vertical),
-            counts * _gain(header),
+            counts * _acceleration_per_count(header),
             interval,
             # The record table may give `kik-net` for both networks.
             format="k-net" if direction in _SENSORS[0][0] else "kik-net",
             start=start,
             station=station,
-            event=header.text("Origin Time") + " JST",
-            origin=stated_time(header.text("Origin Time"), CLOCK, ahead=JAPAN),
-            coordinates=(header.value("Station Lat."), header.value("Station Long.")),
-            peak=header.peak("Max. Acc. (gal)", GAL, after_mean=True),
+            event=header.field_text("Origin Time") + " JST",
+            origin=parse_stated_time(header.field_text("Origin Time"), CLOCK, utc_offset=JAPAN),
+            coordinates=(header.field_number("Station Lat."), header.field_number("Station Long.")),
+            peak=header.field_peak("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
             # An unknown magnitude is blank.
             extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
@@ -86,19 +88,19 @@ def read(source: SourceFile) -> list[Component]:
     ]
 
 
-def _gain(header: Header) -> float:
+def _acceleration_per_count(header: Header) -> float:
     """Return the acceleration of one count, m/s², from a scale factor such as ``7845(gal)/8223790``."""
-    text = header.text("Scale Factor")
+    text = header.field_text("Scale Factor")
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
     if match is None:
         raise header.error("Scale Factor", f"scale factor {text!r}; it reads like 7845(gal)/8223790")
-    above, below = (header.value("Scale Factor", part) for part in match.groups())
+    above, below = (header.field_number("Scale Factor", part) for part in match.groups())
     if above <= 0 or below <= 0:
         raise header.error("Scale Factor", f"scale factor {text!r}; both numbers must be positive")
     return above / below * GAL
 
 
-def _counts(lines: Lines) -> FloatArray:
+def _read_counts(lines: Lines) -> FloatArray:
     """Read whole numbers in right-aligned columns; a last number that ends before its column is refused as cut."""
     for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
         for word in line.split():
@@ -109,4 +111,4 @@ def _counts(lines: Lines) -> FloatArray:
         ends, last = ([word.end() for word in re.finditer(r"\S+", line)] for line in full[-2:])
         if last != ends[: len(last)]:
             raise lines.error(len(lines.lines) - 1, "the last sample is cut; get the file again")
-    return lines.column(len(KEYS))
+    return lines.read_all_numbers(len(KEYS))

@@ -37,112 +37,129 @@ class Lines:
         """True if the file ends with a line end."""
         return self.source.text[-1:] in "\r\n"
 
-    def error(self, index: int, why: str) -> RecordError:
+    def error(self, line_index: int, why: str) -> RecordError:
         """Return an error that names file and line."""
-        return RecordError(f"{self.source.name} line {self.before + index + 1}: {why}")
+        return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {why}")
 
-    def number(self, text: str, index: int, what: str) -> float:
+    def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
         """Parse text as one finite number; blanks, ``nan``, ``******`` and two touching numbers raise a RecordError."""
         match = _NUMBER.fullmatch(text)
         if match is None:
-            raise self.error(index, f"{what} is {text.strip()!r}, not a number; correct it or get the file again")
+            raise self.error(
+                line_index, f"{quantity_label} is {text.strip()!r}, not a number; correct it or get the file again"
+            )
         return float(match[1].replace("D", "E").replace("d", "e"))
 
-    def time(self, index: int, day: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
+    def utc_time(self, line_index: int, date: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
         """Return the UTC time for (year, month, day) and a time of day; raise a RecordError if it does not exist."""
-        year, month, of_month = day
+        year, month, of_month = date
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
         except ValueError as problem:
             stated = f"start {year}-{month}-{of_month} {hour}:{minute}"
-            raise self.error(index, f"{stated} ({problem}); correct it") from problem
+            raise self.error(line_index, f"{stated} ({problem}); correct it") from problem
 
-    def check_header(self, length: int) -> None:
+    def check_header_length(self, length: int) -> None:
         """Refuse fewer than ``length`` lines: the file ends in its header."""
         if len(self.lines) < length:
             raise self.error(len(self.lines) - 1, "the file ends in the header; get it again")
 
-    def interval_of(self, rate: float, index: int) -> float:
+    def sampling_interval_of_rate(self, rate: float, line_index: int) -> float:
         """Return the sampling interval, s, for a rate, Hz, that a line states."""
         if not 1.0 <= rate <= 100_000.0:
             raise self.error(
-                index,
+                line_index,
                 f"{rate:g} Hz is no rate of an accelerograph (1 to 100000 Hz); correct it, or get the corrected file",
             )
         return 1.0 / rate
 
-    def check_length(self, index: int, count: int, interval: float, length: float, digit: float = 0.0) -> None:
-        """Refuse ``count`` samples every ``interval`` s that do not last ``length`` s; ``digit``: tolerance, s."""
-        if abs(count * interval - length) > max(2.0 * interval, 0.011, digit):
-            what = f"{count} samples every {interval:g} s, but the header's length is {length:g} s"
+    def check_recorded_duration(
+        self, index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
+    ) -> None:
+        """Refuse ``sample_count`` samples that do not last ``duration`` s within ``tolerance``, s."""
+        if abs(sample_count * sampling_interval - duration) > max(2.0 * sampling_interval, 0.011, tolerance):
+            what = f"{sample_count} samples every {sampling_interval:g} s, but the header's length is {duration:g} s"
             raise self.error(index, f"{what}; the file is cut or holds more: get it again")
 
-    def surplus_notes(self, samples: int, more: str) -> tuple[str, ...]:
-        """Return the note on numbers after the samples that the header states; ``more`` counts them."""
-        return (f"{self.source.name} goes on after the {samples} samples that its header promises: {more} left out",)
+    def surplus_number_notes(self, stated_count: int, surplus_label: str) -> tuple[str, ...]:
+        """Return the note on numbers after the samples that the header states; ``surplus_label`` counts them."""
+        return (
+            f"{self.source.name} goes on after the {stated_count} samples that its header promises: "
+            f"{surplus_label} left out",
+        )
 
-    def samples(
-        self, first: int, *, width: int, per_line: int, count: int, last: bool = False
+    def read_samples(
+        self, first_line: int, *, width: int, per_line: int, count: int, last: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
-        """Return samples in fixed columns, the next line's index and notes; see `fixed_columns` and `after_samples`."""
-        values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
-        return values, *self.after_samples(first + -(-count // per_line), count, last=last)
+        """Return samples in fixed columns, the index of the next line, and a note on surplus numbers."""
+        values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
+        return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, last=last)
 
-    def after_samples(self, at: int, samples: int, *, last: bool = False) -> tuple[int, tuple[str, ...]]:
-        """Return the index of the first line from `at` on that is not numeric, and a note on numeric lines before it.
+    def skip_surplus_lines(
+        self, first_line: int, stated_count: int, *, last: bool = False
+    ) -> tuple[int, tuple[str, ...]]:
+        """Return the index of the first line that is not numeric, and a note on numeric lines before it.
 
-        `samples` is the stated number of samples, which end before `at`. With `last`, text after them raises a
+        The `stated_count` samples of the header end before `first_line`. With `last`, text after them raises a
         RecordError.
         """
-        end = at
+        end = first_line
         while end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _ALLOWED:
             end += 1
         if last and any(line.strip() for line in self.lines[end:]):
-            raise self.error(end, f"{self.lines[end][:40]!r} after the last of {samples} samples; get the file again")
-        return end, self.surplus_notes(samples, f"{end - at} line{'s' * (end - at > 1)} of numbers") if end > at else ()
+            raise self.error(
+                end, f"{self.lines[end][:40]!r} after the last of {stated_count} samples; get the file again"
+            )
+        return end, self.surplus_number_notes(
+            stated_count, f"{end - first_line} line{'s' * (end - first_line > 1)} of numbers"
+        ) if end > first_line else ()
 
-    def check_spacing(self, first: int, time: FloatArray, interval: float, per_line: float, remedy: str) -> None:
-        """Refuse times, s, more than 1.1 ms off an even spacing; ``first`` is the line of the first time."""
-        uneven = np.flatnonzero(np.abs(time - time[0] - interval * np.arange(time.size)) > 0.0011)
+    def check_even_times(
+        self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
+    ) -> None:
+        """Refuse times, s, more than 1.1 ms off an even spacing; ``first_line`` is the line of the first time."""
+        uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
         if uneven.size:
-            at = first + int(uneven[0] // per_line)
-            raise self.error(at, f"time {time[uneven[0]]:g} s does not fit an interval of {interval:g} s; {remedy}")
+            at = first_line + int(uneven[0] // times_per_line)
+            raise self.error(
+                at, f"time {time[uneven[0]]:g} s does not fit an interval of {sampling_interval:g} s; {remedy}"
+            )
 
-    def column(self, first: int) -> FloatArray:
-        """Return all numbers of the free-format lines from ``first`` on, in reading order."""
-        values = self._values([line.split() for line in self.lines[first:]], first)
+    def read_all_numbers(self, first_line: int) -> FloatArray:
+        """Return all numbers of the free-format lines from ``first_line`` on, in reading order."""
+        values = self._values([line.split() for line in self.lines[first_line:]], first_line)
         self._check_last_number()
         return values
 
-    def rows(self, first: int, columns: int) -> FloatArray:
-        """Return the numbers of the free-format lines from ``first`` on, shape (lines, columns).
+    def read_number_rows(self, first_line: int, columns: int) -> FloatArray:
+        """Return the numbers of the free-format lines from ``first_line`` on, shape (lines, columns).
 
         Blank lines at the end are ignored. A RecordError names a line with another count, or text that is no number.
         """
-        cells = [line.split() for line in self.lines[first:]]
+        cells = [line.split() for line in self.lines[first_line:]]
         while cells and not cells[-1]:
             cells.pop()
-        for index, line in enumerate(cells, first):
+        for index, line in enumerate(cells, first_line):
             if len(line) != columns:
                 why = f"{len(line)} numbers where {columns} belong; columns touch, or the line is cut"
                 raise self._row_error(index, line, why)
-        values = self._values(cells, first).reshape(-1, columns)
+        values = self._values(cells, first_line).reshape(-1, columns)
         self._check_last_number()
         return values
 
-    def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
-        """Read ``count`` numbers in columns of fixed width that may touch (FORTRAN ``8F10.3``), from line ``first`` on.
+    def read_fixed_columns(self, first_line: int, *, width: int, per_line: int, count: int) -> FloatArray:
+        """Read ``count`` numbers in columns of fixed width that may touch (FORTRAN ``8F10.3``).
 
         Later lines are ignored. Raises a RecordError if lines are missing or a column holds no number.
         """
         needed = -(-count // per_line)
-        there = max(len(self.lines) - first, 0)
+        there = max(len(self.lines) - first_line, 0)
         if there < needed:
             raise self.error(
-                first + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
+                first_line + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
             )
-        cells = [self._cells(first + k, width, min(per_line, count - k * per_line)) for k in range(needed)]
-        return self._values(cells, first)
+        cells = [self._cells(first_line + k, width, min(per_line, count - k * per_line)) for k in range(needed)]
+        return self._values(cells, first_line)
 
     def _cells(self, index: int, width: int, count: int) -> list[str]:
         """Split one line into fixed columns."""
@@ -160,17 +177,19 @@ class Lines:
     def _row_error(self, index: int, cells: Sequence[str], why: str) -> RecordError:
         """Return the error of a line; raise the error of a cell that is no number instead, if there is one."""
         for cell in cells:
-            self.number(cell, index, "a sample")
+            self.parse_number(cell, index, "a sample")
         return self.error(index, f"{why}: get the file again")
 
-    def _values(self, cells: Sequence[Sequence[str]], first: int) -> FloatArray:
-        """Return the numbers of all cells in reading order; ``first`` is the index of their first line."""
+    def _values(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
+        """Return the numbers of all cells in reading order; ``first_line`` is the index of their first line."""
         words = [word for line in cells for word in line]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
         if not set("".join(words)) - _ALLOWED:
             with suppress(ValueError):
                 return np.array(words, dtype=np.float64)
-        numbers = [self.number(word, index, "a sample") for index, line in enumerate(cells, first) for word in line]
+        numbers = [
+            self.parse_number(word, index, "a sample") for index, line in enumerate(cells, first_line) for word in line
+        ]
         return np.array(numbers, dtype=np.float64)
 
     def _check_last_number(self) -> None:
@@ -181,12 +200,12 @@ class Lines:
             if len(before) != len(last):
                 raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
-    def fixed_integers(self, first: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
-        """Read whole numbers of up to nine digits in fixed columns (FORTRAN ``10I8``); see :meth:`fixed_columns`."""
-        values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
+    def read_fixed_integers(self, first_line: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
+        """Read whole numbers of up to nine digits in fixed columns (FORTRAN ``10I8``); see `read_fixed_columns`."""
+        values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:
-            at = first + int(wrong[0]) // per_line
+            at = first_line + int(wrong[0]) // per_line
             raise self.error(at, f"{values[wrong[0]]:g} where a whole number belongs; get the file again")
         return values.astype(np.int64)
 
@@ -194,10 +213,12 @@ class Lines:
 _ReadOne = Callable[[Lines], tuple[Component, int]]
 
 
-def component_reader(begins: str, remedy: str) -> Callable[[_ReadOne], Callable[[SourceFile], list[Component]]]:
+def component_reader(
+    first_line_pattern: str, remedy: str
+) -> Callable[[_ReadOne], Callable[[SourceFile], list[Component]]]:
     """Decorate a reader of one component as a reader of files with several consecutive components.
 
-    Each component begins with a line that fits the pattern ``begins``. The decorated function gets the lines from there
+    Each component begins with a line that fits ``first_line_pattern``. The decorated function gets the lines from there
     on and returns the component and the number of its lines. Blank lines are skipped. A RecordError names the line at
     which a component is cut or inconsistent.
     """
@@ -208,7 +229,7 @@ def component_reader(begins: str, remedy: str) -> Callable[[_ReadOne], Callable[
             line, length = source.lines[at].strip(), 1
             if line:
                 block = Lines(source, source.lines[at:], at)
-                if not re.match(begins, line, re.IGNORECASE):
+                if not re.match(first_line_pattern, line, re.IGNORECASE):
                     raise block.error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
                 component, length = read(block)
                 components.append(component)

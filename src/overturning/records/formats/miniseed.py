@@ -15,7 +15,12 @@ from overturning.records.component import (
     fill_direction_from_channel_code,
 )
 from overturning.records.declarations import Declarations
-from overturning.records.formats.stationxml import acceleration_scale, epoch_of, is_velocity, read_inventory
+from overturning.records.formats.stationxml import (
+    acceleration_unit_size,
+    find_channel_epoch,
+    is_velocity_unit,
+    read_inventory,
+)
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
@@ -27,30 +32,32 @@ FULL_SCALE: Final = 0.01
 """Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
-def read(source: SourceFile, declared: Declarations) -> list[Component]:
+def read(source: SourceFile, declarations: Declarations) -> list[Component]:
     """Read all channels; raise a RecordError if the file is damaged, has gaps, or no StationXML is given."""
     size = len(source.data)
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
         raise RecordError(f"{source.name}: {why}")
-    stream, inventory = read_stream(source, "MSEED"), read_inventory(declared.metadata)
+    stream, inventory = read_stream(source, "MSEED"), read_inventory(declarations.metadata)
     if inventory is None:
         why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         raise RecordError(f"{source.name}: {why}")
-    return components_of(stream, inventory, source, declared)
+    return stream_components_in_si(stream, inventory, source, declarations)
 
 
-def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
+def read_stream(source: SourceFile, obspy_format: str, **options: Any) -> Any:
     """Read the traces of a file with obspy; raise a RecordError if it is damaged."""
     import obspy
 
     try:
-        return obspy.read(io.BytesIO(source.data), format=form, **options)
+        return obspy.read(io.BytesIO(source.data), format=obspy_format, **options)
     except Exception as problem:  # struct, numpy, libmseed and obspy each raise their own
-        raise RecordError(f"{source.name}: damaged {form} ({problem}); get it again") from problem
+        raise RecordError(f"{source.name}: damaged {obspy_format} ({problem}); get it again") from problem
 
 
-def components_of(stream: Any, inventory: Any, source: SourceFile, declared: Declarations) -> list[Component]:
+def stream_components_in_si(
+    stream: Any, inventory: Any, source: SourceFile, declarations: Declarations
+) -> list[Component]:
     """Convert counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
     Raises a RecordError if a trace has a gap or is not in the inventory, or if its code names a velocity sensor while
@@ -69,18 +76,18 @@ def components_of(stream: Any, inventory: Any, source: SourceFile, declared: Dec
     components, reasons = [], RefusalReasons()
     for trace in stream:
         with reasons.collect():
-            components.append(_component(trace, inventory, source, declared))
+            components.append(_trace_component(trace, inventory, source, declarations))
     reasons.raise_all()
     return components
 
 
-def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declarations) -> Component:
+def _trace_component(trace: Any, inventory: Any, source: SourceFile, declarations: Declarations) -> Component:
     channel, moment, code = f"{source.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
-    epoch = epoch_of(trace, inventory, source, declared)
-    unit, scale = epoch.unit, acceleration_scale(epoch.unit)
-    if scale is None and not is_velocity(unit):
+    epoch = find_channel_epoch(trace, inventory, source, declarations)
+    unit, scale = epoch.unit, acceleration_unit_size(epoch.unit)
+    if scale is None and not is_velocity_unit(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
-    if scale is not None and code[1:2] == "H" and declared.unit is None:
+    if scale is not None and code[1:2] == "H" and declarations.unit is None:
         raise RecordError(
             f"{channel} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
             "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
@@ -102,7 +109,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
         if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
-        samples, removed = _deconvolved(trace, epoch.channel.response, source.name), "response"
+        samples, removed = _remove_velocity_response(trace, epoch.channel.response, source.name), "response"
     return Component.from_file(
         source,
         code,
@@ -114,13 +121,13 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
         coordinates=(epoch.channel.latitude, epoch.channel.longitude),
         sensor=classify_sensor(epoch.channel.depth),
         location=trace.stats.location or BLANK,
-        unit=declared.unit if declared.unit and UNITS.get(declared.unit) == scale else "",
+        unit=declarations.unit if declarations.unit and UNITS.get(declarations.unit) == scale else "",
         extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_entry,
         notes=tuple(notes),
     )
 
 
-def _deconvolved(trace: Any, response: Any, name: str) -> FloatArray:
+def _remove_velocity_response(trace: Any, response: Any, file_name: str) -> FloatArray:
     """Return the acceleration of a velocity sensor, m/s²: its response removed from 0.02 Hz to 0.8 of Nyquist.
 
     The band limits the amplification. A water level would be relative to the largest response to acceleration, which a
@@ -129,7 +136,7 @@ def _deconvolved(trace: Any, response: Any, name: str) -> FloatArray:
     """
     if not response.response_stages:
         why = f"response of {trace.id} has no stages, so it cannot be removed from a velocity sensor"
-        raise RecordError(f"{name}: {why}; get level=response")
+        raise RecordError(f"{file_name}: {why}; get level=response")
     nyquist = 0.5 * trace.stats.sampling_rate
     band = (0.01, 0.02, 0.8 * nyquist, 0.95 * nyquist)
     copy = trace.copy()
@@ -143,5 +150,5 @@ def _deconvolved(trace: Any, response: Any, name: str) -> FloatArray:
         copy.remove_response(output="ACC", **known)
     except Exception as problem:
         why = f"response of {trace.id} cannot be removed ({problem})"
-        raise RecordError(f"{name}: {why}; get level=response") from problem
+        raise RecordError(f"{file_name}: {why}; get level=response") from problem
     return np.asarray(copy.data, dtype=np.float64)

@@ -8,7 +8,7 @@ import re
 from typing import Final
 
 from overturning.records.component import Component
-from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.header import Fields, Header, parse_stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -30,27 +30,29 @@ FIELDS: Final[Fields] = {
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.of(source, FIELDS, length=HEADER_LINES)
-    values, notes = header.stated_samples("number of data", header.rows(HEADER_LINES, 3))
-    moment, _, fraction = header.text("time of the record").partition(".")
+    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    header = Header.find_fields(source, FIELDS, length=HEADER_LINES)
+    values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
+    moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):
-        stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.text("PGA in Gal (no other unit is read)"))
+        stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.field_text("PGA in Gal (no other unit is read)"))
         if stated is None:
             raise header.error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
         components.append(
-            header.component(
+            header.create_component(
                 axis,
                 direction,
                 values[:, column] * GAL,
-                header.value("sampling interval"),
-                start=header.moment("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
-                event=f"earthquake of {header.text('origin')}",
-                origin=stated_time(header.text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
-                coordinates=header.place("a place like 40.84N-31.15E"),
-                peak=header.peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
-                epicentre=header.place("an epicentre like 40.84N-31.15E"),
+                header.field_number("sampling interval"),
+                start=header.field_time(
+                    "time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"
+                ),
+                event=f"earthquake of {header.field_text('origin')}",
+                origin=parse_stated_time(header.field_text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
+                coordinates=header.field_coordinates("a place like 40.84N-31.15E"),
+                peak=header.field_peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
+                epicentre=header.field_coordinates("an epicentre like 40.84N-31.15E"),
                 notes=notes,
             )
         )

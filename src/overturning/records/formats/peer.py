@@ -27,20 +27,20 @@ BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; raise a RecordError if it is not acceleration in g, or has another count than stated."""
-    header = Header.of(source, FIELDS, 4, length=5)
-    samples, notes = header.stated_samples("NPTS", header.column(4))
-    parts = [part.strip() for part in header.text("names").split(",")]
+    header = Header.find_fields(source, FIELDS, 4, length=5)
+    samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
+    parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     # The new header has a separate date; the earthquake's name before it may contain commas (Chi-Chi, Taiwan-06).
     dated = next((i for i, part in enumerate(parts[:-1]) if re.fullmatch(r"\d+/\d+/\d+", part)), 0)
     event, station = parts[0], parts[1:-1]
     if dated:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
-    corners = header.match("corners")
+    corners = header.field_match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
     direction, coded = fill_direction_from_channel_code(
         axis, parse_axis_direction(axis), f"{source.name}: its header states no azimuth"
     )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
     more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE.fullmatch(axis) else "surface"}
-    return [header.component(axis, direction, samples * STANDARD_GRAVITY, header.value("DT"), **more)]
+    return [header.create_component(axis, direction, samples * STANDARD_GRAVITY, header.field_number("DT"), **more)]

@@ -17,8 +17,8 @@ from overturning.records.component import (
     fill_direction_from_channel_code,
 )
 from overturning.records.declarations import Declarations
-from overturning.records.formats.miniseed import components_of, read_stream
-from overturning.records.formats.stationxml import has_channel, read_inventory
+from overturning.records.formats.miniseed import read_stream, stream_components_in_si
+from overturning.records.formats.stationxml import inventory_has_channel, read_inventory
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
@@ -31,7 +31,7 @@ NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum
 """Content for each value of SAC's IFTYPE that is not a time series."""
 
 
-def read(source: SourceFile, declared: Declarations) -> list[Component]:
+def read(source: SourceFile, declarations: Declarations) -> list[Component]:
     """Read one component; raise a RecordError if neither StationXML nor a declaration gives its unit."""
     # Check the interval first: obspy divides by it while reading.
     intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
@@ -42,19 +42,19 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
     if what := NO_SERIES.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source.name}: {what} by its header, not evenly sampled acceleration; get that file")
-    inventory = read_inventory(declared.metadata)
+    inventory = read_inventory(declarations.metadata)
     # With a declared unit, ignore StationXML that does not contain this channel.
-    if inventory is not None and (declared.unit is None or has_channel(stream[0], inventory)):
-        return components_of(stream, inventory, source, declared)
-    if declared.unit is None:
+    if inventory is not None and (declarations.unit is None or inventory_has_channel(stream[0], inventory)):
+        return stream_components_in_si(stream, inventory, source, declarations)
+    if declarations.unit is None:
         raise RecordError(
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
             f"{', '.join(UNITS)}) or give StationXML"
         )
-    return [_component(stream[0], source, declared.unit, declared)]
+    return [_trace_component(stream[0], source, declarations.unit, declarations)]
 
 
-def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations) -> Component:
+def _trace_component(trace: Any, source: SourceFile, unit: str, declarations: Declarations) -> Component:
     header, scale = trace.stats.sac, UNITS[unit]
 
     def known(key: str) -> float | None:
@@ -73,7 +73,7 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
     places = {} if None in epicentre.values() else epicentre
-    direction = _orientation(known("cmpaz"), known("cmpinc"))
+    direction = _sac_direction(known("cmpaz"), known("cmpinc"))
     notes = channel_code_notes(trace.stats.channel, direction, "its header")
     if known("cmpaz") is None or known("cmpinc") is None:
         why = f"{source.name}: its header states no direction (CMPAZ, CMPINC)"
@@ -95,14 +95,14 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         peak=HeaderPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
         sensor=classify_sensor(known("stdp")),
         location=trace.stats.location,
-        processed=bool(declared.processed),
+        processed=bool(declarations.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": declared.sample_declarations} | places,
+        extra={"network": trace.stats.network, "declared": declarations.sample_declarations} | places,
         notes=notes,
     )
 
 
-def _orientation(azimuth: float | None, inclination: float | None) -> Direction:
+def _sac_direction(azimuth: float | None, inclination: float | None) -> Direction:
     """Return the direction for CMPAZ and CMPINC; CMPINC is the angle from up: 0 up, 90 horizontal, 180 down."""
     if inclination is not None and inclination in (0.0, 180.0):
         return None, 1 if inclination == 0.0 else -1

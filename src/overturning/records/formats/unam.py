@@ -34,61 +34,64 @@ DAY: Final = timedelta(days=1)
 
 def read(source: SourceFile) -> list[Component]:
     """Read all channels; a RecordError names the line where the file is cut or contradicts itself."""
-    header, lines = Header.of(source, FIELDS), source.lines
-    heading = header.at("DATOS DE ACELERACION") + 1
+    header, lines = Header.find_fields(source, FIELDS), source.lines
+    heading = header.line_index("DATOS DE ACELERACION") + 1
     found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
     if first is None:
         raise header.error(len(lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
-    if header.text("UNIDADES DE LOS DATOS"):
-        header.check_unit("UNIDADES DE LOS DATOS", r"gal|cm/s(eg)?(/s|\^?2|\*\*2)", "Gal")
+    if header.field_text("UNIDADES DE LOS DATOS"):
+        header.check_field_pattern("UNIDADES DE LOS DATOS", r"gal|cm/s(eg)?(/s|\^?2|\*\*2)", "Gal")
     axes, intervals, counts = (
-        _list(header, n) for n in ("ORIENTACION", "INTERVALO DE MUESTREO", "NUM. TOTAL DE MUESTRAS")
+        _field_values(header, n) for n in ("ORIENTACION", "INTERVALO DE MUESTREO", "NUM. TOTAL DE MUESTRAS")
     )
     if not len(axes) == len(intervals) == len(counts):
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.error("ORIENTACION", why)
-    values = header.rows(first, len(axes))
-    stated = [header.stated_samples("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
-    lengths = _list(header, "DURACION DEL REGISTRO") if header.text("DURACION DEL REGISTRO") else []
+    values = header.read_number_rows(first, len(axes))
+    stated = [header.cut_to_stated_count("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
+    lengths = _field_values(header, "DURACION DEL REGISTRO") if header.field_text("DURACION DEL REGISTRO") else []
     for count, interval, length in zip(counts, intervals, lengths, strict=False):
-        samples, step = header.value("NUM. TOTAL DE MUESTRAS", count), header.value("INTERVALO DE MUESTREO", interval)
-        header.check_duration("DURACION DEL REGISTRO", int(samples), step, length)
-    peaks = _list(header, "ACEL. MAX.") if header.match("ACEL. MAX.") else []
-    origin, start = _moments(header)
+        samples, step = (
+            header.field_number("NUM. TOTAL DE MUESTRAS", count),
+            header.field_number("INTERVALO DE MUESTREO", interval),
+        )
+        header.check_stated_duration("DURACION DEL REGISTRO", int(samples), step, length)
+    peaks = _field_values(header, "ACEL. MAX.") if header.field_match("ACEL. MAX.") else []
+    origin, start = _origin_and_start_times(header)
     return [
-        header.component(
+        header.create_component(
             axis,
             # The sense of a vertical axis is unknown, even of +V.
             UNKNOWN if "V" in axis.upper() else parse_axis_direction(axis),
             stated[column][0][:, column] * GAL,
-            header.value("INTERVALO DE MUESTREO", intervals[column]),
+            header.field_number("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
-            station=header.text("CLAVE DE LA ESTACION"),
-            event=f"earthquake of {header.text('FECHA DEL SISMO')} {header.text('HORA EPICENTRO')} GMT",
+            station=header.field_text("CLAVE DE LA ESTACION"),
+            event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
             origin=origin,
-            coordinates=_place(header),
-            peak=header.peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
+            coordinates=_station_coordinates(header),
+            peak=header.field_peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
             notes=stated[column][1],
         )
         for column, axis in enumerate(axes)
     ]
 
 
-def _list(header: Header, name: str) -> list[str]:
+def _field_values(header: Header, field: str) -> list[str]:
     """Return the values of a list field, one per channel."""
-    header.at(name)
-    values = [part.partition(";")[0].strip() for part in header.text(name).strip("/").split("/")]
+    header.line_index(field)
+    values = [part.partition(";")[0].strip() for part in header.field_text(field).strip("/").split("/")]
     while values and not values[-1]:
         values.pop()
     if not values or not all(values):
-        raise header.error(name, f"{header.text(name)!r} where /…/…/…/ belongs; get the file again")
+        raise header.error(field, f"{header.field_text(field)!r} where /…/…/…/ belongs; get the file again")
     return values
 
 
-def _place(header: Header) -> tuple[float, float]:
+def _station_coordinates(header: Header) -> tuple[float, float]:
     """Return latitude and longitude, degrees, from the station's line and the next one, in either order."""
-    at = header.at("COORDENADAS DE LA ESTACION")
+    at = header.line_index("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
         re.search(rf"({FLOAT})\s*{name}\S*\s+([{letters}])", below, re.IGNORECASE)
@@ -100,11 +103,13 @@ def _place(header: Header) -> tuple[float, float]:
     return north, east
 
 
-def _moments(header: Header) -> tuple[datetime, datetime]:
+def _origin_and_start_times(header: Header) -> tuple[datetime, datetime]:
     """Return the times of origin and first sample, UTC; the latter on the day that brings it closest to the origin."""
-    day = header.text("FECHA DEL SISMO")
+    day = header.field_text("FECHA DEL SISMO")
     origin, start = (
-        header.moment(name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text=f"{day} {header.text(name)}"[:26])
+        header.field_time(
+            name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text=f"{day} {header.field_text(name)}"[:26]
+        )
         for name in ("HORA EPICENTRO", "HORA DE LA PRIMERA MUESTRA")
     )
     return origin, start + round((origin - start) / DAY) * DAY

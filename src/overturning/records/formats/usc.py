@@ -15,7 +15,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.records.component import CODED_SENSES, Component, azimuth_code_direction, direction_from_name_and_code
-from overturning.records.formats.header import PLACE, Fields, Header, stated_time
+from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
 from overturning.records.formats.lines import FLOAT, Lines, component_reader
 from overturning.units import STANDARD_GRAVITY
 
@@ -42,36 +42,38 @@ LONGEST_GAP: Final = 0.1
 
 @component_reader(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
 def read(block: Lines) -> tuple[Component, int]:
-    """Read the channel at the first of these lines; return it and the number of its lines."""
-    header, text = Header.of(block, FIELDS, TEXT_LINES, length=TEXT_LINES + 14), block.lines
+    """Read the channel that begins at the first line; return the channel and the number of its lines."""
+    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, length=TEXT_LINES + 14), block.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
-    whole = block.fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)
+    whole = block.read_fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)
     reals_at = TEXT_LINES + (5 if narrow else 7)
-    real = block.fixed_columns(reals_at, width=10, per_line=8, count=50)
+    real = block.read_fixed_columns(reals_at, width=10, per_line=8, count=50)
     if abs(real[4] - 0.1) > 1e-6:
         raise block.error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
     code, count = int(whole[26]), int(whole[27])
-    header.check_count("NO. OF POINTS", count)
+    header.check_sample_count("NO. OF POINTS", count)
     per_line, first = (8 if narrow else 10), reals_at + 7
     pairs = replace(block, lines=[line[1:] for line in text])
-    values = pairs.fixed_columns(first, width=7, per_line=per_line, count=2 * count)
-    end, notes = block.after_samples(first + -(-2 * count // per_line), count)
+    values = pairs.read_fixed_columns(first, width=7, per_line=per_line, count=2 * count)
+    end, notes = block.skip_surplus_lines(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
-    if abs(time[-1] - header.value("DURATION")) > 0.011:
-        why = f"the last sample is at {time[-1]:g} s, the header's length {header.text('DURATION')} s"
+    if abs(time[-1] - header.field_number("DURATION")) > 0.011:
+        why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.error("DURATION", f"{why}; the file is cut: get it again")
     samples, interval, resampled = _resample_evenly(block, first, per_line // 2, time, samples)
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
-    return header.component(
-        header.text("COMP"),
+    return header.create_component(
+        header.field_text("COMP"),
         direction_from_name_and_code(
-            header.text("COMP"), CODED_SENSES.get(code, azimuth_code_direction(code)), partial(header.error, "COMP")
+            header.field_text("COMP"),
+            CODED_SENSES.get(code, azimuth_code_direction(code)),
+            partial(header.error, "COMP"),
         ),
         samples,
         interval,
-        station=f"USC {header.text('station')}, {header.text('site')}",
-        origin=stated_time(re.sub("[-,]", " ", header.text("origin")), "%b %d %Y %H%M GMT"),
+        station=f"USC {header.field_text('station')}, {header.field_text('site')}",
+        origin=parse_stated_time(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
         film=True,
         extra={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
@@ -79,14 +81,14 @@ def read(block: Lines) -> tuple[Component, int]:
 
 
 def _resample_evenly(
-    block: Lines, first: int, per_line: int, time: FloatArray, samples: FloatArray
+    block: Lines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at even times from 0, their interval, s, and a note; evenly timed samples stay unchanged."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:
         why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {LONGEST_GAP:g} s"
-        raise block.error(first + int(wrong[0]) // per_line, f"{why}: get the file again")
+        raise block.error(first_line + int(wrong[0]) // values_per_line, f"{why}: get the file again")
     mean = float(steps.mean())
     even = round(mean, 3)
     if np.abs(time - even * np.arange(time.size)).max() < 0.00051:

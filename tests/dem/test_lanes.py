@@ -35,9 +35,9 @@ def compiled(access: Access) -> Access:
     )
 
 
-larger = njit(lambda peak, value: mechanics.larger(peak, value))
-unit_pair = njit(lambda c, s: mechanics.unit_pair(c, s))
-rotate_pair = njit(lambda c, s, turn: mechanics.rotate_pair(c, s, turn))
+larger = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
+unit_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
+rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 ROWS = Rows(4, Other, Pair)

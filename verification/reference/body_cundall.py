@@ -60,7 +60,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, aligned_zeros, tuple_arithmetic
-from overturning.dem.kernel.mechanics import clamp_friction, larger
+from overturning.dem.kernel.mechanics import clamp_friction, updated_maximum
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
 from overturning.dem.time_step import Scheme, parse_scheme, steps_per_sample
@@ -178,7 +178,9 @@ def apply_contact_law(
 @njit(**INLINE)
 def add_pair(so_far: ContactSums, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -> ContactSums:
     """Add a pair of contact points to those so far."""
-    return ContactSums(sum_of(so_far.wrench, sum_of(a, b)), larger(so_far.depth, larger(depth_b, depth_a)))
+    return ContactSums(
+        sum_of(so_far.wrench, sum_of(a, b)), updated_maximum(so_far.depth, updated_maximum(depth_b, depth_a))
+    )
 
 
 @njit(**INLINE)
@@ -210,7 +212,8 @@ def step(
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = lean_measure(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     peaks = BodyPeaks(
-        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, acting.depth),
+        updated_maximum(peaks.lean, lean), updated_maximum(peaks.slip, bx * bx + by * by),
+        updated_maximum(peaks.depth, acting.depth),
         s.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.

@@ -120,7 +120,7 @@ class Plan(ABC):
         Returns
         -------
         outcomes : dict of ndarray, shape (m, …)
-            Variables by name; see `outcomes`.
+            Variables by name; see `case_variables`.
         path : ndarray, shape (rows, …)
             Path of the first case; no rows if `path` was not given.
         """
@@ -128,10 +128,12 @@ class Plan(ABC):
         results, buffer = tables["results"], self.path_buffer(is_recorded=False) if path is None else path
         recorded = buffer
 
-        def run(rows: NDArray[np.int64], finer: int) -> None:
+        def run(rows: NDArray[np.int64], step_divisor: int) -> None:
             nonlocal recorded
             buffer[:] = 0.0
-            recorded, count = self.queue(self.kernel_rules(case_numbers, tables, finer), rows, steps_done, buffer)
+            recorded, count = self.queue(
+                self.kernel_rules(case_numbers, tables, step_divisor), rows, steps_done, buffer
+            )
             if count < 0:  # the path has reached its limit
                 check_path_size(2 * len(recorded) * self.path_numbers)
             recorded = recorded[:count]
@@ -152,18 +154,18 @@ class Plan(ABC):
         rest = self.rest_rows(self.motion.samples)
         return results, self.convert_path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
 
-    def fill_skipped_samples(self, rows: NDArray[Any], rest_rows: NDArray[Any]) -> NDArray[Any]:
+    def fill_skipped_samples(self, path_rows: NDArray[Any], rest_rows: NDArray[Any]) -> NDArray[Any]:
         """Return the rows of a path including the samples that were skipped at rest.
 
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rest_rows`
         has a row for each sample of the record, with the base motion.
         """
-        interval, time = self.motion.sampling_interval, rows[self.time_column]
+        interval, time = self.motion.sampling_interval, path_rows[self.time_column]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
-        after = np.repeat(np.arange(len(rows)), missing + 1)
+        after = np.repeat(np.arange(len(path_rows)), missing + 1)
         # Number of samples between each row and the computed row that follows it; 0 for computed rows.
         ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
-        filled, new = rows[after], ahead > 0
+        filled, new = path_rows[after], ahead > 0
         filled[self.time_column] = time[after] - ahead * interval
         for column in self.ground_columns:
             ground = np.interp(filled[self.time_column], rest_rows[self.time_column], rest_rows[column])

@@ -13,10 +13,10 @@ from overturning.records.source import SourceFile, open_archive, read_source
 from overturning.tables import read_rows
 
 
-def parse_utc(text: str) -> str:
+def parse_utc(time_text: str) -> str:
     """Return an ISO 8601 date and time in UTC (the default zone); raise a ValueError for any other text."""
     try:
-        moment = datetime.fromisoformat(text) if len(text) > 10 else None
+        moment = datetime.fromisoformat(time_text) if len(time_text) > 10 else None
     except ValueError:
         moment = None
     if moment is None:

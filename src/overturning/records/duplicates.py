@@ -63,12 +63,12 @@ def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> 
     return [(min(a.record_id, b.record_id), max(a.record_id, b.record_id)) for a, b in pairs]
 
 
-def largest_correlation(first: MotionFingerprint, other: MotionFingerprint) -> float:
+def largest_correlation(first: MotionFingerprint, second: MotionFingerprint) -> float:
     """Return the largest correlation of two motions over time shifts, rotations and reflections."""
     length = 2 * first.motion.size
-    spectra = [np.fft.fft(motion, length) for motion in (first.motion, other.motion, other.motion.conj())]
+    spectra = [np.fft.fft(motion, length) for motion in (first.motion, second.motion, second.motion.conj())]
     products = [np.abs(np.fft.ifft(spectra[0] * np.conj(spectrum))).max() for spectrum in spectra[1:]]
-    return float(max(products)) * INTERVAL / (first.size * other.size)
+    return float(max(products)) * INTERVAL / (first.size * second.size)
 
 
 def duplicate_messages(id_pairs: Iterable[tuple[str, str]]) -> list[str]:

@@ -292,9 +292,11 @@ def _name_and_date(earthquake: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
     return " ".join(re.findall(r"\w+", name)), year, day
 
 
-def _are_similar_names(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
+def _are_similar_names(
+    first_name: tuple[str, str, tuple[int, ...]], second_name: tuple[str, str, tuple[int, ...]]
+) -> bool:
     """Return True if two names may mean one earthquake: no different dates or numbers, and similar words."""
-    (words, _, day), (others, _, other_day) = first, second
+    (words, _, day), (others, _, other_day) = first_name, second_name
     if day and other_day and day != other_day:
         return False
     if not (words and others):

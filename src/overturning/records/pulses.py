@@ -156,17 +156,17 @@ _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
-def parse_pulse(text: str) -> Pulse:
+def parse_pulse(pulse_text: str) -> Pulse:
     """Parse a pulse: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
 
     A ConfigError names the wrong word, its value and the bound.
     """
-    shape, *rest = text.split() or [""]
+    shape, *rest = pulse_text.split() or [""]
     values = {"shape": shape}
     for word in rest:
         key, equals, value = word.partition("=")
         if not equals or key in values:
-            raise ConfigError(f"pulse {text!r}: {word!r}; write each parameter once, as key=value")
+            raise ConfigError(f"pulse {pulse_text!r}: {word!r}; write each parameter once, as key=value")
         values[key] = value
     try:
         return _ADAPTER.validate_python(values)
@@ -174,9 +174,11 @@ def parse_pulse(text: str) -> Pulse:
         first = problem.errors()[0]
         key = str(first["loc"][-1]) if first["loc"] else "shape"
         if first["type"].startswith("union_tag"):
-            raise ConfigError(f"pulse {text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}") from None
+            raise ConfigError(
+                f"pulse {pulse_text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}"
+            ) from None
         value = f" {values[key]!r}" if key in values else ""
-        raise ConfigError(f"pulse {text!r}: {key}{value}: {format_validation_error(first)}") from None
+        raise ConfigError(f"pulse {pulse_text!r}: {key}{value}: {format_validation_error(first)}") from None
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:

@@ -204,17 +204,17 @@ def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list
     return components, [path, *(other for other in alike if other.name in found), *needed]
 
 
-def _has_similar_name(path: Path, other: Path) -> bool:
+def _has_similar_name(path: Path, other_path: Path) -> bool:
     """Return True if a file may hold another component of the same record, by its name.
 
     It has the same stem with another extension, or a name of the same length that differs in one stretch of at most
     three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
     """
-    if other.stem == path.stem and len(other.suffix) <= 5:
+    if other_path.stem == path.stem and len(other_path.suffix) <= 5:
         return True
-    if len(path.name) != len(other.name) or path.suffix.lower() != other.suffix.lower():
+    if len(path.name) != len(other_path.name) or path.suffix.lower() != other_path.suffix.lower():
         return False
-    differing = [i for i, (a, b) in enumerate(zip(path.name, other.name, strict=True)) if a != b]
+    differing = [i for i, (a, b) in enumerate(zip(path.name, other_path.name, strict=True)) if a != b]
     return differing[-1] - differing[0] < 3
 
 

@@ -29,7 +29,7 @@ class _Step(BaseModel):
         """Return a component after the step, m/s²; raise a RecordError if the step does not fit the record."""
         raise NotImplementedError
 
-    def start_shift(self, interval: float) -> float:  # noqa: ARG002
+    def start_shift(self, sampling_interval: float) -> float:  # noqa: ARG002
         """Return the shift of the record's start by the step, s."""
         return 0.0
 
@@ -107,9 +107,9 @@ class Filter(_Step):
         kept = filtered if self.step == "highpass" else filtered[pad : pad + samples.size]
         return np.ascontiguousarray(kept, dtype=np.float64)
 
-    def _padding_samples(self, interval: float) -> int:
+    def _padding_samples(self, sampling_interval: float) -> int:
         """Return the number of zeros at each end: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
-        return math.ceil(1.5 * self.order / float(self.corner_hz) / interval)
+        return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
 
 class Highpass(Filter):
@@ -133,13 +133,13 @@ class Highpass(Filter):
         )
         return super().apply(samples - offset, record)
 
-    def start_shift(self, interval: float) -> float:  # noqa: D102
-        return -self._padding_samples(interval) * interval
+    def start_shift(self, sampling_interval: float) -> float:  # noqa: D102
+        return -self._padding_samples(sampling_interval) * sampling_interval
 
 
-def _baseline_offset(samples: FloatArray, interval: float) -> float:
+def _baseline_offset(samples: FloatArray, sampling_interval: float) -> float:
     """Return the offset: the smallest of the medians of both ends (1 s) and the mean; 0 if their signs differ."""
-    end = max(1, round(1.0 / interval))
+    end = max(1, round(1.0 / sampling_interval))
     levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
     return min(levels, key=abs) if min(levels) > 0 or max(levels) < 0 else 0.0
 
@@ -245,8 +245,8 @@ class Cut(_Step):
             raise _step_error(record, what, f"the record ends at {record.duration:g} s")
         return samples[first:last].copy()
 
-    def start_shift(self, interval: float) -> float:  # noqa: D102
-        return round(self.start_s / interval) * interval
+    def start_shift(self, sampling_interval: float) -> float:  # noqa: D102
+        return round(self.start_s / sampling_interval) * sampling_interval
 
 
 class Scale(_Step):

@@ -37,11 +37,11 @@ class AssemblyRefusals(RefusalReasons):
         """True if there are reasons against the record already."""
         return bool(self._found)
 
-    def contradict(self, why: str, remedy: str) -> None:
+    def contradict(self, contradiction: str, remedy: str) -> None:
         """Refuse a contradiction, or note that it is trusted."""
         if not self.trusting:
-            raise RecordError(f"{why}; {remedy}")
-        self.trusted.append(why)
+            raise RecordError(f"{contradiction}; {remedy}")
+        self.trusted.append(contradiction)
 
 
 def cut_to_common_window(components: Sequence[Component], reasons: AssemblyRefusals) -> list[Component]:
@@ -96,7 +96,7 @@ def _common_sampling_interval(components: Sequence[Component]) -> float:
 
 
 def _samples_before_common_start(
-    components: Sequence[Component], interval: float, reasons: AssemblyRefusals
+    components: Sequence[Component], sampling_interval: float, reasons: AssemblyRefusals
 ) -> list[int]:
     """Return how many samples each component begins before the latest one; 0 for components without a start."""
     starts = [c.start for c in components if c.start is not None]
@@ -113,15 +113,17 @@ def _samples_before_common_start(
             f"{components[0].file}: components start {spread:.2f} s apart (at most {MAX_SPREAD_S} s); "
             "they are not of one record"
         )
-    return [round((latest - start).total_seconds() / interval) for start in starts]
+    return [round((latest - start).total_seconds() / sampling_interval) for start in starts]
 
 
-def _checked_length_difference(components: Sequence[Component], interval: float, reasons: AssemblyRefusals) -> float:
+def _checked_length_difference(
+    components: Sequence[Component], sampling_interval: float, reasons: AssemblyRefusals
+) -> float:
     """Return the difference of the components' lengths, s; refuse a large one between several files."""
     sizes = [c.samples.size for c in components]
-    spread = (max(sizes) - min(sizes)) * interval
+    spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
-    if spread > MAX_SPREAD_S + 0.5 * interval and not one_file:
+    if spread > MAX_SPREAD_S + 0.5 * sampling_interval and not one_file:
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
         remedy = "get the file again, or say --trust-data to keep the common part"
         reasons.contradict(f"{components[0].file}: components have {counts}", remedy)

@@ -34,7 +34,7 @@ from overturning.dem.block.state import (
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import rotate_pair
+from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 FINE: Final = BLOCK.fine
@@ -68,7 +68,7 @@ def predict_block(
     vx, vz, vw = state.vx + kx, state.vz + kz, state.vw + kw
     ex, ez, ew = vx + kx, vz + kz, vw + kw
     turn = dt * vw
-    c, sn = rotate_pair(state.cos, state.sin, turn)
+    c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z = state.x + dt * vx, state.z + dt * vz
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0

@@ -24,7 +24,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.clock import Clock, StepFindings
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp_magnitude, larger
+from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -32,7 +32,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 def corner_at_solution(
     block: Block,
     predicted_block: PredictedBlock,
-    predicted: PredictedCorner,
+    predicted_corner: PredictedCorner,
     previous: Corner,
     assumption: AssumedCorner,
     change: BlockChange,
@@ -43,16 +43,16 @@ def corner_at_solution(
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
     the base. (A corner in the air counts as slipping; its direction is never used.)
     """
-    du, dw = change.vx - predicted.drop * change.vw, change.vz - predicted.arm * change.vw
-    ux, uz = predicted.ux + du, predicted.uz + dw
+    du, dw = change.vx - predicted_corner.drop * change.vw, change.vz - predicted_corner.arm * change.vw
+    ux, uz = predicted_corner.ux + du, predicted_corner.uz + dw
     half = predicted_block.half
     depth, stretch, place = (
-        predicted.depth - half * dw,
-        predicted.stretch + half * du,
-        (predicted_block.x + predicted.arm) + half * du,
+        predicted_corner.depth - half * dw,
+        predicted_corner.stretch + half * du,
+        (predicted_block.x + predicted_corner.arm) + half * du,
     )
     inside, was = depth > 0.0, previous.depth > 0.0
-    changed = predicted.depth if predicted.depth > depth else depth
+    changed = predicted_corner.depth if predicted_corner.depth > depth else depth
     changed = -depth if was else changed
     # No tension except in a flat landing.
     spring = block.stiffness * depth if inside else 0.0
@@ -72,11 +72,14 @@ def corner_at_solution(
     cut = depth * previous.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
     fresh, loaded = inside & (not was), most > 0.0
-    moment, let_go = predicted.drop * f - predicted.arm * n, (previous.spring + remaining) * (stretch - remaining)
+    moment, let_go = (
+        predicted_corner.drop * f - predicted_corner.arm * n,
+        (previous.spring + remaining) * (stretch - remaining),
+    )
     return Corrected(
         corner=Corner(remaining, place, depth, n),
         f=f,
-        moment=moment if with_friction else -(predicted.arm * n),
+        moment=moment if with_friction else -(predicted_corner.arm * n),
         loss=damping + sliding if with_friction else damping,
         let_go=let_go if with_friction else 0.0,
         cut=cut,
@@ -185,9 +188,11 @@ def state_after_step(
     springs = block.tangential * (left.let_go + right.let_go) + block.stiffness * (left.cut + right.cut)
     lost = account.lost + ((half * (account.loss + loss) + (pl * left.loss + pr * right.loss)) + 0.5 * springs)
     peaks = BlockPeaks(
-        larger(peaks.angle, abs(angle)),
-        larger(peaks.slip, abs(base_displacement(block, x, sn))),
-        larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
+        updated_maximum(peaks.angle, abs(angle)),
+        updated_maximum(peaks.slip, abs(base_displacement(block, x, sn))),
+        updated_maximum(
+            peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
+        ),
         tick if abs(angle) < block.alpha else peaks.last_upright,
     )
     account = BlockAccount(account.work + half * (account.power + power), lost, power, loss)

@@ -20,7 +20,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, select
-from overturning.dem.kernel.mechanics import clamp_magnitude, larger, rotate_pair
+from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
@@ -131,12 +131,14 @@ def step_block(
     # Velocities half a step later, position one step later.
     vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.vw + dt * aw
     turn, tick = dt * vw, state.tick + WHOLE
-    c, sn = rotate_pair(state.cos, state.sin, turn)
+    c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
     peaks = BlockPeaks(
-        larger(peaks.angle, abs(angle)),
-        larger(peaks.slip, abs(base_displacement(block, x, sn))),
-        larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
+        updated_maximum(peaks.angle, abs(angle)),
+        updated_maximum(peaks.slip, abs(base_displacement(block, x, sn))),
+        updated_maximum(
+            peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
+        ),
         select(abs(angle) < block.alpha, tick, peaks.last_upright),
     )
     moved = BlockState(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.lanes import INNER, OPTIONS
-from overturning.dem.kernel.mechanics import unit_pair
+from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.plan import base_motions_by_azimuth, evaluate_rounded
@@ -262,7 +262,7 @@ def _simulate_block(horizontal_ground: Any, vertical_ground: Any, case: Any, ser
                 sine[0], cosine[0] = case.sine, case.cosine
                 t, side = t + hit, -side if velocity[0] >= case.rest else 0.0
                 continue
-            cosine[0], sine[0] = unit_pair(
+            cosine[0], sine[0] = normalise_cosine_and_sine(
                 _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
             )
             t, angle[0], velocity[0] = end, then, rate

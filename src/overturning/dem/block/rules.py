@@ -29,7 +29,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
 from overturning.dem.kernel.ground import Ground, count_skippable_samples, is_rest_check_sample, motion_over_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
-from overturning.dem.kernel.mechanics import LANDING, unit_pair
+from overturning.dem.kernel.mechanics import LANDING, normalise_cosine_and_sine
 from overturning.dem.kernel.queue import Job, path_with_room, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -161,7 +161,7 @@ def load_next_sample(
     ticks, interval, scale = job.ticks, job.interval, 1.0 / job.ticks
     for j in range(lane_count):
         s = load_state(state, j)
-        state[COS + j], state[SIN + j] = unit_pair(s.cos, s.sin)
+        state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0

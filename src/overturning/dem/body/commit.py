@@ -32,7 +32,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import StepFindings
 from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp_friction, larger
+from overturning.dem.kernel.mechanics import clamp_friction, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 FAST_TURN: Final = 0.1
@@ -225,9 +225,9 @@ def complete_step(
     )
     lean, x, y = lean_measure(f), place.x - body.foot * f.xz, place.y - body.foot * f.yz
     peaks = BodyPeaks(
-        larger(peaks.lean, lean),
-        larger(peaks.slip, x * x + y * y),
-        larger(peaks.depth, deepest),
+        updated_maximum(peaks.lean, lean),
+        updated_maximum(peaks.slip, x * x + y * y),
+        updated_maximum(peaks.depth, deepest),
         tick if lean < body.critical else peaks.last_upright,
     )
     return AcceptedBodyStep(

@@ -244,10 +244,17 @@ class Rows:
             self._made[key] = self._make_access(tuple_type, kind, prefix, inner)
         return self._made[key]
 
-    def _make_access(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
-        rows = [self._rows[of, prefix + path] if path in inner else None for path in number_paths(kind)]
+    def _make_access(self, tuple_type: type, inner_type: type, path_prefix: str, stored_paths: list[str]) -> Access:
+        rows = [
+            self._rows[tuple_type, path_prefix + path] if path in stored_paths else None
+            for path in number_paths(inner_type)
+        ]
         # The rows are part of the name: functions of one name in the machine code must be identical.
-        name = f"{kind.__module__}.{kind.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
+        name = (
+            f"{inner_type.__module__}.{inner_type.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
+        )
         return Access(
-            tuple_loader(kind, rows, name), tuple_storer(kind, rows, name), conditional_tuple_storer(kind, rows, name)
+            tuple_loader(inner_type, rows, name),
+            tuple_storer(inner_type, rows, name),
+            conditional_tuple_storer(inner_type, rows, name),
         )

@@ -18,19 +18,19 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 
 @njit(**INLINE)
-def rotate_pair(c: float, s: float, turn: float) -> tuple[float, float]:
-    """Rotate a pair (cosine, sine) of an angle by a small angle `turn`, rad; series to the fifth order."""
-    square = turn * turn
-    sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[float, float]:
+    """Rotate the cosine and sine of an angle by a further small angle, rad; series to the fifth order."""
+    square = angle * angle
+    angle_sine = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
-    return c - (c * versine + s * sine), s - (s * versine - c * sine)
+    return cosine - (cosine * versine + sine * angle_sine), sine - (sine * versine - cosine * angle_sine)
 
 
 @njit(**INLINE)
-def unit_pair(c: float, s: float) -> tuple[float, float]:
+def normalise_cosine_and_sine(cosine: float, sine: float) -> tuple[float, float]:
     """Scale a pair (c, s) of nearly unit length to length 1: one Newton step for the inverse square root."""
-    unit = 1.5 - 0.5 * (c * c + s * s)
-    return c * unit, s * unit
+    unit = 1.5 - 0.5 * (cosine * cosine + sine * sine)
+    return cosine * unit, sine * unit
 
 
 @njit(**INLINE)
@@ -50,7 +50,7 @@ def slides_flat(friction: float, slip_velocity: float, opening_velocity: float) 
 
 
 @njit(**INLINE)
-def larger(peak: float, value: float) -> float:
+def updated_maximum(peak: float, value: float) -> float:
     """Return the larger of a peak and a value; NaN leaves the peak unchanged."""
     return select(value > peak, value, peak)
 

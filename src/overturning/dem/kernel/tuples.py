@@ -117,10 +117,10 @@ def _to_float64(context: Any, builder: Any, tuple_type: type, actual: Any, value
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def _check(kind: type, *given: Any) -> None:
+def _check(tuple_type: type, *given: Any) -> None:
     for one in given:
-        if getattr(one, "instance_class", None) is not kind:
-            raise TypingError(f"expected a {kind.__name__}, got {one}")
+        if getattr(one, "instance_class", None) is not tuple_type:
+            raise TypingError(f"expected a {tuple_type.__name__}, got {one}")
 
 
 def _data(context: Any, builder: Any, array: Any, value: Any) -> Any:
@@ -131,15 +131,15 @@ def _data(context: Any, builder: Any, array: Any, value: Any) -> Any:
     return context.make_array(array)(context, builder, value=value).data
 
 
-def tuple_loader(tuple_type: type, rows: list[int | None], name: str) -> Any:
+def tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
     """Return a compiled function ``load(array, j)``: the tuple of ``array[row + j]``, with 0 for each row None."""
 
     def write(context: Any, builder: Any, data: Any, j: Any) -> Any:
         zero = ir.Constant(ir.DoubleType(), 0.0)
-        numbers = [zero if row is None else builder.load(_at(builder, data, row, j)) for row in rows]
+        numbers = [zero if row is None else builder.load(_at(builder, data, row, j)) for row in row_offsets]
         return build_tuple(context, builder, tuple_type, iter(numbers))
 
-    generated = GeneratedFunction(f"load.{name}", write)
+    generated = GeneratedFunction(f"load.{function_name}", write)
 
     def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -151,15 +151,15 @@ def tuple_loader(tuple_type: type, rows: list[int | None], name: str) -> Any:
     return intrinsic(load)
 
 
-def tuple_storer(tuple_type: type, rows: list[int | None], name: str) -> Any:
+def tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
     """Return a compiled function ``store(array, j, value)`` that writes to ``array[row + j]``, except for row None."""
 
     def write(_: Any, builder: Any, data: Any, j: Any, *numbers: Any) -> None:
-        for row, number in zip(rows, numbers, strict=True):
+        for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 builder.store(number, _at(builder, data, row, j))
 
-    generated = GeneratedFunction(f"store.{name}", write)
+    generated = GeneratedFunction(f"store.{function_name}", write)
 
     def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
         _check(tuple_type, value)
@@ -176,16 +176,16 @@ def tuple_storer(tuple_type: type, rows: list[int | None], name: str) -> Any:
     return intrinsic(store)
 
 
-def conditional_tuple_storer(tuple_type: type, rows: list[int | None], name: str) -> Any:
+def conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
     """Return a compiled function ``store_unless(array, j, keep, value)``: a store unless `keep`, without a branch."""
 
     def write(_: Any, builder: Any, data: Any, j: Any, keep: Any, *numbers: Any) -> None:
-        for row, number in zip(rows, numbers, strict=True):
+        for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 at = _at(builder, data, row, j)
                 builder.store(select_frozen(builder, keep, builder.load(at), number), at)
 
-    generated = GeneratedFunction(f"store_unless.{name}", write)
+    generated = GeneratedFunction(f"store_unless.{function_name}", write)
 
     def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
         _check(tuple_type, value)
@@ -219,8 +219,8 @@ def zero_tuple_maker(tuple_type: type) -> Any:
     return intrinsic(zero)
 
 
-def elementwise_function(tuple_type: type, name: str, combine: Callable[[Any, Any, Any], Any]) -> Any:
-    """Return a compiled function ``f(a, b)`` that applies ``of_two(builder, x, y)`` to each pair of numbers."""
+def elementwise_function(tuple_type: type, function_name: str, combine: Callable[[Any, Any, Any], Any]) -> Any:
+    """Return a compiled function ``f(a, b)`` that applies ``combine(builder, x, y)`` to each pair of numbers."""
 
     def write(context: Any, builder: Any, *numbers: Any) -> Any:
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
@@ -228,7 +228,7 @@ def elementwise_function(tuple_type: type, name: str, combine: Callable[[Any, An
             context, builder, tuple_type, (combine(builder, *two) for two in zip(first, second, strict=True))
         )
 
-    generated = GeneratedFunction(name, write)
+    generated = GeneratedFunction(function_name, write)
 
     def function(_: Any, a: Any, b: Any) -> Any:
         _check(tuple_type, a, b)

@@ -7,7 +7,7 @@ from numba import njit
 
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
-from overturning.dem.kernel.mechanics import larger
+from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
     case_energy,
@@ -115,7 +115,7 @@ def count_standing_and_fallen(state: Any, lane: int, element_rules: Any) -> tupl
 @njit(**INLINE)
 def peak_rotation(element: ElementState) -> float:
     """Return the largest rotation of an element to either side, rad."""
-    return larger(element.totals.peak_back, element.totals.peak_on)
+    return updated_maximum(element.totals.peak_back, element.totals.peak_on)
 
 
 @njit(**INNER)
@@ -179,7 +179,7 @@ def deepest_penetration(state: Any, lane: int, scene: Any) -> float:
     deepest = 0.0
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
-        deepest = larger(deepest, rows.load_pair(q, lane).history.deepest)
+        deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.deepest)
     return deepest
 
 
@@ -279,7 +279,9 @@ def record_slip_and_upright_time(
         stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.lowest)
         upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.upright_until)
         rows.store_record(
-            element_rows, j, SampleRecord(upright, old.carried_until, old.side, larger(old.peak_slip, abs(slip)), slip)
+            element_rows,
+            j,
+            SampleRecord(upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip),
         )
         element_rows[rows.LAST_UPRIGHT + j] = -1.0
 

@@ -9,7 +9,7 @@ from numba import njit
 
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
-from overturning.dem.kernel.mechanics import clamp_magnitude, larger
+from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
 from overturning.dem.polygon.mechanics import (
@@ -103,7 +103,7 @@ def advance_element(vertical_ground: Any, element_rows: Any, case_rows: Any, gra
         on = pose.angle
         upright = (on < item.inertia.on) & (-on < item.inertia.back)
         last = select(upright, shaking.tick + 1.0, old.last_upright)
-        back, on = larger(old.peak_back, -on), larger(old.peak_on, on)
+        back, on = updated_maximum(old.peak_back, -on), updated_maximum(old.peak_on, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(element_rows, j, pose)
         rows.store_velocity(element_rows, j, v)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE, INNER
-from overturning.dem.kernel.mechanics import rotate_pair
+from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
     THEIRS,
     ElementState,
@@ -266,7 +266,7 @@ def earlier_vertex_positions(
 @njit(**INNER)
 def earlier_pose(element: ElementState, elapsed: float) -> Pose:
     """Return the pose of an element `elapsed` seconds ago, from its present velocity."""
-    c, s = rotate_pair(element.pose.cos, element.pose.sin, -elapsed * element.velocity.w)
+    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed * element.velocity.w)
     return Pose(
         element.pose.x - elapsed * element.velocity.x,
         element.pose.z - elapsed * element.velocity.z,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp_magnitude, larger, rotate_pair, slides_flat
+from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, slides_flat, updated_maximum
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd
 from overturning.dem.polygon.state import (
     MINE,
@@ -132,7 +132,7 @@ def velocity_after(velocity: PlanarVector, acceleration: PlanarVector, dt: float
 @njit(**INLINE)
 def pose_after(pose: Pose, velocity: PlanarVector, dt: float) -> Pose:
     """Return a pose after a time `dt` (s) with constant velocity."""
-    c, s = rotate_pair(pose.cos, pose.sin, dt * velocity.w)
+    c, s = rotate_cosine_and_sine(pose.cos, pose.sin, dt * velocity.w)
     return Pose(pose.x + dt * velocity.x, pose.z + dt * velocity.z, pose.angle + dt * velocity.w, c, s)
 
 
@@ -296,8 +296,8 @@ def next_pair_history(
 ) -> PairHistory:
     """Return the contact history of a pair after a step that ends with the given vertex positions."""
     s1, s2 = results
-    deepest = larger(previous.deepest, s1.depth if s1.inside else 0.0)
-    deepest = larger(deepest, s2.depth if s2.inside else 0.0)
+    deepest = updated_maximum(previous.deepest, s1.depth if s1.inside else 0.0)
+    deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
     absorbed = 0.5 * (
         twice_energy_absorbed(previous.one, both_ends.one, s1) + twice_energy_absorbed(previous.two, both_ends.two, s2)
     )

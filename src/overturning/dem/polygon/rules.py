@@ -26,7 +26,7 @@ from overturning.dem.kernel.ground import (
     motion_over_sample,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
-from overturning.dem.kernel.mechanics import unit_pair
+from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import Job, lookup_by_type, register_implementations
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
@@ -217,7 +217,9 @@ def normalise_rotations(element_rows: Any) -> None:
     """Scale the cosine and sine of the rotation of an element to length 1."""
     for j in range(rows.COLUMNS):
         pose = rows.load_pose(element_rows, j)
-        rows.store_pose(element_rows, j, Pose(pose.x, pose.z, pose.angle, *unit_pair(pose.cos, pose.sin)))
+        rows.store_pose(
+            element_rows, j, Pose(pose.x, pose.z, pose.angle, *normalise_cosine_and_sine(pose.cos, pose.sin))
+        )
 
 
 @njit(**INNER)

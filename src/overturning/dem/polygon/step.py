@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.clock import SCENE, StepFindings, next_attempt
 from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
-from overturning.dem.kernel.mechanics import larger
+from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
@@ -97,7 +97,7 @@ def correct_element(
         last = tick if (on < item.inertia.on) & (-on < item.inertia.back) else old.last_upright
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
-        back, on = larger(old.peak_back, -on), larger(old.peak_on, on)
+        back, on = updated_maximum(old.peak_back, -on), updated_maximum(old.peak_on, on)
         totals = StepTotals(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
         rows.keep_pose(element_rows, j, again, pose)
         rows.keep_velocity(element_rows, j, again, v)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.lanes import APART, INNER, OWNER
-from overturning.dem.kernel.mechanics import larger
+from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import SummedMotion
 
@@ -64,10 +64,12 @@ def update_largest_motion(element_rows: Any, largest_motions: Any) -> None:
     """Update the largest motions of all elements with the motion of one element."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
-        largest_motions[j] = larger(largest_motions[j], item.totals.moved)
-        largest_motions[rows.COLUMNS + j] = larger(largest_motions[rows.COLUMNS + j], item.totals.turned)
-        largest_motions[2 * rows.COLUMNS + j] = larger(largest_motions[2 * rows.COLUMNS + j], item.trial.moved)
-        largest_motions[3 * rows.COLUMNS + j] = larger(largest_motions[3 * rows.COLUMNS + j], item.trial.turned)
+        largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
+        largest_motions[rows.COLUMNS + j] = updated_maximum(largest_motions[rows.COLUMNS + j], item.totals.turned)
+        largest_motions[2 * rows.COLUMNS + j] = updated_maximum(largest_motions[2 * rows.COLUMNS + j], item.trial.moved)
+        largest_motions[3 * rows.COLUMNS + j] = updated_maximum(
+            largest_motions[3 * rows.COLUMNS + j], item.trial.turned
+        )
 
 
 @njit(**APART)

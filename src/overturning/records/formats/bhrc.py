@@ -32,7 +32,7 @@ FIELDS: Final[Fields] = {
 @component_reader(r"\* VOL1", "only volume 1 is read")
 def read(block: Lines) -> tuple[Component, int]:
     """Read the component that begins at the first line; return the component and the number of its lines."""
-    header, text = Header.find_fields(block, FIELDS, HEADER_LINES, length=HEADER_LINES), block.lines
+    header, text = Header.find_fields(block, FIELDS, HEADER_LINES, min_lines=HEADER_LINES), block.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_match("azimuths of L and T")
     if axis != header.field_text("component"):
         raise header.error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")

@@ -75,7 +75,7 @@ def read(block: Lines) -> tuple[Component, int]:
         raise block.error(len(block.lines) - 1, "the file ends without the end mark of a channel; get it again")
     block = replace(block, lines=block.lines[:end])
     text_lines = 13 if volume == 1 else 25
-    header = Header.find_fields(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, length=text_lines + 14)
+    header = Header.find_fields(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14)
     at = header.line_index("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
@@ -160,7 +160,7 @@ def _read_time_acceleration_pairs(
     count, first = int(header.field_number("NO. OF POINTS")), text_lines + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = block.read_fixed_columns(first, width=7, per_line=10, count=2 * count)
-    _, notes = block.skip_surplus_lines(first + -(-2 * count // 10), count, last=True)
+    _, notes = block.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
     block.check_even_times(first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record")

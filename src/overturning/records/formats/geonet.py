@@ -34,7 +34,7 @@ FIELDS: Final[Fields] = {
 @component_reader(r"(Unc|C)orrected", "get the file again")
 def read(block: Lines) -> tuple[Component, int]:
     """Read the component that begins at the first line; return the component and the number of its lines."""
-    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, length=HEADER_LINES), block.lines
+    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), block.lines
     corrected = text[0].startswith("Corrected")
     whole = block.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
     real = block.read_fixed_columns(20, width=8, per_line=10, count=60)

@@ -57,14 +57,14 @@ class Header(Lines):
 
     @classmethod
     def find_fields(
-        cls, lines: Lines | SourceFile, fields: Fields, max_lines: int = 500, *, length: int = 0
+        cls, lines: Lines | SourceFile, fields: Fields, max_lines: int = 500, *, min_lines: int = 0
     ) -> "Header":
         """Find fields in the lines before ``max_lines``, ignoring case; the first line that fits counts.
 
-        Raises a RecordError if there are fewer than ``length`` lines.
+        Raises a RecordError if there are fewer than ``min_lines`` lines.
         """
         lines = Lines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
-        lines.check_header_length(length)
+        lines.check_header_length(min_lines)
         found = {}
         for name, stated in fields.items():
             at, pattern = (None, stated) if isinstance(stated, str) else stated
@@ -93,40 +93,42 @@ class Header(Lines):
         match = self.field_match(field)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
-    def error(self, line_or_field: int | str, why: str) -> RecordError:
+    def error(self, line_or_field: int | str, fault: str) -> RecordError:
         """Return an error that names a line, given by index or by field."""
-        return super().error(self.line_index(line_or_field) if isinstance(line_or_field, str) else line_or_field, why)
+        return super().error(self.line_index(line_or_field) if isinstance(line_or_field, str) else line_or_field, fault)
 
-    def field_number(self, field: str, text: str | None = None) -> float:
+    def field_number(self, field: str, text_part: str | None = None) -> float:
         """Return the number in a field, or in a part of its text."""
         index = self.line_index(field)
-        return self.parse_number(self.field_text(field) if text is None else text, index, field)
+        return self.parse_number(self.field_text(field) if text_part is None else text_part, index, field)
 
     def optional_field_number(self, field: str) -> float | None:
         """Return the number in a field; None if not stated or blank."""
         return self.field_number(field) if self.field_text(field) else None
 
-    def field_sampling_interval(self, field: str, text: str | None = None) -> float:
+    def field_sampling_interval(self, field: str, text_part: str | None = None) -> float:
         """Return the sampling interval, s, from a field (or a part of its text) that states a rate in Hz."""
-        return self.sampling_interval_of_rate(self.field_number(field, text), self.line_index(field))
+        return self.sampling_interval_of_rate(self.field_number(field, text_part), self.line_index(field))
 
     def stated_field_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
         """Return the numbers of the stated fields under their names in a record's ``extra``."""
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
-    def field_peak(self, field: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> HeaderPeak:
+    def field_peak(
+        self, field: str, scale: float, text_part: str | None = None, *, after_mean: bool = False
+    ) -> HeaderPeak:
         """Return the peak that a field (or a part of its text) states; ``scale`` is its unit in m/s²."""
-        stated = self.field_text(field) if text is None else text
+        stated = self.field_text(field) if text_part is None else text_part
         size = abs(self.field_number(field, stated))
         return HeaderPeak(
             size * scale, last_digit_unit(stated) * scale, after_mean, self.before + self.line_index(field) + 1
         )
 
     def field_time(
-        self, field: str, *time_patterns: str, text: str | None = None, utc_offset: timedelta = timedelta()
+        self, field: str, *time_patterns: str, text_part: str | None = None, utc_offset: timedelta = timedelta()
     ) -> datetime:
         """Return the UTC time in a field (or a part of its text); ``utc_offset`` is local time minus UTC."""
-        stated = self.field_text(field) if text is None else text
+        stated = self.field_text(field) if text_part is None else text_part
         index, moment = self.line_index(field), parse_stated_time(stated, *time_patterns, utc_offset=utc_offset)
         if moment is None:
             like = datetime(2000, 10, 6, 13, 30).strftime(time_patterns[0])
@@ -182,13 +184,13 @@ class Header(Lines):
             )
 
     def check_stated_duration(
-        self, field: str, sample_count: int, sampling_interval: float, text: str | None = None
+        self, field: str, sample_count: int, sampling_interval: float, text_part: str | None = None
     ) -> None:
         """Refuse samples that do not last as long as a field (or a part of its text) states.
 
         The stated duration may be rounded, and may include one interval after the last sample. No check if not stated.
         """
-        stated = self.field_text(field) if text is None else text
+        stated = self.field_text(field) if text_part is None else text_part
         if stated:
             self.check_recorded_duration(
                 self.line_index(field),

@@ -47,7 +47,7 @@ DELAY: Final = timedelta(seconds=15)
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component, m/s², with its offset; a RecordError names a wrong header line."""
-    header = Header.find_fields(source, FIELDS, length=len(KEYS))
+    header = Header.find_fields(source, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.error("Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it")
     interval = header.field_sampling_interval(

@@ -37,9 +37,9 @@ class Lines:
         """True if the file ends with a line end."""
         return self.source.text[-1:] in "\r\n"
 
-    def error(self, line_index: int, why: str) -> RecordError:
+    def error(self, line_index: int, fault: str) -> RecordError:
         """Return an error that names file and line."""
-        return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {why}")
+        return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {fault}")
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
         """Parse text as one finite number; blanks, ``nan``, ``******`` and two touching numbers raise a RecordError."""
@@ -59,9 +59,9 @@ class Lines:
             stated = f"start {year}-{month}-{of_month} {hour}:{minute}"
             raise self.error(line_index, f"{stated} ({problem}); correct it") from problem
 
-    def check_header_length(self, length: int) -> None:
-        """Refuse fewer than ``length`` lines: the file ends in its header."""
-        if len(self.lines) < length:
+    def check_header_length(self, min_lines: int) -> None:
+        """Refuse fewer than ``min_lines`` lines: the file ends in its header."""
+        if len(self.lines) < min_lines:
             raise self.error(len(self.lines) - 1, "the file ends in the header; get it again")
 
     def sampling_interval_of_rate(self, rate: float, line_index: int) -> float:
@@ -89,24 +89,24 @@ class Lines:
         )
 
     def read_samples(
-        self, first_line: int, *, width: int, per_line: int, count: int, last: bool = False
+        self, first_line: int, *, width: int, per_line: int, count: int, ends_file: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
         """Return samples in fixed columns, the index of the next line, and a note on surplus numbers."""
         values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
-        return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, last=last)
+        return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, ends_file=ends_file)
 
     def skip_surplus_lines(
-        self, first_line: int, stated_count: int, *, last: bool = False
+        self, first_line: int, stated_count: int, *, ends_file: bool = False
     ) -> tuple[int, tuple[str, ...]]:
         """Return the index of the first line that is not numeric, and a note on numeric lines before it.
 
-        The `stated_count` samples of the header end before `first_line`. With `last`, text after them raises a
+        The `stated_count` samples of the header end before `first_line`. With `ends_file`, text after them raises a
         RecordError.
         """
         end = first_line
         while end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _ALLOWED:
             end += 1
-        if last and any(line.strip() for line in self.lines[end:]):
+        if ends_file and any(line.strip() for line in self.lines[end:]):
             raise self.error(
                 end, f"{self.lines[end][:40]!r} after the last of {stated_count} samples; get the file again"
             )
@@ -174,11 +174,11 @@ class Lines:
             raise self._row_error(index, cells, why)
         return cells
 
-    def _row_error(self, index: int, cells: Sequence[str], why: str) -> RecordError:
+    def _row_error(self, line_index: int, cells: Sequence[str], fault: str) -> RecordError:
         """Return the error of a line; raise the error of a cell that is no number instead, if there is one."""
         for cell in cells:
-            self.parse_number(cell, index, "a sample")
-        return self.error(index, f"{why}: get the file again")
+            self.parse_number(cell, line_index, "a sample")
+        return self.error(line_index, f"{fault}: get the file again")
 
     def _values(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
         """Return the numbers of all cells in reading order; ``first_line`` is the index of their first line."""

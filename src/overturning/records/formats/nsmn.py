@@ -31,7 +31,7 @@ FIELDS: Final[Fields] = {
 
 def read(source: SourceFile) -> list[Component]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.find_fields(source, FIELDS, length=HEADER_LINES)
+    header = Header.find_fields(source, FIELDS, min_lines=HEADER_LINES)
     values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
@@ -46,7 +46,7 @@ def read(source: SourceFile) -> list[Component]:
                 values[:, column] * GAL,
                 header.field_number("sampling interval"),
                 start=header.field_time(
-                    "time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"
+                    "time of the record", "%d/%m/%Y %H:%M:%S.%f", text_part=f"{moment}.{fraction[:6] or 0}"
                 ),
                 event=f"earthquake of {header.field_text('origin')}",
                 origin=parse_stated_time(header.field_text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),

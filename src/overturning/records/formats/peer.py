@@ -27,7 +27,7 @@ BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; raise a RecordError if it is not acceleration in g, or has another count than stated."""
-    header = Header.find_fields(source, FIELDS, 4, length=5)
+    header = Header.find_fields(source, FIELDS, 4, min_lines=5)
     samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()

@@ -73,7 +73,7 @@ def _read_samples(lines: Lines, comment_count: int, sample_count: int) -> tuple[
     for index, line in enumerate(lines.lines[HEADER_LINES:first], HEADER_LINES):
         if not line.startswith("|"):
             raise lines.error(index, "a comment should begin with |; get the file again")
-    samples, _, notes = lines.read_samples(first, width=10, per_line=8, count=sample_count, last=True)
+    samples, _, notes = lines.read_samples(first, width=10, per_line=8, count=sample_count, ends_file=True)
     return samples, notes
 
 

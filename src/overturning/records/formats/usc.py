@@ -43,7 +43,7 @@ LONGEST_GAP: Final = 0.1
 @component_reader(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
 def read(block: Lines) -> tuple[Component, int]:
     """Read the channel that begins at the first line; return the channel and the number of its lines."""
-    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, length=TEXT_LINES + 14), block.lines
+    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), block.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
     whole = block.read_fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)

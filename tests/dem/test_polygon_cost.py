@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from overturning.dem.kernel.lanes import borrowed
-from overturning.dem.kernel.queue import load, start, workspace
+from overturning.dem.kernel.queue import allocate_workspace, load_sample_motion, start_case
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.plan import plan_polygons
@@ -88,12 +88,12 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
 @njit
 def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
     """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
-    work, cases = workspace(rules), np.zeros(rows.COLUMNS, np.int64)
+    work, cases = allocate_workspace(rules), np.zeros(rows.COLUMNS, np.int64)
     scene, most, state = borrow_scene_arrays(rules.scene), 0, work.state
     for lane in range(rows.COLUMNS):
-        start(rules, work, lane, 0)
+        start_case(rules, work, lane, 0)
     for sample in range(samples):
-        load(rules, work, cases, rows.COLUMNS)
+        load_sample_motion(rules, work, cases, rows.COLUMNS)
         for n in range(rules.job.steps_per_check):
             if not sleep:
                 resume_pairs(state, scene, work.pairs, np.inf)

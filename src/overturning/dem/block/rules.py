@@ -78,12 +78,12 @@ LENGTH, REST_LIMIT, AT_REST = (
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
-def workspace(rules: Any) -> Any:  # noqa: ARG001, its type selects this function
+def allocate_workspace(rules: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the rows of all lanes."""
     return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
 
 
-def start(rules: Any, work: Any, lane: int, case: int) -> None:
+def start_case(rules: Any, work: Any, lane: int, case: int) -> None:
     """Load a case into a lane: at static equilibrium on both corners, or tilted on one corner."""
     initialise_lane(work.state, lane, rules.cases[case], rules.job.interval, rules.job.ticks)
 
@@ -148,7 +148,7 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
     store_course(state, lane, course)
 
 
-def load(rules: Any, work: Any, cases: Any, lane_count: int) -> None:
+def load_sample_motion(rules: Any, work: Any, cases: Any, lane_count: int) -> None:
     """Begin a sample: normalise the rotations and load the base motion."""
     load_next_sample(work.state, lane_count, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
 
@@ -175,7 +175,7 @@ def load_next_sample(
             store_lift(state, j, motion_over_sample(vertical_ground, i, course.amplitude, scale))
 
 
-def advance(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
+def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample; record the first lane at its start, and when it reaches the end of its sample."""
     # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
     job, scheme, up, with_friction, state = rules.job, rules.scheme, rules.ground.up, rules.with_friction, work.state
@@ -193,7 +193,7 @@ def advance(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: in
     return path, recorded_rows
 
 
-def count_due(rules: Any, work: Any, active_count: int, marks: Any) -> int:
+def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> int:
     """Mark the lanes that may have ended, and count them."""
     return mark_possibly_ended(
         work.state, active_count, marks, rules.job.ticks, float(rules.job.samples), rules.deepest
@@ -217,7 +217,7 @@ def mark_possibly_ended(
     return count
 
 
-def leave_out(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
+def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
     """Skip samples of lanes at rest."""
     skip_samples_at_rest(work.state, cases, active_count, rules.row, rules.ground, rules.job.ticks, skipped_samples)
 
@@ -277,14 +277,24 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
     return most if most > turn else turn
 
 
-def end_status(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
+def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `Status` of a lane, or `GOES_ON`."""
     return case_status(work.state, lane, rules.scheme.lag, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
-def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
+def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of a lane."""
     write_case_results(work.state, lane, status, rules.scheme.lag, rules.results[case])
 
 
-register_implementations(BlockRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)
+register_implementations(
+    BlockRules,
+    allocate_workspace,
+    start_case,
+    load_sample_motion,
+    advance_one_sample,
+    mark_ending_lanes,
+    skip_quiet_samples,
+    lane_end_status,
+    write_lane_results,
+)

@@ -132,13 +132,13 @@ loops_of = lookup_by_type(LOOPS)
 """Return the loops of bodies, selected by the type of their marker."""
 
 
-def workspace(rules: Any) -> Any:
+def allocate_workspace(rules: Any) -> Any:
     """Allocate the state rows of all cases that are computed together, and the rows of their vertices."""
     state = aligned_zeros(NUMBERS * COLUMNS + rules.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
-def start(rules: Any, work: Any, lane: int, case: int) -> None:
+def start_case(rules: Any, work: Any, lane: int, case: int) -> None:
     """Load a case into a lane, in its initial state."""
     given = rules.cases[case]
     body, points, interval = rules.bodies[given.body], rules.points[given.body], rules.job.interval
@@ -226,9 +226,9 @@ def angular_momentum(a: Symmetric, f: Matrix, w: Vector) -> Vector:
     )
 
 
-def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
+def load_sample_motion(rules: Any, work: Any, cases: Any, lane_count: int) -> None:
     """Begin a sample: normalise the rotations and load the base motion."""
-    load_next_sample(work.state, columns, rules.row, cases, rules.ground, rules.job)
+    load_next_sample(work.state, lane_count, rules.row, cases, rules.ground, rules.job)
 
 
 @njit(**INNER)
@@ -256,23 +256,23 @@ def load_next_sample(state: Any, lane_count: int, motion_rows: Any, cases: Any, 
         store_shaking(state, j, BodyShaking(push_x, push_y, motion_over_sample(up, i, course.amplitude, scale)))
 
 
-def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
+def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample; record the first lane at its start, if time has passed since the last row."""
     # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
     job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
     if path.shape[0] > 0:
-        path = path_with_room(path, recorded + 1, job.max_rows)
-        if path.shape[0] == recorded:
+        path = path_with_room(path, recorded_rows + 1, job.max_rows)
+        if path.shape[0] == recorded_rows:
             return path, -1
-        record_body_motion(work.state, 0, job.interval, job.ticks, path[recorded])
-        recorded += 1 if recorded == 0 or path[recorded].time > path[recorded - 1].time else 0
-    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.steps_per_check, job.ticks)
-    return path, recorded
+        record_body_motion(work.state, 0, job.interval, job.ticks, path[recorded_rows])
+        recorded_rows += 1 if recorded_rows == 0 or path[recorded_rows].time > path[recorded_rows - 1].time else 0
+    loops_of(kind)(kind, work.state, work.vertices, count, base, lane_count, job.steps_per_check, job.ticks)
+    return path, recorded_rows
 
 
-def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
+def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> int:
     """Mark the lanes whose case may have ended, and count them."""
-    return mark_possibly_ended(work.state, active, due, rules.job.ticks, float(rules.job.samples))
+    return mark_possibly_ended(work.state, active_count, marks, rules.job.ticks, float(rules.job.samples))
 
 
 @njit(**INNER)
@@ -307,13 +307,13 @@ def mark_possibly_at_rest(state: Any, active_count: int) -> int:
     return number
 
 
-def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
+def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
     """Skip samples of lanes whose body is at rest."""
     job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
     count = rules.points.shape[1]
-    if mark_possibly_at_rest(state, active) == 0:
+    if mark_possibly_at_rest(state, active_count) == 0:
         return
-    for j in range(active):
+    for j in range(active_count):
         course, over, rest_limit = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[REST_LIMIT + j]
         now = course.sample + over
         # Test the motion first: testing the body takes longer.
@@ -322,19 +322,29 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         if quiet and is_at_rest(state, work.vertices, count, base, j, rest_limit):
             samples = count_skippable_samples(ground, row[cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
-            left_out[j] += samples
+            skipped_samples[j] += samples
 
 
-def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
+def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:
     """Return the `Status` of a lane, or `GOES_ON`."""
     end, sectors = float(rules.job.samples), rules.sectors[rules.cases[case].body]
     return case_status(work.state, work.vertices, rules.base, lane, rules.job.ticks, end, sectors)
 
 
-def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
+def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in a lane."""
     sectors = rules.sectors[rules.cases[case].body]
     write_case_results(work.state, work.vertices, lane, status, rules.results[case], sectors)
 
 
-register_implementations(BodyRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)
+register_implementations(
+    BodyRules,
+    allocate_workspace,
+    start_case,
+    load_sample_motion,
+    advance_one_sample,
+    mark_ending_lanes,
+    skip_quiet_samples,
+    lane_end_status,
+    write_lane_results,
+)

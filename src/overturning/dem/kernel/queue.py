@@ -67,22 +67,22 @@ class Work(Protocol):
 # Stubs of the functions that each model implements; `register_implementations` registers the implementations.
 
 
-def workspace(rules: Rules) -> Work:
+def allocate_workspace(rules: Rules) -> Work:
     """Return the arrays that the kernel computes in, a named tuple."""
     raise NotImplementedError
 
 
-def start(rules: Rules, work: Work, lane: int, case: int) -> None:
+def start_case(rules: Rules, work: Work, lane: int, case: int) -> None:
     """Put a case into a lane, before its first step."""
     raise NotImplementedError
 
 
-def load(rules: Rules, work: Work, cases: Any, lane_count: int) -> None:
+def load_sample_motion(rules: Rules, work: Work, cases: Any, lane_count: int) -> None:
     """Begin a sample: load the base motion of the first `lane_count` lanes; `cases` holds the case of each lane."""
     raise NotImplementedError
 
 
-def advance(rules: Rules, work: Work, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
+def advance_one_sample(rules: Rules, work: Work, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample and record the path of the first lane; return the path and its number of rows.
 
     The returned path may be a longer copy of `path`. The number of rows is −1 if the path has reached its limit.
@@ -90,15 +90,15 @@ def advance(rules: Rules, work: Work, lane_count: int, path: Any, recorded_rows:
     raise NotImplementedError
 
 
-def count_due(rules: Rules, work: Work, active_count: int, marks: Any) -> int:
+def mark_ending_lanes(rules: Rules, work: Work, active_count: int, marks: Any) -> int:
     """Set `marks` to 1 for each lane that may have ended and to 0 for the others; return the number of ones.
 
-    A quick test for all lanes at once; `end_status` decides.
+    A quick test for all lanes at once; `lane_end_status` decides.
     """
     raise NotImplementedError
 
 
-def leave_out(rules: Rules, work: Work, cases: Any, active_count: int, skipped_samples: Any) -> None:
+def skip_quiet_samples(rules: Rules, work: Work, cases: Any, active_count: int, skipped_samples: Any) -> None:
     """Skip, in lanes at rest, samples in which the motion cannot move the body; add their number to `skipped_samples`.
 
     At rest all contacts are closed, nothing slides, the last step was a long one, and residual motion and vibration are
@@ -107,12 +107,12 @@ def leave_out(rules: Rules, work: Work, cases: Any, active_count: int, skipped_s
     raise NotImplementedError
 
 
-def end_status(rules: Rules, work: Work, lane: int, case: int) -> int:
+def lane_end_status(rules: Rules, work: Work, lane: int, case: int) -> int:
     """Return the `Status` of a lane whose case has ended, or `GOES_ON`."""
     raise NotImplementedError
 
 
-def finish(rules: Rules, work: Work, lane: int, case: int, status: int) -> None:
+def write_lane_results(rules: Rules, work: Work, lane: int, case: int, status: int) -> None:
     """Write the results of a lane's case, except status, steps and skipped samples."""
     raise NotImplementedError
 
@@ -124,7 +124,7 @@ def register_implementations(rules: type, *functions: Callable[..., Any]) -> Non
         def choose(actual: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
             return function if actual.instance_class is rules else None
 
-        options = OWNER if function.__name__ in {"workspace", "advance"} else INLINE
+        options = OWNER if function.__name__ in {"allocate_workspace", "advance_one_sample"} else INLINE
         overload(globals()[function.__name__], jit_options=options, strict=False)(choose)  # type: ignore[arg-type]
 
 
@@ -186,7 +186,7 @@ def run_queue(rules: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tup
         Number of rows filled; −1 if the path has reached its limit, in which case the results are incomplete.
     """
     rules = borrowed(rules)  # the caller keeps the arrays alive
-    job, work = rules.job, workspace(rules)
+    job, work = rules.job, allocate_workspace(rules)
     lanes, steps, results = job.lanes, job.steps_per_check * job.step_weight, rules.results
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned_zeros(lanes)
     left_out = np.zeros(lanes, np.int64)
@@ -199,32 +199,32 @@ def run_queue(rules: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tup
             lane = active if head < ordered_cases.size else filled
             case[lane] = ordered_cases[head if head < ordered_cases.size else 0]
             done[lane], left_out[lane] = int(results[case[lane]].block_steps), none
-            start(rules, work, lane, case[lane])
+            start_case(rules, work, lane, case[lane])
             filled = max(filled, lane + 1)
             if head < ordered_cases.size:
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
             return path, recorded
-        leave_out(rules, work, case, active, left_out)
+        skip_quiet_samples(rules, work, case, active, left_out)
         columns = (active + 7) // 8 * 8
-        load(rules, work, case, columns)
-        path, recorded = advance(rules, work, columns, path, recorded)
+        load_sample_motion(rules, work, case, columns)
+        path, recorded = advance_one_sample(rules, work, columns, path, recorded)
         steps_done[0] += active * steps
         spent = none
         for lane in range(active):
             done[lane] += steps
             spent += 1 if done[lane] >= job.budget else 0
-        lane = none if count_due(rules, work, active, due) + spent > 0 else active
+        lane = none if mark_ending_lanes(rules, work, active, due) + spent > 0 else active
         while lane < active:
             status, over = GOES_ON, done[lane] >= job.budget
             if over or due[lane] > 0.0:
-                status = end_status(rules, work, lane, case[lane])
+                status = lane_end_status(rules, work, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
                 status = Status.OVER_BUDGET if over and status != Status.SIMULATED else status
             if status == GOES_ON:
                 lane += 1
                 continue
-            finish(rules, work, lane, case[lane], status)
+            write_lane_results(rules, work, lane, case[lane], status)
             results[case[lane]].status, results[case[lane]].block_steps = status, done[lane]
             results[case[lane]].samples_left_out = left_out[lane]
             # The last active lane moves into the free lane.

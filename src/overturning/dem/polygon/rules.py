@@ -98,7 +98,7 @@ step_of = lookup_by_type(STEPS)
 """Return the step function of a scheme, selected by the type of its constants."""
 
 
-def workspace(rules: Any) -> Any:
+def allocate_workspace(rules: Any) -> Any:
     """Allocate the state rows and the working memory of the cases that are computed together."""
     elements, pairs, initial = rules.scene.elements.shape[1], rules.scene.layout.shape[0], rules.scene.initial
     owner = aligned_zeros(initial.shape[1] * rows.COLUMNS)
@@ -126,7 +126,7 @@ def borrow_scene_arrays(scene: Any) -> Any:
     )
 
 
-def start(rules: Any, work: Any, lane: int, case: int) -> None:
+def start_case(rules: Any, work: Any, lane: int, case: int) -> None:
     """Load a case into a lane: the scene at rest, with the friction, damping and amplitude of the case."""
     state, scene, given, v = work.state, rules.scene, rules.cases[case], rules.variant[case]
     ticks, interval = rules.job.ticks, rules.job.interval
@@ -205,7 +205,7 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
         q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
-def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
+def load_sample_motion(rules: Any, work: Any, cases: Any, lane_count: int) -> None:  # noqa: ARG001, all lanes are computed
     """Begin a sample: scale the cosine and sine of each rotation to length 1, and load the ground motion."""
     for i in range(work.moves.size):
         normalise_rotations(rows.of_element(work.state, i))
@@ -238,7 +238,7 @@ def load_ground_motion(
             rows.store_up(state, j, motion_over_sample(vertical_ground, i, factor, samples_per_tick))
 
 
-def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:  # noqa: ARG001
+def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:  # noqa: ARG001
     """Compute the steps of a sample; record the first lane at its start, with the mean forces until the next sample."""
     step = step_of(rules.scheme)
     scene, up, state, elements = borrow_scene_arrays(rules.scene), rules.ground.up, work.state, work.moves.size
@@ -259,9 +259,9 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded < path.shape[0]:
-            record_element_motion(state, elements, interval, ticks, path[recorded])
-            recorded += 1
+        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded_rows < path.shape[0]:
+            record_element_motion(state, elements, interval, ticks, path[recorded_rows])
+            recorded_rows += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
         if with_forces:
@@ -271,10 +271,10 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
         step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
-                path[recorded - 1, column] += early[0, column]
-            add_contact_forces(state, scene, (0.5 + lag) * share, path, recorded - 1)
+                path[recorded_rows - 1, column] += early[0, column]
+            add_contact_forces(state, scene, (0.5 + lag) * share, path, recorded_rows - 1)
     end_sample(state, scene, ticks, interval)
-    return path, recorded
+    return path, recorded_rows
 
 
 @njit(**INNER)
@@ -302,21 +302,21 @@ def end_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interva
         state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
 
 
-def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
+def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> int:
     """Mark the lanes that are due for a test of their end, and count them."""
     stride, count = max(int(CHECK_INTERVAL / rules.job.interval), 1), 0
-    for j in range(active):
+    for j in range(active_count):
         part = work.state[rows.SAMPLE + j] // stride
-        due[j] = 1.0 if part != work.state[rows.LAST_CHECK + j] else 0.0
+        marks[j] = 1.0 if part != work.state[rows.LAST_CHECK + j] else 0.0
         work.state[rows.LAST_CHECK + j] = part
-        count += int(due[j])
+        count += int(marks[j])
     return count
 
 
-def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
+def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
     """Skip samples of lanes at rest."""
     state, ground, row, scene, ticks = work.state, rules.ground, rules.row, rules.scene, rules.scheme.ticks
-    for j in range(active):
+    for j in range(active_count):
         case = rows.load_case(state, j)
         now = case.sample + case.shaking.tick * (1.0 / rules.job.ticks)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
@@ -325,17 +325,27 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         if quiet and all_at_rest(state, j, scene):
             samples = count_skippable_samples(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
             state[rows.SAMPLE + j] += samples
-            left_out[j] += samples
+            skipped_samples[j] += samples
 
 
-def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
+def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:
     """Return the `Status` of a lane, or `GOES_ON`."""
     return case_status(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
 
 
-def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
+def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
     """Mark the fallen elements of the case in a lane, and write the results of the case."""
     write_case_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
 
 
-register_implementations(SceneRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)
+register_implementations(
+    SceneRules,
+    allocate_workspace,
+    start_case,
+    load_sample_motion,
+    advance_one_sample,
+    mark_ending_lanes,
+    skip_quiet_samples,
+    lane_end_status,
+    write_lane_results,
+)

@@ -66,8 +66,10 @@ def run_on_cluster(
 
 
 def _return_motion(motion: Motion) -> Motion:
+    """Return the motion unchanged: a task whose result the other tasks share."""
     return motion
 
 
 def _select_cases(cases: Any, row_numbers: Any) -> Any:
+    """Return the cases with these row numbers."""
     return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[row_numbers] for item in fields(cases)})

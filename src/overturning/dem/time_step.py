@@ -241,6 +241,7 @@ def requested_to_automatic_step_ratio(
 def _automatic_step_fraction(
     scheme: Scheme, squared_frequency: FloatArray, damping_rate: FloatArray, block_rocking_time: FloatArray | None
 ) -> FloatArray | float:
+    """Return the automatic time step as a fraction of the stable step."""
     # Chosen from the tables in docs/measurements.md, "The default step".
     if block_rocking_time is not None and scheme == Scheme.CENTRED:
         return AUTO_FRACTION[scheme]
@@ -249,6 +250,7 @@ def _automatic_step_fraction(
 
 
 def _parse_stable_fraction(text: str) -> float:
+    """Return the fraction in a text such as ``0.25 stable``; raise an ArgumentError for any other text."""
     number, _, word = text.partition(" ")
     try:
         fraction = float(number)

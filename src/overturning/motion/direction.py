@@ -88,6 +88,7 @@ def _samples_within_reach(north_east: FloatArray, azimuth_cosines: FloatArray, l
 
 
 def _largest_of_all_samples(north_east: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
+    """Return the largest absolute motion along each azimuth, from all samples."""
     largest = np.zeros(azimuth_cosines.shape[0])
     for first in range(0, north_east.shape[1], _BLOCK):
         block = north_east[:, first : first + _BLOCK]

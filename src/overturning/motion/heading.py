@@ -33,12 +33,14 @@ def peak_azimuths(motion: Accelerogram) -> dict[str, float]:
 
 
 def _azimuth_of_largest(north_east: FloatArray) -> float:
+    """Return the azimuth of the largest horizontal vector, degrees; NaN without motion."""
     square = (north_east**2).sum(axis=0)
     at = int(square.argmax())
     return _azimuth_deg(*north_east[:, at]) if square[at] > 0 else float("nan")
 
 
 def _azimuth_deg(north: float, east: float) -> float:
+    """Return the azimuth of a horizontal vector, degrees clockwise from north, rounded to 1e-6."""
     return float(np.round(np.degrees(np.arctan2(east, north)) % 360.0, 6) % 360.0)
 
 

@@ -97,6 +97,7 @@ def _hann_weighted_mean(samples: FloatArray) -> float:
 
 
 def _band_amplitude_density(samples: FloatArray, sampling_interval: float, frequency: FloatArray) -> FloatArray:
+    """Return Fourier amplitudes in bands over the square root of the window length, m/s^1.5."""
     window = cosine_taper_window(samples.size, max(1, samples.size // 20))
     amplitude = rms_band_amplitude((samples - samples.mean()) * window, sampling_interval, frequency)
     return amplitude / np.sqrt(samples.size * sampling_interval)

@@ -87,6 +87,7 @@ def implausible_amplitude_reason(
 
 
 def _unusual_interval_text(interval: float) -> str:
+    """Return a text on an unusual sampling interval, with the usual range."""
     low, high = USUAL_INTERVAL
     return f"sampling interval {interval:g} s ({low:g} to {high:g} s are usual)"
 

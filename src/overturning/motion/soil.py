@@ -128,6 +128,7 @@ def propagate_through_soil(
 
 
 def _soil_type(pystrata_package: Any, layer: Layer | Rock) -> Any:
+    """Return pystrata's soil type of a layer or of the rock."""
     weight = layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(layer, Rock) or layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, layer.damping)
@@ -136,6 +137,7 @@ def _soil_type(pystrata_package: Any, layer: Layer | Rock) -> Any:
 
 
 def _check_curve(pystrata_package: Any, layer: Layer) -> None:
+    """Raise an ArgumentError if pystrata does not know the curve of a layer."""
     known = pystrata_package.site.known_published_curves() if layer.curve is not None else [None]
     if layer.curve not in known:
         raise ArgumentError(

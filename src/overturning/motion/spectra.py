@@ -58,6 +58,7 @@ def pseudo_acceleration(
 
 
 def _pseudo_acceleration(displacement: FloatArray, periods: FloatArray) -> FloatArray:
+    """Return pseudo-accelerations, m/s², from the largest displacements, m, of each period, s."""
     return np.asarray(displacement * (2.0 * np.pi / periods[:, None]) ** 2)
 
 

@@ -229,14 +229,17 @@ def _example_file_path(entry: RecordEntry, example_name: str) -> Path:
 
 
 def _sorted_files(folder: Path, pattern: str) -> list[Path]:
+    """Return the files of a folder that match a pattern, in order of their names; empty if the folder is missing."""
     return sorted(path for path in folder.glob(pattern) if path.is_file()) if folder.is_dir() else []
 
 
 def _has_archive_extension(path: Path) -> bool:
+    """Return True if a file has the extension of a zip or tar archive."""
     return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
 
 
 def _archive_members_with_stem(archive: SourceFile, stem: str) -> list[SourceFile]:
+    """Return the members of an archive with this name, or with this stem and any extension."""
     return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
 
 

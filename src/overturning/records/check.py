@@ -110,6 +110,7 @@ def _several_locations_reason(components: Sequence[Component], all_groups: Seque
 
 
 def _read_sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheck]]:
+    """Return the files at the paths, read into memory, and checks for paths that hold no record."""
     sources, findings = [], []
     for path in paths:
         there, skipped = _list_files_and_skipped(path, is_only_argument=len(paths) == 1)
@@ -164,6 +165,7 @@ def format_record_check(checked_record: RecordCheck) -> str:
 
 
 def _format_peaks(processed_record: Record) -> str:
+    """Return PGA, PGV and PGD of a record after the default processing as text."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
         for peak in peak_ground_motion(processed_record.horizontal, processed_record.sampling_interval).values()
@@ -193,6 +195,7 @@ def record_notes(record: Record, sensor: str = "surface") -> list[str]:
 
 
 def _format_axis(component: Component) -> str:
+    """Return direction, length and peak of an axis as text, compared with the peak in its header."""
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
     where = f" ({component.location})" if component.location else ""

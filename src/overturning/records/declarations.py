@@ -17,6 +17,7 @@ assert set(UNITS) == set(get_args(Unit))
 
 
 def _split_numbers(value: Any) -> Any:
+    """Return the numbers of a text as a list; any other value unchanged."""
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
 
 

@@ -63,6 +63,7 @@ def check_dead_axis(components: Sequence[Component], report_contradiction: Calla
 
 
 def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
+    """Return a note on a dead vertical axis."""
     peaks = [_peak_without_mean(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
         return []

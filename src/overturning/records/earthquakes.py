@@ -214,6 +214,7 @@ def _earthquake_labels(earthquakes: list[_Earthquake]) -> tuple[str, ...]:
 
 
 def _merged_name_notes(earthquakes: list[_Earthquake]) -> Iterable[str]:
+    """Yield a note for each earthquake whose records have several names."""
     for one in earthquakes:
         names = [name for name in one.names.values() if name]
         if len(names) > 1:
@@ -255,6 +256,7 @@ def _doubts_on_split_names(earthquakes: list[_Earthquake]) -> Iterable[str]:
 
 
 def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
+    """Return the ids of at most three records as text."""
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
 

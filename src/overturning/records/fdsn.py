@@ -113,6 +113,7 @@ def _missing_time_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iter
 
 
 def _connect_to_server(server: str, timeout: float) -> Any:
+    """Return an obspy client of an FDSN server; raise an ArgumentError for an unknown server."""
     from obspy.clients.fdsn import Client
 
     account = environment_credentials()
@@ -124,6 +125,7 @@ def _connect_to_server(server: str, timeout: float) -> Any:
 
 
 def _requested_window(request: FdsnRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
+    """Return start and end of the requested window; an event is looked up with ``get_events``."""
     import obspy
 
     if request.event_id:
@@ -184,6 +186,7 @@ def _save_answer(
 
 
 def _check_waveforms(waveform_file: SourceFile, start: Any, end: Any) -> None:
+    """Raise a RecordError if a MiniSEED file was cut or ends at another time than requested."""
     if len(waveform_file.data) % 128:
         raise RecordError(
             f"MiniSEED of {len(waveform_file.data)} bytes, no whole number of records: the answer was cut"

@@ -20,6 +20,8 @@ from overturning.validation import format_validation_error
 
 
 class _Pulse(BaseModel):
+    """Base class of the pulses: amplitude, azimuth and sampling interval."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     amplitude_gal: float = Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")
@@ -94,6 +96,8 @@ class MavroeidisPapageorgiou(_Pulse):
 
 
 class _PulseOfGivenDuration(_Pulse):
+    """Base class of the pulses with a duration of their own."""
+
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 
     @property

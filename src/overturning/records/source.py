@@ -172,6 +172,7 @@ _Member = tuple[str, bool, bool, Callable[[int], bytes]]
 
 
 def _zip_members(source: SourceFile) -> Iterator[_Member]:
+    """Yield the members of a zip file."""
     with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
         for info in archive.infolist():
 
@@ -183,6 +184,7 @@ def _zip_members(source: SourceFile) -> Iterator[_Member]:
 
 
 def _tar_members(source: SourceFile) -> Iterator[_Member]:
+    """Yield the members of a tar file."""
     with tarfile.open(fileobj=io.BytesIO(source.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None

@@ -19,10 +19,13 @@ LARGEST_RATIO = 1000
 
 
 def _step_error(record: Record, step_key: str, reason: str) -> RecordError:
+    """Return the error of a step that does not fit a record, with the key of the step."""
     return RecordError(f"record {record.record_id}: {step_key}; {reason}")
 
 
 class _Step(BaseModel):
+    """Base class of the processing steps."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:

@@ -60,6 +60,7 @@ def _add_time_series(file: Any, record: Record, suffix: str = "", long_name_suff
 
 
 def _record_attributes(record: Record) -> dict[str, Any]:
+    """Return the global attributes of a ``motion.nc``: metadata and processing of the record."""
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"Ground motion {record.record_id}",
@@ -91,6 +92,7 @@ def read_unprocessed(path: Path | str) -> Record | None:
 
 
 def _read_stored_record(path: Path, variable_suffix: str) -> Record:
+    """Read a record from the variables of a ``motion.nc`` whose names end with a suffix."""
     import netCDF4
 
     if path.is_file() and not checksum_matches(path):

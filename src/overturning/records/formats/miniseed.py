@@ -82,6 +82,7 @@ def stream_components_in_si(
 
 
 def _trace_component(trace: Any, inventory: Any, source: SourceFile, declarations: Declarations) -> Component:
+    """Return the component of a trace, m/s²; raise a RecordError if its StationXML contradicts it."""
     channel, moment, code = f"{source.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
     epoch = find_channel_epoch(trace, inventory, source, declarations)
     unit, scale = epoch.unit, acceleration_unit_size(epoch.unit)

@@ -55,6 +55,7 @@ def read(source: SourceFile, declarations: Declarations) -> list[Component]:
 
 
 def _trace_component(trace: Any, source: SourceFile, unit: str, declarations: Declarations) -> Component:
+    """Return the component of a SAC trace in a declared unit; raise a RecordError if it is no acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
     def known(key: str) -> float | None:

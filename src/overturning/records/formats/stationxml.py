@@ -218,6 +218,7 @@ def _channel_values(channel: Any) -> tuple[Any, ...]:
 
 
 def _gain_label(channel: Any) -> str:
+    """Return gain, azimuth and dip of a channel as text."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     gain = f"gain {sensitivity.value:g}" if sensitivity and sensitivity.value is not None else "no gain"
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"

@@ -288,13 +288,6 @@ def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int)
 
 
 register_implementations(
-    BlockRules,
-    allocate_workspace,
-    start_case,
-    load_sample_motion,
-    advance_one_sample,
-    mark_ending_lanes,
-    skip_quiet_samples,
-    lane_end_status,
-    write_lane_results,
-)
+    BlockRules, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
+    skip_quiet_samples, lane_end_status, write_lane_results,
+)  # fmt: skip

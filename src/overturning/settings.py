@@ -44,7 +44,7 @@ class Ensemble(StrictModel):
         return members
 
 
-class Spread(StrictModel):
+class UniformRange(StrictModel):
     """Uniform distribution between a lowest and a highest value."""
 
     low: float = Field(gt=0, description="lowest value")
@@ -61,9 +61,15 @@ class Spread(StrictModel):
 class Population(StrictModel):
     """Population of stones (a cemetery): distribution of sizes, friction and face azimuths."""
 
-    width: Spread = Field(default=Spread(low=0.3, high=0.4), description="widths of the square shafts, m: low, high")
-    height: Spread = Field(default=Spread(low=0.6, high=0.9), description="heights of the shafts, m: low, high")
-    friction: Spread = Field(default=Spread(low=0.5, high=0.9), description="friction coefficients µ: low, high")
+    width: UniformRange = Field(
+        default=UniformRange(low=0.3, high=0.4), description="widths of the square shafts, m: low, high"
+    )
+    height: UniformRange = Field(
+        default=UniformRange(low=0.6, high=0.9), description="heights of the shafts, m: low, high"
+    )
+    friction: UniformRange = Field(
+        default=UniformRange(low=0.5, high=0.9), description="friction coefficients µ: low, high"
+    )
     fixed: float = Field(default=0.0, ge=0, lt=1, description="share of stones fixed to their base, which do not fall")
     face: Degree | None = Field(default=None, description="azimuth of the faces, degrees; not given: random azimuths")
     face_spread: Degree = Field(
@@ -91,7 +97,7 @@ class Population(StrictModel):
 
     @field_validator("height")
     @classmethod
-    def _check_stone_heights(cls, height: Spread) -> Spread:
+    def _check_stone_heights(cls, height: UniformRange) -> UniformRange:
         """Raise an error if the heights of the population are outside the allowed range."""
         check_heights([height.low, height.high])
         return height

@@ -224,7 +224,7 @@ def common_stretch(
     delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
 
     def vertex_end(
-        item: PlacedElement, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
+        item: PlacedElement, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, may_touch: float
     ) -> tuple[float, SharedSegmentEnd]:
         """Return the position of a vertex along the other's face, m, and the end it would form."""
         x, z = vertex + shift
@@ -233,7 +233,7 @@ def common_stretch(
         nx, nz = sign * float(face[4]), sign * float(face[5])
         point = float(vertex[0] + item.x), float(vertex[1] + item.z)
         return along, SharedSegmentEnd(
-            float(gap) if abs(along) <= face[8] and carries * face[11] else np.inf, point, (nx, nz), (nz, -nx)
+            float(gap) if abs(along) <= face[8] and may_touch * face[11] else np.inf, point, (nx, nz), (nz, -nx)
         )
 
     ends = []

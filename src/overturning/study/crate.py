@@ -75,14 +75,14 @@ _MEDIA: Final = {
 }
 
 
-def write_crate(study: Study, results: Path, produced_files: Sequence[Path]) -> None:
+def write_crate(study: Study, results_folder: Path, produced_files: Sequence[Path]) -> None:
     """Write ``ro-crate-metadata.json`` and the configuration, ``study.yaml``, into a study's folder of results.
 
     Parameters
     ----------
     study : Study
         The study, as it was run.
-    results : Path
+    results_folder : Path
         The folder.
     produced_files : sequence of Path
         Files and folders of results to describe, the cube among them, all in that folder.
@@ -96,8 +96,8 @@ def write_crate(study: Study, results: Path, produced_files: Sequence[Path]) -> 
     from rocrate.rocrate import ROCrate
 
     text = yaml.safe_dump(without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
-    write_text(results / CONFIGURATION, text)
-    cube = _cube_metadata(results / "cube.nc")
+    write_text(results_folder / CONFIGURATION, text)
+    cube = _cube_metadata(results_folder / "cube.nc")
     program = _program_metadata()
     crate = ROCrate(version="1.1")
     crate.metadata.extra_terms = _TERMS
@@ -112,7 +112,7 @@ def write_crate(study: Study, results: Path, produced_files: Sequence[Path]) -> 
             _add_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
     records = _add_records(crate, cube["records"])
-    files = _add_files(crate, results, produced_files, records)
+    files = _add_files(crate, results_folder, produced_files, records)
     versions = {
         name: _add_entity(crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version)
         for name, version in cube["versions"].items()
@@ -131,7 +131,7 @@ def write_crate(study: Study, results: Path, produced_files: Sequence[Path]) -> 
         result=_unwrap_single(files.values()),
     )
     written = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False, sort_keys=True)
-    write_text(results / METADATA, written + "\n")
+    write_text(results_folder / METADATA, written + "\n")
 
 
 _NO_LICENCE: Final = (

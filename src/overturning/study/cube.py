@@ -115,13 +115,13 @@ def open_cube(
     return chosen
 
 
-def open_records(path: Path, element: str | None = "reference", amplitude: float | None = 1.0) -> "xr.Dataset":
+def open_records(cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0) -> "xr.Dataset":
     """Open a cube to iterate over its records: a small cube is read into memory, a large one record by record."""
-    cube = open_cube(path, None, element, amplitude)
+    cube = open_cube(cube_path, None, element, amplitude)
     if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
         return cube.load()
     cube.close()
-    return open_cube(path, {"record": 1}, element, amplitude)
+    return open_cube(cube_path, {"record": 1}, element, amplitude)
 
 
 @contextmanager
@@ -139,19 +139,21 @@ def _small_chunk_cache(read_once: bool) -> Iterator[None]:
 
 
 def select_element_and_amplitude(
-    cube: "xr.Dataset", path: Path, element: str | None = "reference", amplitude: float | None = 1.0
+    cube: "xr.Dataset", cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
     """Select an element and an amplitude factor of an open cube; for the parameters see `overturning.open_cube`."""
     if amplitude is not None:
         several = "amplitude" in cube.dims  # otherwise one amplitude, 1 unless the coordinate has another value
         known = np.atleast_1d(cube["amplitude"]).tolist() if "amplitude" in cube.coords else [1.0]
         if amplitude not in known:
-            raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
+            raise ResultError(
+                f"{cube_path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}"
+            )
         if several:  # an amplitude other than 1 stays as a coordinate
             cube = cube.sel(amplitude=amplitude, drop=amplitude == 1.0)
     if "element" not in cube.dims:
         if element not in (None, "reference"):
-            _check_element(element, variant_model(study_of_cube(cube), cube.attrs["variant"]).elements, path)
+            _check_element(element, variant_model(study_of_cube(cube), cube.attrs["variant"]).elements, cube_path)
         return cube
     if "element_name" in cube:
         cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
@@ -159,7 +161,7 @@ def select_element_and_amplitude(
         return cube
     if element == "reference":
         element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element
-    _check_element(element, cube["element"].to_numpy().tolist(), path)
+    _check_element(element, cube["element"].to_numpy().tolist(), cube_path)
     return cube.sel(element=element)
 
 
@@ -188,10 +190,10 @@ def sorted_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     return cube
 
 
-def _check_element(element: str | None, known_elements: Sequence[str], path: Path) -> None:
+def _check_element(element: str | None, known_elements: Sequence[str], cube_path: Path) -> None:
     """Raise an ArgumentError if a cube has no element of this name."""
     if element not in known_elements:
-        raise ResultError(f"{path}: no element {element!r}; known: {', '.join(known_elements)}")
+        raise ResultError(f"{cube_path}: no element {element!r}; known: {', '.join(known_elements)}")
 
 
 def record_number(cube: "xr.Dataset", record_id: str | None) -> int:

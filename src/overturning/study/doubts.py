@@ -11,7 +11,7 @@ from overturning.model.geometry import reference_element_size
 from overturning.model.scene import Scene
 from overturning.motion.soil import Layer, Rock
 from overturning.records.site import Site
-from overturning.settings import Population, Spread
+from overturning.settings import Population, UniformRange
 from overturning.study.schema import Study
 
 SLOWEST_SOIL: Final = 30.0
@@ -117,7 +117,7 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
     """
     quantile = (np.arange(50) + 0.5) / 50
 
-    def values_at_quantiles(spread: Spread) -> FloatArray:
+    def values_at_quantiles(spread: UniformRange) -> FloatArray:
         """Return the values of a uniform distribution at evenly spaced quantiles."""
         return np.asarray(spread.low + (spread.high - spread.low) * quantile)
 

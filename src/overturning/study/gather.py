@@ -46,7 +46,7 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 
 
 def merge_parts(
-    study: Study, records: Sequence[Record], part_paths: Sequence[Path], path: Path, variant: str = NOMINAL
+    study: Study, records: Sequence[Record], part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
 ) -> None:
     """Merge the parts of a sweep into the cube of a variant; `records` are processed, in the order of the cube.
 
@@ -64,13 +64,13 @@ def merge_parts(
         if name not in of_record or of_variant != variant:
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
         of_record[name].append(part)
-    with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
+    with atomic_write(cube_path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         describe_cube(cube, study, records, variant)
         cube.block_steps = 0
         whole = [_copy_parts_of_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())]
         if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
             raise ResultError(
-                f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
+                f"{cube_path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
         cube.content_sha256 = content_hash(cube, variables)
 

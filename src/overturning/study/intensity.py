@@ -26,7 +26,7 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 """Frequencies of the smoothed Fourier spectra, Hz, 20 per decade."""
 
 
-def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None:
+def write_intensity(study: Study, records: Sequence[Record], output_path: Path) -> None:
     """Write the intensity measures of all processed records, in the order of the cube, along the study's azimuths.
 
     The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
@@ -49,7 +49,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     # CF forbids a fill value for coordinates.
     for name in table.coords:
         table[name].encoding["_FillValue"] = None
-    with atomic_write(path) as part:
+    with atomic_write(output_path) as part:
         table.to_netcdf(part, engine="netcdf4")
 
 

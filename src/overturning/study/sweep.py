@@ -88,7 +88,7 @@ def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics
 def sweep_record(
     study: Study,
     record: Record,
-    path: Path,
+    output_path: Path,
     variant: str = NOMINAL,
     *,
     members: Members | None = None,
@@ -107,7 +107,7 @@ def sweep_record(
     )
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.size:
-        write_part(path, grid, {}, attributes | {"block_steps": 0})
+        write_part(output_path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerics_of_study(study)
     factors = grid.amplitude or (1.0,)
@@ -127,7 +127,7 @@ def sweep_record(
         block_steps += more
     if grid.amplitude:
         outcome = _stack_amplitudes(answers, cube_variables(study), outcome)
-    write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables(study))
+    write_part(output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables(study))
 
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:

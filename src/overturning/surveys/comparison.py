@@ -262,11 +262,11 @@ class SurveyResult:
 
 
 def make_survey_result(
-    survey_path: Path, record_id: str, comparison: SurveyComparison, doubts: Sequence[str] = ()
+    survey_path: Path, record_id: str, comparison: SurveyComparison, unit_warnings: Sequence[str] = ()
 ) -> SurveyResult:
     """Combine a comparison with name and hash of the survey file, and with the doubts about its values."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
-    return SurveyResult(survey_path.name, sha256, record_id, comparison, tuple(doubts))
+    return SurveyResult(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings))
 
 
 def read_survey_result(path: Path) -> SurveyResult:

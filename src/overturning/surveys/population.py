@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.model import StoneOutcomes
-from overturning.settings import Population, Spread
+from overturning.settings import Population, UniformRange
 from overturning.statistics.by_record import load_record
 from overturning.statistics.circular import resultant, sector_index
 from overturning.statistics.fragility import Fragility, fit_fragility
@@ -77,7 +77,7 @@ def draw_stones(population: Population) -> StonePopulation:
     generator = np.random.Generator(np.random.PCG64(population.seed))
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
-    def scale_to_range(value_range: Spread, unit_values: FloatArray) -> FloatArray:
+    def scale_to_range(value_range: UniformRange, unit_values: FloatArray) -> FloatArray:
         """Return uniform random numbers between 0 and 1 scaled to a range."""
         return value_range.low + (value_range.high - value_range.low) * unit_values
 

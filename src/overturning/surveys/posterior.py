@@ -179,12 +179,15 @@ class InversionResult:
         return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
 
 
-def write_inversion(answer: InversionResult, path: Path) -> None:
+def write_inversion(inversion_result: InversionResult, path: Path) -> None:
     """Write the result of an inversion (NetCDF)."""
     table = xr.Dataset(
-        {name: (dims, getattr(answer.posterior, name)) for name, dims in _STORED.items()},
-        {"source": list(answer.posterior.sources)},
-        {"survey": answer.name, **{name: getattr(answer, name) for name in ("fell", "stood", "fixed", "fit")}},
+        {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()},
+        {"source": list(inversion_result.posterior.sources)},
+        {
+            "survey": inversion_result.name,
+            **{name: getattr(inversion_result, name) for name in ("fell", "stood", "fixed", "fit")},
+        },
     )
     with atomic_write(path) as part:
         table.to_netcdf(part, engine="netcdf4")

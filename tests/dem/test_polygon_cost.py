@@ -117,7 +117,7 @@ def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tupl
         Planes(made), motion, Cases([0.0], *reference_element_size(made), 0.6), Numerics(leave_out=False)
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = steps_of(planned.rules(chosen, planned.tables(1), 1), samples, sleep)
+    most, found, _ = steps_of(planned.kernel_rules(chosen, planned.result_tables(1), 1), samples, sleep)
     return most, found
 
 

@@ -73,10 +73,10 @@ def load():
             read_survey(Path(survey.stones))
         if workflow.is_main_process:
             results = Path("results", study.name)
-            # Requests that compute nothing need neither the lock_folder nor a remove_damaged_results.
+            # Requests that compute nothing need neither the lock nor a repair.
             if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
                 check_results(results)
-                lock_folder(Path(".snakemake", "run.lock_folder"))
+                lock_folder(Path(".snakemake", "run.lock"))
                 restore_cubes(results)  # kept by an interrupted run
                 for path in remove_damaged_results(results):
                     logger.warning(f"{DAMAGED}{path}")

@@ -66,7 +66,7 @@ def load():
         if not whole:
             update_config(keys, config)
         study = check_study(keys, where)
-        check_size(study, where, chunks=CHUNKS)
+        check_size(study, where, chunks_per_record=CHUNKS)
         entries, files = check_files(study, where)
         for survey in study.surveys:
             # Report errors in the survey now, not after the sweep.

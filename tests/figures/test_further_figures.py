@@ -11,10 +11,8 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from obspy.geodetics import gps2dist_azimuth
 
 from overturning.dem.trajectory import trajectory
-from overturning.errors import ArgumentError
 from overturning.figures.alignment import earthquake_alignment_figure
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film_of_trajectory import outcome
@@ -24,7 +22,7 @@ from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import distance_sentences, local_km, site_map_figure
+from overturning.figures.site_map import Site, Station, site_map
 from overturning.figures.style import PAGE_WIDTH, style
 from overturning.figures.write import has_overlapping_text, save
 from overturning.model.scene import load_scene
@@ -94,18 +92,10 @@ def axes() -> Figure:
     return earthquake_alignment_figure({"all records": found}, {"all records": summarise_axes(found)})
 
 
-def site() -> Figure:
-    data = xr.Dataset(
-        {
-            "station_latitude": ("station", [35.23, 35.3]),
-            "station_longitude": ("station", [133.39, 133.2]),
-            "epicentre_latitude": 35.27,
-            "epicentre_longitude": 133.35,
-            "fault_strike": 150.0,
-        },
-        coords={"station": ["TTRH02", "S$1"]},
-    )
-    return site_map_figure(data, "Western Tottori")
+def stations() -> Figure:
+    known = Station("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
+    trace = (((35.3, 133.3), (35.2, 133.4)),)
+    return site_map([Site("Western $Tottori", [known, Station("S$1", 35.3, 133.2)], (35.27, 133.35), trace)])
 
 
 def responses() -> Figure:
@@ -144,7 +134,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
     "hodograph": hodograph,
     "axes": axes,
-    "map": site,
+    "map": stations,
     "response": responses,
     "spectra": lambda: spectra_figure(motion(), [0.0, 60.0], "Station"),
     "survey": survey,
@@ -220,26 +210,6 @@ def test_boundary_curves_close() -> None:
         plt.close(figure)
 
 
-@pytest.mark.parametrize("place", [(36, 136), (61.2, -149.9), (-41.3, 174.8), (40, 33), (0, -179.9), (63.5, -147.4)])
-@pytest.mark.parametrize("origin", [(35, 135), (63.5, -147.4), (-42.7, 173), (37.2, 37), (0, 179.9)])
-def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], origin: tuple[float, float]) -> None:
-    """Compared with obspy's geodesic on a sphere."""
-    length, azimuth, _ = gps2dist_azimuth(*origin, *place, a=6_371_000, f=0)
-    east, north = local_km(*place, *origin)
-    assert np.hypot(east, north) == pytest.approx(length / 1000, rel=1e-6, abs=1e-6)
-    if length > 0:
-        assert (np.degrees(np.arctan2(east, north)) - azimuth + 180) % 360 - 180 == pytest.approx(0, abs=1e-3)
-
-
-def test_a_map_needs_coordinates() -> None:
-    data = xr.Dataset(
-        {"station_latitude": ("station", [np.nan]), "station_longitude": ("station", [1.0])}, {"station": ["A"]}
-    )
-    with style(), pytest.raises(ArgumentError, match="coordinates"):
-        site_map_figure(data, "A")
-    plt.close("all")
-
-
 def test_fit_without_intervals_is_drawn() -> None:
     """With few earthquakes a fit has no intervals, but the fitted probability along the line is still ½."""
     number = np.zeros(4)
@@ -264,17 +234,6 @@ def test_fit_without_intervals_is_drawn() -> None:
     over_west = np.log(pga / 100 / (9.80665 * shape))
     rows = np.stack(np.broadcast_arrays(over_west, np.log(ratio), np.log(shape), np.log(height)), axis=1)
     np.testing.assert_allclose(fit.probability(rows), 0.5, rtol=1e-9)
-
-
-def test_station_at_the_epicentre_has_no_direction() -> None:
-    """Below the accuracy of epicentres a radial direction is not defined."""
-    places = {"station_latitude": ("station", [35.001, 35.1]), "station_longitude": ("station", [133.0, 133.0])}
-    epicentre = {"epicentre_latitude": 35.0, "epicentre_longitude": 133.0}
-    site = xr.Dataset(places | epicentre, {"station": ["near", "far"]})
-    assert distance_sentences(site) == [
-        "near: less than 1 km from the epicentre.",
-        "far: 11 km from the epicentre, in the direction 0°.",
-    ]
 
 
 def test_plane_points_match_cube_and_intensity() -> None:

@@ -215,7 +215,8 @@ def test_maps_where_coordinates_are_known(one_record: Make) -> None:
     (map_,) = [block for block in each_block(found) if isinstance(block, Figure)]
     # A degree of latitude is 111.2 km; of longitude cos 35.275° of that.
     assert map_.caption == (
-        "near: 10 km from the epicentre, in the direction 90°. far: 50 km from the epicentre, in the direction 0°."
+        "record_id 0: 10 km from the epicentre, in the direction 90°. record_id 1: 50 km from the epicentre, in the "
+        "direction 0°."
     )
     assert map_.alt == "map: Tottori"
     assert map_.path == results.figures / "maps" / "1.svg"

@@ -235,7 +235,7 @@ def record_figures(
 
 
 def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
-    """Draw the figures that combine all records of a study, and site maps."""
+    """Draw the figures that combine all records of a study, and the map of its stations."""
     from functools import partial
 
     from overturning.figures.study import draw_study_figures

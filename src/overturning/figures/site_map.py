@@ -1,16 +1,63 @@
-"""Map of stations, epicentre and fault strike with scale and north arrow (the paper's figure 4)."""
+"""Maps of stations, one panel an earthquake: epicentre, fault, and the axis along which stones fall at each station."""
 
-from typing import Any
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from textwrap import wrap
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, line_through_origin
-from overturning.statistics.circular import resultant
+from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, caption, grid
+from overturning.model.falls import model_of
+from overturning.records.fault_trace import Trace, read_trace
+from overturning.statistics.by_record import apply_by_record
+from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.earthquakes import LEAST_DISTANCE_KM
+from overturning.statistics.falls import mean_fall_directions
+from overturning.study.cube import record_sources
 from overturning.units import EARTH_RADIUS_KM
+
+COLUMNS: Final = 4
+MOST_SITES: Final = 20
+"""Largest number of panels of one figure; there are more figures if a study has more earthquakes."""
+
+LEAST_REACH_KM: Final = 5.0
+"""Smallest distance from the middle of a panel to its frame."""
+
+MARGIN: Final = 1.7
+"""Distance from the middle of a panel to its frame, over that to the farthest place: room for arrows and names."""
+
+ARROW: Final = 0.22
+"""Half of an arrow, as a part of the distance from the middle of a panel to its frame."""
+
+TEXT: Final = 8.0
+"""Size of names, pt."""
+
+
+class Station(NamedTuple):
+    """A station with its latitude and longitude, and the strike of the fault and the mean axis of the falls there.
+
+    All in degrees, azimuths clockwise from north; NaN is an unknown one, or an axis that falls do not have.
+    """
+
+    name: str
+    latitude: float
+    longitude: float
+    strike: float = math.nan
+    axis: float = math.nan
+
+
+class Site(NamedTuple):
+    """Stations of an earthquake, its epicentre (latitude, longitude, degrees; None: unknown) and the fault's trace."""
+
+    name: str
+    stations: Sequence[Station]
+    epicentre: tuple[float, float] | None = None
+    trace: Trace = ()
 
 
 def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float) -> tuple[Any, Any]:
@@ -27,109 +74,227 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
     return scale * x, scale * y
 
 
-def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Return a site for `site_map_figure` for each earthquake with an epicentre and a station, or with two stations.
+def sites_of(cube: xr.Dataset) -> list[Site]:
+    """Return a site for each earthquake with an epicentre and a station, or with two stations, in the cube's order.
 
-    Earthquakes are in the order of the cube. The strike is the mean axis of the strikes of the records; the epicentre
-    is the first known one.
+    Stations are named by the ids of their records. One is left out if its place is unknown, or if the record table
+    states it without a source. The axis is the mean axis of its falls over the informative blocks, if their resultant
+    is at least `LEAST_RESULTANT`; the epicentre and the trace are the first known ones.
     """
-    names = ("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude", "fault_normal")
-    table = {name: cube[name].to_numpy().astype(np.float64) for name in names}
-    events, stations = (cube[name].to_numpy().astype(str) for name in ("event", "station"))
-    sites = {}
+    ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
+    stations, epicentres = _places(cube, "station"), _places(cube, "epicentre")
+    said, model = {row["id"]: row for row in record_sources(cube)}, model_of(cube)
+    about = [said.get(name, {}) for name in ids.tolist()]
+    means = apply_by_record(partial(mean_fall_directions, over=model.case_dims, informative=True), cube, model.reads)
+    clear = means["axis_resultant"].to_numpy() >= LEAST_RESULTANT
+    axes = np.where(clear, means["mean_axis"].to_numpy(), np.nan).tolist()
+    strikes = ((cube["fault_normal"].to_numpy().astype(np.float64) - 90.0) % 360.0).tolist()
+    sites = []
     for event in dict.fromkeys(events.tolist()):
-        rows = events == event
-        placed = rows & np.isfinite(table["station_latitude"])
-        epicentres = np.flatnonzero(rows & np.isfinite(table["epicentre_latitude"]))
-        if placed.sum() < (1 if epicentres.size else 2):
+        rows = [row for row in np.flatnonzero(events == event) if about[row].get("coordinates_source") != ""]
+        shown = [
+            Station(str(ids[row]), *stations[row], strikes[row], axes[row]) for row in rows if _is_known(stations[row])
+        ]
+        epicentre = next((epicentres[row] for row in rows if _is_known(epicentres[row])), None)
+        if len(shown) < (2 if epicentre is None else 1):
             continue
-        strikes = table["fault_normal"][rows & np.isfinite(table["fault_normal"])] - 90.0
-        site = {name: ("station", table[name][placed]) for name in names[:2]}
-        scalars = {name: table[name][epicentres[0]] for name in names[2:4]} if epicentres.size else {}
-        scalars["fault_strike"] = resultant(strikes, axial=True)[0]
-        sites[event] = xr.Dataset({**site, **scalars}, coords={"station": stations[placed]})
+        traces = (about[row].get("fault_trace", "") for row in rows)
+        sites.append(Site(event, shown, epicentre, read_trace(next(filter(None, traces), ""))))
     return sites
 
 
-def distance_sentences(site: xr.Dataset) -> list[str]:
+def _places(cube: xr.Dataset, where: str) -> list[tuple[float, float]]:
+    """Return latitude and longitude of the station or the epicentre of each record, NaN where unknown."""
+    names = (f"{where}_latitude", f"{where}_longitude")
+    north, east = (np.atleast_1d(cube[name].to_numpy()).astype(np.float64).tolist() for name in names)
+    return list(zip(north, east, strict=True))
+
+
+def _is_known(place: tuple[float, float]) -> bool:
+    return all(map(math.isfinite, place))
+
+
+def site_maps(sites: Sequence[Site]) -> Iterator[Figure]:
+    """Yield the figures of `site_map` for any number of earthquakes, each with up to `MOST_SITES` panels."""
+    yield from (site_map(sites[first : first + MOST_SITES]) for first in range(0, len(sites), MOST_SITES))
+
+
+def site_map(sites: Sequence[Site]) -> Figure:
+    """Draw the stations of earthquakes, a panel each, with epicentre, fault, and an arrow along the axis of the falls.
+
+    North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no
+    site or one without stations.
+    """
+    if not sites:
+        raise ArgumentError("sites: none; give at least one earthquake with a station")
+    for site in sites:
+        _check(site)
+    columns = min(COLUMNS, len(sites))
+    rows = -(-len(sites) // columns)
+    side = PAGE_WIDTH / COLUMNS if columns == COLUMNS else PAGE_WIDTH / max(columns, 1.6)
+    width_pt = 72.0 * (side - 0.12)
+    # A letter of a title is about 4.5 pt wide.
+    titles = [wrap(site.name, int(width_pt / 4.5)) for site in sites]
+    above = 0.13 * max(map(len, titles), default=1)
+    figure, panels = grid(rows, columns, columns * side, rows * (side + 0.12 + above) + 0.55, len(sites))
+    for axes, site, title in zip(panels.flat, sites, titles, strict=False):
+        _draw_site(axes, site, width_pt)
+        axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
+    caption(figure, "", None, min(3, columns + 1), first=_legend(sites))
+    return figure
+
+
+def _check(site: Site) -> None:
+    """Raise an error for a site without stations, or with a place off the globe."""
+    if not site.stations:
+        raise ArgumentError(f"{site.name}: no station; leave the earthquake out, or give one")
+    places = {one.name: one[1:3] for one in site.stations} | {"epicentre": site.epicentre or (0.0, 0.0)}
+    for name, (latitude, longitude) in places.items():
+        if not (abs(latitude) <= 90 and abs(longitude) <= 180):  # NaN fails both
+            raise ArgumentError(
+                f"{site.name}, {name}: latitude {latitude:g}, longitude {longitude:g}; give −90 to 90 and −180 to 180"
+            )
+
+
+def _legend(sites: Sequence[Site]) -> list[Any]:
+    """Return a mark for each kind of thing that is on one of the maps."""
+    from matplotlib.lines import Line2D
+
+    stations = [one for site in sites for one in site.stations]
+    kinds = {
+        "epicentre": (any(site.epicentre for site in sites), _EPICENTRE | {"linestyle": "none"}),
+        "station": (True, _STATION | {"linestyle": "none"}),
+        "mean axis of the falls": (
+            any(math.isfinite(one.axis) for one in stations),
+            {"color": FALLS, "linewidth": 1.6, "marker": "$\\leftrightarrow$", "markersize": 13, "linestyle": "none"},
+        ),
+        "strike of the fault": (any(math.isfinite(one.strike) for one in stations), _STRIKE),
+        "trace of the fault": (any(site.trace for site in sites), _TRACE),
+    }
+    return [Line2D([], [], label=name, **look) for name, (there, look) in kinds.items() if there]
+
+
+_EPICENTRE: Final[dict[str, Any]] = {
+    "marker": "*", "color": "#f0c419", "markersize": 10, "markeredgecolor": INK, "markeredgewidth": 0.6,
+}  # fmt: skip
+_STATION: Final[dict[str, Any]] = {"marker": "o", "color": INK, "markersize": 4.5, "markeredgecolor": "white"}
+_STRIKE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 1.2, "linestyle": DASHED}
+_TRACE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 2.2, "alpha": 0.55}
+
+
+def _draw_site(axes: Any, site: Site, width_pt: float) -> None:
+    """Draw one earthquake in a panel of a width in points."""
+    origin = site.epicentre or (site.stations[0].latitude, site.stations[0].longitude)
+    places = np.array([local_km(one.latitude, one.longitude, *origin) for one in site.stations])
+    pieces = [np.array([local_km(*point, *origin) for point in piece]) for piece in site.trace]
+    along = _along(pieces)
+    away = np.hypot(*(along[:, None] - places).T).min(axis=0)
+    # The nearest point of the trace is on the map, too.
+    shown = [*places, *([np.zeros(2)] if site.epicentre else []), *([along[away.argmin()]] if away.size else [])]
+    low, high = np.min(shown, axis=0), np.max(shown, axis=0)
+    middle, reach = (low + high) / 2, max(float(np.max(high - low)) / 2 * MARGIN, LEAST_REACH_KM)
+    axes.set(xlim=middle[0] + reach * np.array([-1, 1]), ylim=middle[1] + reach * np.array([-1, 1]), aspect="equal")
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(True)
+    axes.spines[:].set_linewidth(0.6)
+    for piece in pieces:
+        axes.plot(*piece.T, solid_capstyle="butt", zorder=2, label="trace", **_TRACE)
+    if site.epicentre:
+        axes.plot(0, 0, zorder=4, label="epicentre", **_EPICENTRE)
+    star = 4.0 * 2 * reach / width_pt * np.array([(0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)])
+    taken = [*along, *(star if site.epicentre else ())]
+    for one, place in zip(site.stations, places, strict=True):
+        for azimuth, half in ((one.strike, 1.35 * ARROW * reach), (one.axis, ARROW * reach)):
+            if math.isfinite(azimuth):
+                end = half * np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))])
+                taken += [place + part * end for part in np.linspace(-1, 1, 9)]
+                if azimuth is one.axis:
+                    look = {"arrowstyle": "<|-|>,head_length=0.28,head_width=0.14", "color": FALLS, "linewidth": 1.5}
+                    ends = {"shrinkA": 0, "shrinkB": 0}
+                    axes.annotate("", place + end, place - end, arrowprops=look | ends, zorder=5)
+                else:
+                    axes.plot(*np.transpose([place - end, place + end]), zorder=3, label="strike", **_STRIKE)
+        axes.plot(*place, zorder=6, label="station", **_STATION)
+    _write_names(axes, [one.name for one in site.stations], places, taken, width_pt / (2 * reach))
+    _draw_scale(axes, reach, middle[0], -8.0 / width_pt)
+
+
+def _along(pieces: Sequence[Any]) -> Any:
+    """Return points along the pieces of a trace, shape (points, 2)."""
+    steps = np.linspace(0, 1, 51)[:, None, None]
+    points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in pieces]
+    return np.concatenate(points) if points else np.empty((0, 2))
+
+
+def _write_names(axes: Any, names: Sequence[str], places: Any, taken: list[Any], scale: float) -> None:
+    """Write the name of each station where it covers the fewest other things; `scale` is in points per km."""
+    marks, own = scale * np.asarray([*places, *taken]), scale * np.asarray(places)
+    frame = scale * np.array([axes.get_xlim(), axes.get_ylim()])
+    boxes: list[Box] = []
+    for number, name in enumerate(names):
+        size = np.array([0.58 * TEXT * len(name) + 2, TEXT + 2])
+        around = [own[number] + np.array(side) * (away + size / 2) for away in (6.0, 12.0, 19.0) for side in _SIDES]
+        best = min((Box(middle - size / 2, middle + size / 2) for middle in around),
+                   key=lambda box: _cost(box, number, own, marks, boxes, frame))  # fmt: skip
+        boxes.append(best)
+        axes.annotate(
+            name, (best.low + best.high) / 2 / scale, ha="center", va="center", fontsize=TEXT, parse_math=False,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, annotation_clip=False,
+            zorder=4.5,
+        )  # fmt: skip
+
+
+_SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
+
+
+class Box(NamedTuple):
+    """Corners of a name on a panel, points."""
+
+    low: Any
+    high: Any
+
+    def away(self, places: Any) -> Any:
+        """Distance of places from the box; 0 inside it."""
+        return np.hypot(*np.clip(np.maximum(self.low - places, places - self.high), 0, None).T)
+
+
+def _cost(box: Box, number: int, stations: Any, marks: Any, boxes: Sequence[Box], frame: Any) -> float:
+    """Return how bad a place is for the name of a station: a name must be nearest to its own station."""
+    out = float(np.clip(np.concatenate([frame[:, 0] - box.low, box.high - frame[:, 1]]), 0, None).sum())
+    over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in boxes)
+    away = box.away(stations)
+    others = np.delete(away, number)
+    misleading = bool(others.size) and others.min() < 1.3 * away[number]
+    return 3 * out + 3 * float((box.away(marks) == 0).sum()) + 12 * over + 25 * misleading + 0.3 * float(away[number])
+
+
+def _draw_scale(axes: Any, reach: float, middle: float, level: float) -> None:
+    """Draw a scale bar with a round length, km, and the direction of north, below a panel at a share of its height."""
+    target = reach / 2
+    power = 10.0 ** math.floor(math.log10(target))
+    length = max(step * power for step in (1, 2, 5) if step * power <= target)
+    below, left = axes.get_xaxis_transform(), middle - reach
+    look = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
+    axes.plot([left, left + length], [level, level], transform=below, label="scale", **look)
+    text = {"xycoords": below, "textcoords": "offset points", "va": "center", "fontsize": TEXT}
+    axes.annotate(f"{length:g} km", (left + length, level), (3, 0), annotation_clip=False, **text)
+    axes.annotate("N ↑", (middle + reach, level), (0, 0), ha="right", annotation_clip=False, **text)
+
+
+def distance_sentences(site: Site) -> list[str]:
     """Return a sentence for each station with its distance and direction from the epicentre.
 
     The direction is left out below `LEAST_DISTANCE_KM`. The list is empty without an epicentre.
     """
-    if "epicentre_latitude" not in site:
+    if site.epicentre is None:
         return []
-    east, north = local_km(
-        site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy(),
-        float(site["epicentre_latitude"]), float(site["epicentre_longitude"]),
-    )  # fmt: skip
     sentences = []
-    for name, x, y in zip(site["station"].to_numpy(), east, north, strict=True):
-        away, way = float(np.hypot(x, y)), round(float(np.degrees(np.arctan2(x, y)))) % 360
+    for one in site.stations:
+        east, north = local_km(one.latitude, one.longitude, *site.epicentre)
+        away, way = math.hypot(east, north), round(math.degrees(math.atan2(east, north))) % 360
         far, near = (
             f"{away:.0f} km from the epicentre, in the direction {way}°",
             f"less than {LEAST_DISTANCE_KM:g} km from the epicentre",
         )
-        sentences.append(f"{name}: {far if away >= LEAST_DISTANCE_KM else near}.")
+        sentences.append(f"{one.name}: {far if away >= LEAST_DISTANCE_KM else near}.")
     return sentences
-
-
-def _scale_length(extent: float) -> float:
-    target = extent / 4
-    power = 10.0 ** np.floor(np.log10(target))
-    return float(max(step * power for step in (1, 2, 5) if step * power <= target))
-
-
-def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
-    """Draw the map of a site."""
-
-    def scalar(name: str) -> float:
-        return float(site[name]) if name in site else float("nan")
-
-    latitude, longitude = site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy()
-    known = np.isfinite(latitude) & np.isfinite(longitude)
-    if not known.any():
-        raise ArgumentError("site: no station has coordinates; give latitude and longitude of at least one")
-    epicentre = scalar("epicentre_latitude"), scalar("epicentre_longitude")
-    with_epicentre = bool(np.isfinite(epicentre).all())
-    origin = epicentre if with_epicentre else (float(latitude[known].mean()), float(longitude[known].mean()))
-    east, north = local_km(latitude[known], longitude[known], *origin)
-    reach, strike = max(np.abs(east).max(), np.abs(north).max(), 5.0), scalar("fault_strike")
-    if with_epicentre:
-        axes.plot(0, 0, "*", color=FALLS, markersize=15, markeredgecolor=INK, label="epicentre", zorder=4)
-        if np.isfinite(strike):
-            look = {"linestyle": DASHED, "linewidth": 2, "label": "strike of the fault"}
-            line_through_origin(axes, strike, 0.8 * reach, **look)
-    axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
-    for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
-        axes.annotate(
-            str(name), (x, y), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, parse_math=False,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}, zorder=6,
-        )  # fmt: skip
-    extent = 1.35 * reach
-    axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
-    labels(axes, "east, km", "north, km")
-    axes.spines[:].set_visible(True)
-    scale = _scale_length(2 * extent)
-    x0, y0 = -0.92 * extent, -0.9 * extent
-    axes.plot([x0, x0 + scale], [y0, y0], color=INK, linewidth=3, solid_capstyle="butt")
-    axes.annotate(
-        f"{scale:g} km", (x0 + scale / 2, y0), (0, 4), textcoords="offset points", ha="center", va="bottom", fontsize=8
-    )
-    axes.annotate("N", (0.93, 0.85), (0.93, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=10)
-    axes.annotate(
-        "", (0.93, 0.91), (0.93, 0.80), xycoords="axes fraction", arrowprops={"arrowstyle": "-|>", "color": INK}
-    )
-
-
-def site_map_figure(site: xr.Dataset, title: str) -> Figure:
-    """Draw the map of a site.
-
-    A site has ``station_latitude`` and ``station_longitude`` (degrees) over the dimension ``station``, whose coordinate
-    holds the names; and optionally the scalars ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike``
-    (degrees, NaN if unknown; the strike is drawn through the epicentre). Raises an ArgumentError if no station has
-    coordinates.
-    """
-    figure, panels = grid(1, 1, 4.6, 5.1)
-    _draw_site_map(panels[0, 0], site)
-    caption(figure, title, panels[0, 0], 3)
-    return figure

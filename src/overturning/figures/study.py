@@ -8,9 +8,9 @@ import xarray as xr
 from overturning.figures.alignment import alignment_by_b_over_h_figure, earthquake_alignment_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
-from overturning.figures.site_map import site_map_figure, sites_by_earthquake
+from overturning.figures.site_map import site_maps, sites_of
 from overturning.figures.style import style
-from overturning.figures.write import Write, refill_folder, save
+from overturning.figures.write import Write, refill_folder
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import alignment_with_references, axes_by_group, summarise_axes
@@ -21,15 +21,16 @@ from overturning.study.cube import open_records
 def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
     """Draw the figures that combine all records of a study, from its cube and intensity measures (NetCDF).
 
-    Writes into `folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and ``maps/``
-    (see `refill_folder`; empty if no record has coordinates). `write` writes a figure in all formats of the study.
+    Writes into `folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and the maps of
+    the stations into ``maps/`` (see `refill_folder`; empty if no record has coordinates). `write` writes a figure in
+    all formats of the study.
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
     with open_records(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
         write(earthquake_alignment_figure(groups, summaries), folder / "axes")
-        _draw_maps(cube, folder / "maps")
+        _draw_maps(cube, folder / "maps", write)
         write(rose_figure(cube, summaries), folder / "rose")
         if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
@@ -42,7 +43,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
             write(plane, folder / "plane")
 
 
-def _draw_maps(cube: xr.Dataset, folder: Path) -> None:
+def _draw_maps(cube: xr.Dataset, folder: Path, write: Write) -> None:
     with refill_folder(folder):
-        for number, (event, site) in enumerate(sites_by_earthquake(cube).items(), 1):
-            save(site_map_figure(site, event), folder / f"{number}.svg")
+        for number, figure in enumerate(site_maps(sites_of(cube)), 1):
+            write(figure, folder / f"{number}")

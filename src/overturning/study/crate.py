@@ -49,7 +49,7 @@ _FILES: Final = {
     "figures/blocks/*": ("Falls under {stem}, every block", "Where blocks of every height and friction fall."),
     "figures/intensity/*": ("Intensity of {stem}", "Peak acceleration and velocity by azimuth."),
     "figures/history/*": ("Time histories of {stem}", "Motion before and after processing, spectra, Husid plot."),
-    "figures/maps/*": ("Map {stem}", "Stations and epicentre of an earthquake."),
+    "figures/maps/*": ("Map {stem}", "Stations by earthquake: epicentre, fault, and mean axis of the falls."),
     "figures/illustrative/*": ("Case {stem}", "Of a case to watch, chosen by rule."),
     "figures/survey/*": ("Survey {stem}", "Observed and predicted stones."),
     "figures/rose.*": ("Rose", "Azimuths of the falls of all records."),

@@ -25,7 +25,7 @@ class Figures(StrictModel):
     formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
         default=("svg",),
         description="file formats, from svg, png and pdf; svg is always written for the report, and is the only format "
-        "of time histories, illustrative cases and sites",
+        "of time histories and illustrative cases",
     )
     height: Metre | None = Field(
         default=None,

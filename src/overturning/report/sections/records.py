@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.figures.polar_map import plane_map_figure
-from overturning.figures.site_map import distance_sentences, sites_by_earthquake
+from overturning.figures.site_map import MOST_SITES, distance_sentences, sites_of
 from overturning.model.status import Status
 from overturning.records.record import processing_entry_text
 from overturning.report.blocks import Bullets, Disclosure, Figure, Film, Link, Note, Row, Said, Section, section, table
@@ -103,16 +103,16 @@ def records(results: Results) -> Said:
         rows = [(name.id, *cells) for name, cells in zip(results.record_names, record_directions(results), strict=True)]
         directions = table(heads, rows, "l", anchor="directions", sortable=True)
         yield Section("Where blocks fall, by record", (directions, Note(results.words.means)))
-    sites = enumerate(sites_by_earthquake(results.cube).items(), 1)
-    site_maps = tuple(
-        Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distance_sentences(site)))
-        for number, (event, site) in sites
-    )
-    yield from (Row(site_maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(site_maps), 2))
-    if site_maps:
+    sites = sites_of(results.cube)
+    for first in range(0, len(sites), MOST_SITES):
+        some, path = sites[first : first + MOST_SITES], results.figures / "maps" / f"{first // MOST_SITES + 1}.svg"
+        told = " ".join(distance_sentences(some[0])) if len(some) == 1 else ""
+        alt = "map: " + "; ".join(site.name for site in some)
+        yield Figure(path, alt, told, width=min(1.0, 0.62 * len(some)))
+    if sites:
         yield Note(
-            "Stations and epicentres as the records or the record table state them; a fault whose strike is known is "
-            "drawn through the epicentre."
+            "Stations, epicentres and traces as the records or the record table state them, with their sources in the "
+            "record table. Arrows: the mean axis of the falls; none where falls have no clear axis."
         )
 
 

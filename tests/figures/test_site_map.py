@@ -1,0 +1,212 @@
+"""The map of stations: places, axes and names are where they belong, and places without a source are left off."""
+
+import json
+import math
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+from obspy.geodetics import gps2dist_azimuth
+
+from overturning.errors import ArgumentError
+from overturning.figures.site_map import (
+    MOST_SITES,
+    Site,
+    Station,
+    distance_sentences,
+    local_km,
+    site_map,
+    site_maps,
+    sites_of,
+)
+from overturning.figures.style import style
+from overturning.study.cube import open_cube
+from tests.study.small_study import cube_of, pulse, study
+
+EPICENTRE = (35.0, 133.0)
+
+
+def drawn(*sites: Site) -> Figure:
+    with style():
+        figure = site_map(sites)
+        figure.canvas.draw()
+        plt.close(figure)
+    return figure
+
+
+def named(figure: Figure, label: str) -> list[np.ndarray]:
+    """Points of the lines of a kind in the first panel, shape (points, 2), km east and north of the epicentre."""
+    return [np.transpose(line.get_data()) for line in figure.axes[0].lines if line.get_label() == label]
+
+
+def arrows(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Both ends of each arrow in the first panel."""
+    found = [text for text in figure.axes[0].texts if isinstance(text, Annotation) and text.arrow_patch is not None]
+    return [(np.array(one.xy), np.array(one.xyann)) for one in found]
+
+
+@pytest.mark.parametrize("place", [(36, 136), (61.2, -149.9), (-41.3, 174.8), (40, 33), (0, -179.9), (63.5, -147.4)])
+@pytest.mark.parametrize("origin", [(35, 135), (63.5, -147.4), (-42.7, 173), (37.2, 37), (0, 179.9)])
+def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], origin: tuple[float, float]) -> None:
+    """Compared with obspy's geodesic on a sphere."""
+    length, azimuth, _ = gps2dist_azimuth(*origin, *place, a=6_371_000, f=0)
+    east, north = local_km(*place, *origin)
+    assert np.hypot(east, north) == pytest.approx(length / 1000, rel=1e-6, abs=1e-6)
+    if length > 0:
+        assert (np.degrees(np.arctan2(east, north)) - azimuth + 180) % 360 - 180 == pytest.approx(0, abs=1e-3)
+
+
+def test_stations_stand_where_they_are() -> None:
+    """A degree of latitude is 111.2 km; in pixels both directions have the same scale, and north is up."""
+    figure = drawn(Site("A", [Station("n", 35.1, 133.0), Station("e", 35.0, 133.2)], EPICENTRE))
+    north, east = named(figure, "station")
+    assert north[0] == pytest.approx([0, 11.12], abs=0.01)
+    assert east[0] == pytest.approx([0.2 * 111.19 * math.cos(math.radians(35)), 0], abs=0.02)
+    assert named(figure, "epicentre")[0][0].tolist() == [0, 0]
+    centre, up, right = figure.axes[0].transData.transform([(0, 0), north[0], east[0]])
+    assert up - centre == pytest.approx([0, (up - centre)[1]], abs=1e-6)
+    assert (up - centre)[1] > 0
+    scale = (up - centre)[1] / north[0][1], (right - centre)[0] / east[0][0]
+    assert scale[0] == pytest.approx(scale[1], rel=1e-6)
+    # The whole map is in the frame.
+    for place in (north[0], east[0], (0, 0)):
+        assert np.all(np.abs(figure.axes[0].transAxes.inverted().transform(
+            figure.axes[0].transData.transform(place)) - 0.5) < 0.45)  # fmt: skip
+
+
+@pytest.mark.parametrize("axis", [0.0, 30.0, 90.0, 150.0, 179.0])
+def test_arrows_point_along_the_axis_to_both_sides(axis: float) -> None:
+    """An axis of 30° is an arrow towards N30°E and S30°W about the station, and the strike a line likewise."""
+    figure = drawn(Site("A", [Station("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE))
+    ((head, tail),) = arrows(figure)
+    assert (head + tail) / 2 == pytest.approx(named(figure, "station")[0][0])
+    along = figure.axes[0].transData.transform(head) - figure.axes[0].transData.transform(tail)
+    assert math.degrees(math.atan2(*along)) % 180 == pytest.approx(axis % 180, abs=1e-6)
+    (strike,) = named(figure, "strike")
+    assert math.degrees(math.atan2(*(strike[1] - strike[0]))) % 180 == pytest.approx((axis + 20) % 180, abs=1e-6)
+    assert "mean axis of the falls" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_what_is_unknown_is_neither_drawn_nor_in_the_legend() -> None:
+    figure = drawn(Site("A", [Station("a", 35.1, 133.0), Station("b", 35.0, 133.2)]))
+    assert not arrows(figure)
+    assert not any(named(figure, kind) for kind in ("strike", "trace", "epicentre"))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["station"]
+
+
+def test_the_nearest_part_of_the_trace_is_in_the_frame() -> None:
+    """A trace 20 km north of a station 2 km from the epicentre: its ends may be outside."""
+    trace = (((35.2, 132.0), (35.2, 134.0)),)
+    figure = drawn(Site("A", [Station("a", 35.02, 133.0)], EPICENTRE, trace))
+    assert figure.axes[0].get_ylim()[1] > 22.3 > 20
+    assert figure.axes[0].get_xlim()[1] < 90
+    assert named(figure, "trace")[0] == pytest.approx(
+        np.transpose(local_km([35.2, 35.2], [132.0, 134.0], *EPICENTRE)), abs=1e-9
+    )
+
+
+def test_each_name_is_nearest_to_its_station() -> None:
+    """Stations as close as those of Northridge 1994."""
+    places = {"north": (34.326, -118.444), "middle": (34.281, -118.478), "south": (34.249, -118.479)}
+    figure = drawn(Site("A", [Station(name, *place, 122.0, 0.0) for name, place in places.items()], (34.21, -118.55)))
+    at = [figure.axes[0].transData.transform(one[0]) for one in named(figure, "station")]
+    points = dict(zip(places, at, strict=True))
+    boxes = {text.get_text(): text.get_window_extent() for text in figure.axes[0].texts if text.get_text() in places}
+    assert boxes.keys() == places.keys()
+    for name, box in boxes.items():
+        away = {
+            other: math.hypot(max(box.x0 - x, x - box.x1, 0), max(box.y0 - y, y - box.y1, 0))
+            for other, (x, y) in points.items()
+        }
+        assert min(away, key=lambda other: away[other]) == name
+    for first in boxes.values():
+        assert sum(first.overlaps(other) for other in boxes.values()) == 1, "with itself"
+
+
+@pytest.mark.parametrize(
+    ("site", "words"),
+    [
+        (Site("A", []), "A: no station"),
+        (Site("A", [Station("s", 95.0, 133.0)]), "A, s: latitude 95"),
+        (Site("A", [Station("s", 35.0, math.nan)]), "A, s: .* longitude nan"),
+        (Site("A", [Station("s", 35.0, 133.0)], (35.0, 200.0)), "A, epicentre: .* longitude 200"),
+    ],
+)
+def test_places_off_the_globe_are_refused(site: Site, words: str) -> None:
+    with style(), pytest.raises(ArgumentError, match=words):
+        site_map([site])
+    plt.close("all")
+
+
+def test_many_earthquakes_are_on_several_figures() -> None:
+    sites = [Site(str(number), [Station("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)]
+    with style():
+        panels = [[axes.get_title() for axes in one.axes if axes.get_visible()] for one in site_maps(sites)]
+    plt.close("all")
+    assert panels == [[str(number) for number in range(MOST_SITES)], [str(MOST_SITES)]]
+    assert list(site_maps([])) == []
+
+
+def test_station_at_the_epicentre_has_no_direction() -> None:
+    """Below the accuracy of epicentres a radial direction is not defined."""
+    site = Site("A", [Station("near", 35.001, 133.0), Station("far", 35.1, 133.0)], EPICENTRE)
+    assert distance_sentences(site) == [
+        "near: less than 1 km from the epicentre.",
+        "far: 11 km from the epicentre, in the direction 0°.",
+    ]
+    assert distance_sentences(site._replace(epicentre=None)) == []
+
+
+@pytest.fixture
+def cube(tmp_path: Path) -> xr.Dataset:
+    """Three stations of an earthquake whose stones fall along the pulse's 30°, and one of another earthquake."""
+    # Two records of the same samples would be one.
+    records = [
+        pulse(name, across=math.tan(math.radians(30.0)), cycles=1 + number)
+        for number, name in enumerate(("one", "two", "three", "alone"))
+    ]
+    use = {"use": [record.record_id for record in records]}
+    settings = study(records=use, azimuth={"step": 10}, b_over_h=[0.1, 0.2, 0.3], friction=[1.0])
+    found = open_cube(cube_of(settings, records, tmp_path)).load()
+    nan = math.nan
+    columns = {
+        "event": ["A", "A", "A", "B"],
+        "station_latitude": [35.1, 35.2, nan, 10.0], "station_longitude": [133.0, 133.1, nan, 20.0],
+        "epicentre_latitude": [nan, 35.0, 35.0, nan], "epicentre_longitude": [nan, 133.0, 133.0, nan],
+        "fault_normal": [120.0, nan, 120.0, 120.0],
+    }  # fmt: skip
+    return found.assign_coords({name: ("record", values) for name, values in columns.items()})
+
+
+def with_sources(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
+    rows = [row | said.get(row["id"], {}) for row in json.loads(cube.attrs["record_sources"])]
+    return cube.assign_attrs(record_sources=json.dumps(rows))
+
+
+def test_sites_of_a_cube(cube: xr.Dataset) -> None:
+    """An earthquake with one station and no epicentre has no map; a station without coordinates is not on one."""
+    trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
+    (site,) = sites_of(with_sources(cube, two=trace))
+    assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
+    assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
+    assert [one.strike for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
+    assert [one.axis for one in site.stations] == pytest.approx([30.0, 30.0], abs=0.5)
+
+
+def test_a_station_whose_place_has_no_source_is_off_the_map(cube: xr.Dataset) -> None:
+    """The record table states its coordinates, but no source; those of the others are of their files or have one."""
+    (site,) = sites_of(with_sources(cube, one={"coordinates_source": ""}, two={"coordinates_source": "survey"}))
+    assert [one.name for one in site.stations] == ["two"]
+    none = {name: {"coordinates_source": ""} for name in ("one", "two", "three")}
+    assert sites_of(with_sources(cube, **none)) == []
+
+
+def test_falls_without_a_clear_axis_have_no_arrow(cube: xr.Dataset) -> None:
+    """All stand."""
+    names = ("overturned", "probability_towards", "probability_away")
+    (site,) = sites_of(cube.assign({name: xr.zeros_like(cube[name]) for name in names}))
+    assert all(math.isnan(one.axis) for one in site.stations)

@@ -136,7 +136,7 @@ def site_map(sites: Sequence[Site]) -> Figure:
     # A letter of a title is about 4.5 pt wide.
     titles = [wrap(site.name, int(width_pt / 4.5)) for site in sites]
     above = 0.13 * max(map(len, titles), default=1)
-    figure, panels = grid(rows, columns, columns * side, rows * (side + 0.12 + above) + 0.55, len(sites))
+    figure, panels = grid(rows, columns, columns * side, rows * (side + 0.14 + above) + 0.6, len(sites))
     for axes, site, title in zip(panels.flat, sites, titles, strict=False):
         _draw_site(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)

@@ -348,3 +348,24 @@ def test_a_stone_that_another_falls_on_has_fallen() -> None:
     short, full = (run_case(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
     assert full.overturned[0].tolist() == [1, 1]
     np.testing.assert_array_equal(short.overturned, full.overturned)
+
+
+def test_path_of_a_stack_goes_on_until_its_stones_lie() -> None:
+    """The path begins as without the aftermath, the outcome is the same, and at its end nothing moves or overlaps."""
+    motion, given = near_field(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
+    decided, lying = (trajectory(motion, shipped("three-tier"), **given, aftermath=time) for time in (0.0, 5.0))
+    free = decided["kind"].to_numpy() == "free"
+    for name in ("overturned", "overturning_time", "peak_rotation", "peak_slip"):
+        np.testing.assert_array_equal(decided[name].to_numpy()[free], lying[name].to_numpy()[free])
+    rows = decided.sizes["time"]
+    for name in ("x", "z", "rotation", "angular_velocity"):
+        np.testing.assert_array_equal(decided[name].to_numpy(), lying[name].to_numpy()[:rows])
+    assert float(lying["time"][-1]) == pytest.approx(float(decided["time"][-1]) + 5.0, abs=0.11)
+    speed = np.hypot(lying["velocity_x"], lying["velocity_z"]).to_numpy()
+    assert speed[rows - 1].max() > 0.1, "the shaft is in mid-air when its fall is certain"
+    assert speed[-1].max() < 1e-3
+    x, z, angle = (lying[name].to_numpy()[-1, 3] for name in ("x", "z", "rotation"))
+    corners = lying["vertices"].to_numpy()[3]
+    low = z + corners[:, 1] * np.cos(angle) - corners[:, 0] * np.sin(angle)
+    assert low.min() == pytest.approx(0.0, abs=1e-3), "the shaft reaches the ground"
+    assert abs(x) > 0.3

@@ -141,8 +141,8 @@ class Plan(ABC):
         rerun_until_balanced(run, results["status"], results["energy_error"])
         return self.case_variables(case_numbers, tables), recorded
 
-    def compute_single_case(self) -> tuple[Results, Path]:
-        """Compute the plan's only case; return its result and path."""
+    def compute_single_case(self, aftermath: float = 0.0) -> tuple[Results, Path]:
+        """Compute the plan's only case; return its result and path, which goes on for `aftermath` s after its end."""
         results, path, only = self.initial_results(), self.path_buffer(is_recorded=True), np.zeros(1, np.int64)
         before = self.motion.samples
         if self.stays_at_rest[0] or self.too_soft[0]:
@@ -151,8 +151,13 @@ class Plan(ABC):
             before = int(self.first[0])
             outcomes, path = self.compute(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
+            path = self.continued(path, aftermath) if aftermath > 0.0 else path
         rest = self.rest_rows(self.motion.samples)
         return results, self.convert_path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
+
+    def continued(self, path: NDArray[Any], aftermath: float) -> NDArray[Any]:  # noqa: ARG002, see the scene's plan
+        """Return a computed path that goes on for `aftermath` s after its end; unchanged for a single body."""
+        return path
 
     def fill_skipped_samples(self, path_rows: NDArray[Any], rest_rows: NDArray[Any]) -> NDArray[Any]:
         """Return the rows of a path including the samples that were skipped at rest.

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from overturning.arrays import create_dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_cases
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@suggest_keywords(Numerics, "aspect", "amplitude", "initial_tilt")
+@suggest_keywords(Numerics, "aspect", "amplitude", "initial_tilt", "aftermath")
 def trajectory(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
@@ -38,7 +40,8 @@ def trajectory(
         As in `overturning.simulate`, one value each.
     **options
         `aspect` as in `overturning.simulate`; `amplitude`, `initial_tilt` as in `overturning.Cases`; fields of
-        `overturning.dem.numerics.Numerics`.
+        `overturning.dem.numerics.Numerics`; `aftermath`, time for which the path of a scene goes on after its outcome
+        is known, s (default 0): its stones then fall on, and slide until they lie.
 
     Returns
     -------
@@ -86,12 +89,14 @@ def trajectory(
     if grid.size != 1:
         raise ArgumentError(f"trajectory: {grid.size} cases; give one value each, or use simulate")
     size = {name: float(grid[name].item()) for name in ("height", "b_over_h", "friction")}
-    tilt = options.pop("initial_tilt", 0.0)
+    tilt, aftermath = options.pop("initial_tilt", 0.0), float(options.pop("aftermath", 0.0))
+    if not (np.isfinite(aftermath) and aftermath >= 0.0):
+        raise ArgumentError(f"aftermath: {aftermath}; a finite number of seconds, at least 0")
     numerics = Numerics(**options)
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.computed_cells(grid, numerics.leave_out)
     case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
-    results, path = plan_cases(model, as_motion(motion), case, numerics).compute_single_case()
+    results, path = plan_cases(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
     model.rotate_outcomes(views, grid, sources)
     variables, coordinates, attributes = path.dataset_parts(results)

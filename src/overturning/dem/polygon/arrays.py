@@ -33,6 +33,8 @@ class SceneCaseColumns(NamedTuple):
     """First sample after which the motion cannot start any movement."""
     after: float
     """Sample at which the case ends as undecided."""
+    kept_until: float
+    """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
 class ElementColumns(NamedTuple):

@@ -1,6 +1,6 @@
 """Plan of the cases of a scene of polygons: variants, time steps, and samples that can be skipped."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar, Final
 
@@ -98,9 +98,23 @@ class PolygonPlan(Plan):
         """Return a buffer for a path as a plain array of zeros, without rows if the path is not `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
-        rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, count_path_columns(self.variants[0])
+        last = int(max(self.table[0]["after"], self.table[0]["kept_until"]))
+        rows, columns = last - int(self.first[0]) + 3, count_path_columns(self.variants[0])
         check_path_size(rows * columns)
         return np.zeros((rows, columns))
+
+    def continued(self, path: FloatArray, aftermath: float) -> FloatArray:
+        """Return a computed path that goes on for `aftermath` s after its case has ended.
+
+        The case is computed again; the path is returned unchanged if the longer computation takes other steps.
+        """
+        interval, table = self.motion.sampling_interval, self.table.copy()
+        table["kept_until"] = np.ceil((path[-1, TIME] + aftermath) / interval)
+        plan = replace(self, table=table)
+        _, longer = plan.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), plan.path_buffer(is_recorded=True))
+        poses = slice(0, 2 + POSE_COLUMNS * len(self.variants[0].placed))
+        same = len(longer) > len(path) and np.array_equal(longer[: len(path), poses], path[:, poses])
+        return longer if same else path
 
     def rest_rows(self, sample_count: int) -> FloatArray:
         """Return the first `sample_count` rows of a path with all elements at rest."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import (
     Ground,
     LinearMotion,
@@ -46,6 +47,7 @@ from overturning.dem.polygon.search import update_nearest_faces
 from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
 from overturning.dem.polygon.suspended_pairs import activate_all_pairs, resume_pairs
 from overturning.dem.time_step import Scheme
+from overturning.model.status import Status
 
 SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.CentredScheme()}
 """Constants of each scheme; their type selects the step function."""
@@ -330,7 +332,9 @@ def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, ski
 
 def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:
     """Return the `Status` of a lane, or `GOES_ON`."""
-    return case_status(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
+    status = case_status(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
+    kept = status == Status.SIMULATED and work.state[rows.SAMPLE + lane] < rules.cases[case].kept_until
+    return GOES_ON if kept else status
 
 
 def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.illustrative import WHICH_SIDE, illustrative_cases
+from overturning.statistics.illustrative import FALLS_IN_ONE, OPPOSITE, WHICH_SIDE, contrasting_case, illustrative_cases
 
 
 @pytest.fixture
@@ -69,3 +69,35 @@ def test_turns_below_the_printed_resolution_do_not_count(make_cube, turn: float,
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
     assert [case.title for case in illustrative_cases(still)] == titles
+
+
+GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
+
+
+def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
+    """It differs as most of the differing cases do, and its neighbours differ likewise."""
+
+    def fell(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+        return np.where(broad < 0.25, 1.0, 0.0) + 0 * azimuth
+
+    def also(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+        falls = (broad < 0.25) & (azimuth % 180 != 150) | (broad < 0.35) & (azimuth % 180 > 20) & (azimuth % 180 < 100)
+        return np.where(falls, 1.0, 0.0)
+
+    cube, other = (make_cube(each, **GRID, fault_normal=0.0) for each in (fell, also))
+    rocks = xr.full_like(cube["overturned"], 0.5)
+    case = contrasting_case(cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other"))
+    assert case is not None
+    assert (case.title, case.settings) == (FALLS_IN_ONE.title, ("nominal", "other"))
+    assert case.block["b_over_h"] == 0.3, "most of those that differ fall in the other setting only"
+    assert case.direction_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
+
+
+def test_case_of_a_contrast_without_a_difference(make_cube) -> None:
+    cube = make_cube(lambda azimuth, *_: 1.0 + 0 * azimuth, **GRID, fault_normal=0.0)
+    assert contrasting_case(cube, cube, ("nominal", "other")) is None
+    other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
+    case = contrasting_case(cube, other, ("nominal", "other"))
+    assert case is not None
+    assert (case.title, case.direction_deg) == (OPPOSITE.title, (60.0, 60.0))
+    assert case.block["b_over_h"] in (0.3, 0.4)

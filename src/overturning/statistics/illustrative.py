@@ -1,13 +1,16 @@
 """Illustrative cases for the report, selected by fixed rules."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from overturning.model.falls import model_of
-from overturning.statistics.by_record import record_batches
+from overturning.model.model import Model
+from overturning.statistics.by_record import iterate_records, record_batches
 from overturning.statistics.circular import wrap_axis
 
 WHICH_SIDE: Final = "Falls, but to which side?"
@@ -36,6 +39,8 @@ class IllustrativeCase(NamedTuple):
     """Coordinates of the block, by dimension of the model."""
     direction_deg: tuple[float, ...]
     """Azimuth or orientation of each panel, degrees."""
+    settings: tuple[str, ...] = ()
+    """Variant of each panel; empty if all panels are of the study itself."""
 
 
 class BestCase(NamedTuple):
@@ -177,11 +182,112 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
                 found = rule.find(one)
                 if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
                     best[rule.title] = found, record
-    cases = []
-    for rule in rules:
+    return [_case(cube, rule, *best[rule.title], directions=cells) for rule in rules if rule.title in best]
+
+
+def _case(
+    cube: xr.Dataset, rule: CaseRule, found: BestCase, record: int, *, directions: NDArray[np.intp]
+) -> IllustrativeCase:
+    """Return a case with the coordinates of its block; `directions` are the positions of the searched cells."""
+    model = model_of(cube)
+    block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, found.block, strict=True)}
+    angles = tuple(float(cube[model.direction].values[directions[at]]) for at in found.directions)
+    return IllustrativeCase(rule.title, rule.text, record, block, angles)
+
+
+FALLS_IN_ONE: Final = CaseRule(
+    "Falls in one setting, stands in the other",
+    "a block and motion whose outcome differs between the two settings as in most of the cases that differ; among "
+    "these one that rocks where it stands, then one whose neighbours in azimuth and slenderness differ likewise, then "
+    "the broadest",
+    lambda one: _differs(one, "split"),
+    ("peak_rotation",),
+)
+"""Rule for a comparison of two settings; its cells have variables of the second setting, named ``other_…``."""
+
+OPPOSITE: Final = CaseRule(
+    "Falls to opposite sides in the two settings",
+    "a block that falls in both settings, to azimuths more than 90° apart; first one whose neighbours in azimuth and "
+    "slenderness do so, too, then the broadest",
+    lambda one: _differs(one, "opposite"),
+    (),
+)
+"""Rule for a comparison in which the same blocks fall in both settings."""
+
+
+def _differs(one: xr.Dataset, name: str) -> BestCase | None:
+    """Return the clearest case of the cells that are marked by the variable `name`."""
+    model = model_of(one)
+    cells = one[name].to_numpy()
+    if not cells.any():
+        return None
+    alike = np.zeros(cells.shape, np.int64)
+    for axis in (0, model.dims.index("b_over_h")):
+        for step in (-1, 1):
+            alike += np.take(cells, np.clip(np.arange(cells.shape[axis]) + step, 0, cells.shape[axis] - 1), axis)
+    rocks = one["rocks"].to_numpy() if "rocks" in one else np.zeros(cells.shape, np.bool_)
+    broad = model.dims.index("b_over_h")
+    score, place = max(((int(rocks[at]), int(alike[at]), int(at[broad])), at) for at in map(tuple, np.argwhere(cells)))
+    ratio = round(float(one["b_over_h"].values[place[broad]]), 9)
+    return BestCase((*map(float, score[:2]), ratio), place[1:], (place[0],))
+
+
+def contrasting_case(cube: xr.Dataset, other: xr.Dataset, settings: tuple[str, str]) -> IllustrativeCase | None:
+    """Return the case that answers which of two settings makes a block fall; None if no outcome differs.
+
+    It falls in one setting and stands in the other, the way most of the cases that differ do; if none does so, it falls
+    to opposite sides.
+
+    Parameters
+    ----------
+    cube, other : Dataset
+        Cubes of one element and amplitude with the same cases in the same order.
+    settings : tuple of str
+        Names of their variants, for the panels of the case.
+    """
+    model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
+    names = ["overturned", "fall_azimuth", "peak_rotation"]
+    best: dict[str, tuple[BestCase, int]] = {}
+    pairs = partial(zip, strict=True)
+    counts = [_count_falls_in_one(*pair) for pair in pairs(iterate_records(cube, names), iterate_records(other, names))]
+    only_this, only_other = np.sum(counts, axis=0)
+    for record, pair in enumerate(pairs(iterate_records(cube, names), iterate_records(other, names))):
+        this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
+        one = _compared(model, this, that, first_falls=only_this >= only_other)
+        for rule in (FALLS_IN_ONE, OPPOSITE):
+            found = rule.find(one)
+            if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
+                best[rule.title] = found, record
+    for rule in (FALLS_IN_ONE, OPPOSITE):
         if rule.title in best:
-            found, record = best[rule.title]
-            block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, found.block, strict=True)}
-            directions = tuple(float(cube[model.direction].values[cells[at]]) for at in found.directions)
-            cases.append(IllustrativeCase(rule.title, rule.text, record, block, directions))
-    return cases
+            case = _case(cube, rule, *best[rule.title], directions=cells)
+            return case._replace(direction_deg=2 * case.direction_deg, settings=settings)
+    return None
+
+
+def _count_falls_in_one(cube: xr.Dataset, other: xr.Dataset) -> tuple[int, int]:
+    """Count the cases in which a block falls in the first cube only, and in the second only."""
+    one, another = (each["overturned"].to_numpy() for each in (cube, other))
+    known = np.isfinite(one) & np.isfinite(another)
+    return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
+
+
+def _compared(model: Model, cube: xr.Dataset, other: xr.Dataset, *, first_falls: bool) -> xr.Dataset:
+    """Return the cells in which two settings differ: ``split``, ``opposite``, and ``rocks`` where the block stands.
+
+    ``split`` holds only the cells in which the first setting falls, or only those in which it stands.
+    """
+    one, another = (each.transpose(*model.dims, ...) for each in (cube, other))
+    flags, others = one["overturned"].to_numpy(), another["overturned"].to_numpy()
+    falls, stands = (flags, others) if first_falls else (others, flags)
+    split = np.isfinite(flags) & np.isfinite(others) & (falls != 0) & (stands == 0)
+    if "fall_azimuth" in one:
+        apart = np.radians(one["fall_azimuth"].to_numpy().astype(np.float64) - another["fall_azimuth"].to_numpy())
+        opposite = np.cos(apart) < 0
+    else:
+        opposite = flags * others < 0
+    marked = {"split": (model.dims, split), "opposite": (model.dims, opposite)}
+    standing = another if first_falls else one
+    if "peak_rotation" in standing:
+        marked["rocks"] = (model.dims, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION)
+    return xr.Dataset(marked, coords={name: one[name] for name in model.dims})

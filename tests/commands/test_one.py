@@ -63,7 +63,7 @@ def test_rounded_zero_has_no_minus_sign(monkeypatch: pytest.MonkeyPatch) -> None
 
     monkeypatch.setattr(module, "trajectory", moved)
     text = run("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
-    assert text.rstrip().endswith("stands (largest rotation 0.00 α); slipped 0.0 cm by the end")
+    assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
     assert format_short(-0.0) == "0"
     assert interval(-0.001, 0.004) == "0.00 to 0.00"
     assert number(-0.001) == "0.00"
@@ -132,7 +132,7 @@ def test_errors_name_the_wrong_value(given: tuple[str, ...], message: str, monke
 def test_block_slides_if_friction_is_below_b_over_h() -> None:
     """A block at rest can tip only where µ is at least B/H: below it slides, however strong the motion."""
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--b-over-h", "0.3", "--friction")
-    assert "motion along N: stands (largest rotation 0.00 α); slipped" in run(*given, "0.1")
+    assert "motion along N: stands; does not lean; slipped" in run(*given, "0.1")
     assert "motion along N: falls" in run(*given, "1")
 
 
@@ -201,7 +201,7 @@ elements:
         encoding="utf-8",
     )
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--azimuth", "0", "--scene", scene)
-    assert "µ = that of the scene\n  motion along N: stands (largest rotation 0.00 α)" in run(*given)
+    assert "µ = that of the scene\n  motion along N: stands; does not lean" in run(*given)
     assert "--friction: the scene defines its own coefficients" in run(*given, "--friction", "1", status=1)
 
 

@@ -36,8 +36,11 @@ def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = 
     force, point = np.zeros((2, time.size, 2, 2))
     force[:, :, 1], point[:, 0, 0], point[:, 1, 0] = 0.5, -0.12, 0.12
     contacts = (point, force) if forces else (None, None)
+    ground = 0.1 * np.stack([np.sin(np.pi * time), 0 * time], axis=1)
     panels = (
-        Panel(name, outcome, at, (BASE, block(rotation)), acceleration, 0.01, ("N240°E", name), *contacts)
+        Panel(
+            name, outcome, at, (BASE, block(rotation)), acceleration, 0.01, ("N240°E", name), *contacts, ground=ground
+        )
         for name, rotation, outcome, at in (
             ("N60°E", falls, "falls towards N60°E at 2.10 s", 2.1),
             ("N330°E", rocks, "stands", math.nan),

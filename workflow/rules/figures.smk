@@ -94,10 +94,20 @@ rule figures:
         " --output {params.folder} 2> {log}"
 
 
+# The first film of a contrast shows both settings.
+AGAINST = STUDY.primary.against
+
+
 rule illustrative:
     input:
         cube=f"{RESULTS}/cube.nc",
+        against=f"{RESULTS}/cube.{AGAINST}.nc" if AGAINST else [],
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+        soil=(
+            expand(f"{RESULTS}/motion/{AGAINST}/{{record}}.nc", record=RECORDS)
+            if AGAINST in ON_SOIL
+            else []
+        ),
     output:
         folder=directory(f"{FIGURES}/illustrative"),
         names=f"{FIGURES}/illustrative.txt",
@@ -110,6 +120,8 @@ rule illustrative:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
+        against=f"--against {RESULTS}/cube.{AGAINST}.nc" if AGAINST else "",
         sources=sources(*DRAWING),
     shell:
-        "overturning illustrative --cube {input.cube} --motions {params.motions} --output {output.folder} 2> {log}"
+        "overturning illustrative --cube {input.cube} {params.against} --motions {params.motions}"
+        " --output {output.folder} 2> {log}"

@@ -19,6 +19,7 @@ from overturning.commands.declared import (
 if TYPE_CHECKING:
     import xarray as xr
 
+    from overturning.model.model import Model
     from overturning.model.scene import Scene
     from overturning.motion.motion import Motion
     from overturning.records.record import Record
@@ -62,11 +63,21 @@ def one(
     title = f"{place}{times}{level}: {found.what}"
     print(title, *found.lines, *_processing_time_notes(shift), *record.notes, sep="\n  ")
     if output_options.animate is not None:
+        from overturning.figures.film_case import filmed_case
         from overturning.figures.film_movie import write_film_movie
         from overturning.figures.film_of_trajectory import film_of
+        from overturning.figures.film_words import case_title, place_text
         from overturning.figures.page import write_film_page
 
-        film = film_of(found.paths, _motion_in_file_time(motion, shift), title, note="The frame moves with the base.")
+        facts = filmed_case(
+            found.model,
+            found.block,
+            place_text(record.station or record.record_id, record.event),
+            direction=found.direction,
+            amplitude=motion_options.amplitude,
+            level=motion.up is None and record.up is not None,
+        )
+        film = film_of(found.paths, _motion_in_file_time(motion, shift), case_title(facts))
         write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
         write(film, output_options.animate)
         print(f"film: {output_options.animate}")
@@ -116,6 +127,14 @@ class _SimulatedTrajectories:
     what: str
     lines: "list[str]"
     paths: "list[xr.Dataset]"
+    model: "Model"
+    block: dict[str, float]
+
+    @property
+    def direction(self) -> float | None:
+        """Azimuth or orientation, degrees; None if there are several."""
+        name = f"{self.model.direction}_deg"
+        return float(self.paths[0].attrs[name]) if len(self.paths) == 1 else None
 
 
 def _simulate_planar(
@@ -124,9 +143,10 @@ def _simulate_planar(
     """Simulate a scene along each azimuth; ``time_shift``, s, added to times of the motion gives those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_of_trajectory import outcome
+    from overturning.figures.film_of_trajectory import AFTERMATH, outcome
     from overturning.figures.style import compass_name
     from overturning.model.geometry import reference_element_size
+    from overturning.model.planes import Planes
 
     stones = _load_or_create_scene(plane_options, stone_options.damping_ratio)
     own_height, own_ratio = reference_element_size(stones)
@@ -139,7 +159,7 @@ def _simulate_planar(
         _trajectory_in_file_time(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
-                friction=friction, amplitude=amplitude,
+                friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
             ),
             time_shift,
         )
@@ -154,7 +174,9 @@ def _simulate_planar(
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane_options.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"
-    return _SimulatedTrajectories(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
+    what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
+    block = {"height": height, "b_over_h": b_over_h, "friction": friction}
+    return _SimulatedTrajectories(what, lines, paths, Planes(stones), block)
 
 
 def _simulate_body(
@@ -197,6 +219,9 @@ def _simulate_body(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
         paths,
+        Body(shape, contact),
+        {name: float(sizes[name]) for name in ("height", "b_over_h")}
+        | {"friction": friction, "aspect": body_options.aspect},
     )
 
 

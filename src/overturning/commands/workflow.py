@@ -245,11 +245,18 @@ def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> 
     draw_study_figures(cube, intensity, output, partial(write_figure, load_study_from_text(study).figures))
 
 
-def illustrative(cube: Cube, motions: Motions, output: Figures) -> None:
+def illustrative(
+    cube: Cube,
+    motions: Motions,
+    output: Figures,
+    against: Annotated[
+        Path | None, typer.Option(help="cube of the variant with which the study is compared, for the first film")
+    ] = None,
+) -> None:
     """Simulate and draw the illustrative cases of a study."""
     from overturning.figures.illustrative import draw_illustrative_cases
 
-    draw_illustrative_cases(cube, motions, output)
+    draw_illustrative_cases(cube, motions, output, against)
 
 
 def report(

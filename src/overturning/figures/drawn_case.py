@@ -18,12 +18,14 @@ class DrawnCase:
     ----------
     title, rule : str
         Title of the case, and the rule that chose it.
-    block, record : str
-        The block, as text, and the id of the record.
-    outcomes : tuple of str
-        Outcome in each panel of the film.
+    block, parameters, record : str
+        The block and its motion in words, the block as B/H, H and µ, and the id of the record.
+    settings, headings, outcomes : tuple of str
+        Variant, heading and outcome of each panel of the film.
     film : dict
         Data for the player; see `overturning.figures.film.Film.data`.
+    strip, strip_alt : str
+        File of the strip of four frames that stands for the film on paper, and its alternative text.
     keys : str
         Keys of the player that only this kind of film has.
     figures : dict
@@ -33,9 +35,14 @@ class DrawnCase:
     title: str
     rule: str
     block: str
+    parameters: str
     record: str
+    settings: tuple[str, ...]
+    headings: tuple[str, ...]
     outcomes: tuple[str, ...]
     film: dict[str, Any]
+    strip: str
+    strip_alt: str
     keys: str
     figures: dict[str, dict[str, Any]]
 

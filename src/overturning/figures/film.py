@@ -1,10 +1,11 @@
 """Film of a simulation: bodies with poses over time, the input motion below them, and optional contact forces.
 
-A film shows any number of polygons that are free, driven or held, or one convex body in 3-D. The frame of reference
-moves with the base.
+A film shows any number of polygons that are free, driven or held, or one convex body in 3-D. Poses are relative to the
+ground; with the ground's displacement the player also shows them from the earth.
 """
 
 import base64
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,13 +14,22 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.figures.film_words import COMPONENTS, PLAYER, SPEEDS
 from overturning.figures.style import extremes
+from overturning.motion.integration import integrate
+from overturning.units import GAL
 
 FRAME_INTERVAL = 0.02
 """Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""
 
-LEAD_IN = 1.0
-"""Time shown before the first movement, s."""
+LEAD_IN = 0.4
+"""Time shown before the first movement, s: two seconds at the speed at which a film starts."""
+
+MOVEMENT_TOLERANCE = 4e-3
+"""Smallest distance of a pose from its start and from its end that counts as movement: 1 to 2 pixels of a film.
+
+The unit is m for positions and rad for rotations; direction cosines and quaternions have no unit.
+"""
 
 LINGER = 0.6
 """Time shown after the last block has fallen or come to rest, s."""
@@ -61,6 +71,8 @@ class Panel:
     sides: tuple[str, str] = ("", "")  # names of the directions −s and +s
     force_point: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
     force: FloatArray | None = None  # on the free bodies at these points, in units of the weight; 0 without contact
+    vertical: FloatArray | None = None  # upward acceleration of the base, m/s², shape (n,); None: none is applied
+    ground: FloatArray | None = None  # displacement of the base since the first frame, m, shape (frames, 2 | 3)
 
     @property
     def in_space(self) -> bool:
@@ -72,18 +84,32 @@ class Panel:
         """Description of the player's keys that only this kind of film has."""
         return "a and d turn the view, as dragging it does" if self.in_space else "f shows contact forces"
 
+    def traces(self, vertical: bool) -> list[tuple[str, list[FloatArray]]]:
+        """Return the traces below the scene, each as label and components; with one of the `vertical` motion."""
+        level = list(np.atleast_2d(self.acceleration))
+        shown = [(COMPONENTS["along" if len(level) == 1 else "level"], level)]
+        if vertical:
+            up = np.zeros_like(level[0]) if self.vertical is None else self.vertical
+            shown.append((COMPONENTS["no_up" if self.vertical is None else "up"], [up]))
+        return shown
+
     def data(self, film: "Film") -> dict[str, Any]:
         """Return the panel as plain data for the player of a film."""
-        motions = [_thinned(one, self.sampling_interval, film) for one in np.atleast_2d(self.acceleration)]
+        traces = [
+            (label, [_thinned(one, self.sampling_interval, film) for one in rows])
+            for label, rows in self.traces(film.vertical)
+        ]
         data: dict[str, Any] = {
             "title": self.title,
             "outcome": self.outcome,
             "outcomeTime": None if np.isnan(self.outcome_time) else round(float(self.outcome_time), 4),
             "sides": self.sides,
             "bodies": [body.data() for body in self.bodies],
-            "motions": [_packed(motion / 0.01) for motion, _ in motions],
-            "motionInterval": round(motions[0][1], 9),
+            "traces": [{"label": label, "rows": [_packed(row / GAL) for row, _ in rows]} for label, rows in traces],
+            "traceInterval": round(traces[0][1][0][1], 9),
         }
+        if self.ground is not None:
+            data["ground"] = _packed(self.ground)
         if self.force is not None and self.force_point is not None:
             data["points"] = self.force.shape[1]
             data["forcePoint"], data["force"] = _packed(self.force_point), _packed(self.force)
@@ -113,6 +139,22 @@ class Film:
         object.__setattr__(self, "frames", max(len(body.position) for _, body in bodies))
 
     @property
+    def vertical(self) -> bool:
+        """True if a panel has vertical motion; all panels then show a trace of it."""
+        return any(panel.vertical is not None for panel in self.panels)
+
+    @property
+    def peak(self) -> float:
+        """Largest acceleration of the base in any trace, m/s²: the scale of all traces."""
+        rows = [row for panel in self.panels for _, several in panel.traces(self.vertical) for row in several]
+        return max(float(np.abs(row).max(initial=0.0)) for row in rows)
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the frames, s after the record's start."""
+        return np.asarray(self.start + self.frame_interval * np.arange(self.frames))
+
+    @property
     def end(self) -> float:
         """Time of the last frame, s."""
         return self.start + (self.frames - 1) * self.frame_interval
@@ -125,7 +167,11 @@ class Film:
             "interval": self.frame_interval,
             "frames": self.frames,
             "view": [round(float(edge), 4) for edge in view(self)],
+            "earthView": [round(float(edge), 4) for edge in view(self, moving=True)],
+            "peak": round(self.peak / GAL, 3),
             "note": self.note,
+            "words": PLAYER,
+            "speeds": [[speed, name] for speed, name in SPEEDS.items()],
             "panels": [panel.data(self) for panel in self.panels],
         }
 
@@ -134,6 +180,11 @@ def frame_times(first: float, last: float) -> FloatArray:
     """Return the times of the frames, s: from `LEAD_IN` before the first movement to `LINGER` after the last one."""
     start = max(0.0, float(np.floor((first - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
     return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
+
+
+def columns_at(time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
+    """Return columns sampled at the times `clock` interpolated to the times of a film's frames."""
+    return np.stack([np.interp(time, clock, column) for column in values.T], axis=1)
 
 
 def vertex_paths(body: FilmBody) -> FloatArray:
@@ -145,15 +196,53 @@ def vertex_paths(body: FilmBody) -> FloatArray:
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
-def view(film: Film) -> tuple[float, float, float, float]:
-    """Return the extent (left, right, bottom, top), m, that contains the free polygons of all panels and frames."""
-    polygons = [body for panel in film.panels if not panel.in_space for body in panel.bodies if body.free]
-    if not polygons:
+def view(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
+    """Return the extent (left, right, bottom, top), m, that contains the free polygons of all panels and frames.
+
+    With a `moving` ground it is the extent as seen from the earth.
+    """
+    places = [
+        vertex_paths(body) + (shift_of(panel, len(body.position))[:, None] if moving else 0.0)
+        for panel in film.panels
+        for body in panel.bodies
+        if body.free and not panel.in_space
+    ]
+    if not places:
         return -1.0, 1.0, -0.5, 1.5
-    points = np.concatenate([vertex_paths(body).reshape(-1, 2) for body in polygons])
+    points = np.concatenate([one.reshape(-1, 2) for one in places])
     (left, bottom), (right, top) = (bound(points, axis=0).tolist() for bound in (np.min, np.max))
     margin = 0.12 * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - 1.5 * margin, top + margin
+
+
+def shift_of(panel: Panel, frames: int) -> FloatArray:
+    """Return the displacement of the ground of a panel in a number of frames, m; zero if the panel has none."""
+    width = 3 if panel.in_space else 2
+    return np.zeros((frames, width)) if panel.ground is None else panel.ground[:frames]
+
+
+def ground_displacement(components: Sequence[FloatArray | None], interval: float, times: FloatArray) -> FloatArray:
+    """Return the displacement of the ground since the first of some times, m, shape (times, components).
+
+    Parameters
+    ----------
+    components : sequence of ndarray or None
+        Accelerations, m/s², whose first samples are at time 0; None for a component that does not move.
+    interval : float
+        Sampling interval, s.
+    times : ndarray
+        Times, s. After the record the ground keeps its last velocity, which is small if the record does not drift.
+    """
+    columns = []
+    for samples in components:
+        if samples is None:
+            columns.append(np.zeros(times.size))
+            continue
+        missing = max(0, int(np.ceil(times[-1] / interval)) + 2 - samples.size)
+        moved = integrate(integrate(np.pad(samples, (0, missing)), interval), interval)
+        at = np.interp(times, interval * np.arange(moved.size), moved)
+        columns.append(at - at[0])
+    return np.stack(columns, axis=1)
 
 
 def _packed(values: ArrayLike) -> dict[str, Any]:

@@ -9,6 +9,8 @@ import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, vertex_paths, view
+from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
+from overturning.figures.film_words import SPEEDS, movie_title
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
 from overturning.files import atomic_write, check_output_path
 from overturning.units import GAL
@@ -16,8 +18,9 @@ from overturning.units import GAL
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-GIF_INTERVAL = 0.06
-"""Time between the frames of a GIF, s: a multiple of its unit of 0.01 s; browsers slow down intervals below 0.02 s."""
+SPEED = next(iter(SPEEDS))
+"""Speed of a movie, as a share of real time: that at which a film starts in the player. A frame of a film then takes
+0.1 s, a multiple of the unit of a GIF."""
 
 KINDS = (".gif", ".mp4")
 
@@ -43,8 +46,7 @@ def write_film_movie(film: Film, path: Path) -> None:
     kind = path.suffix.lower()
     check_movie(path, in_space=film.panels[0].in_space)
     check_output_path(path, "film", *KINDS)
-    step = max(1, round((GIF_INTERVAL if kind == ".gif" else 0.04) / film.frame_interval))
-    rate: Any = 1 / (step * film.frame_interval)
+    rate: Any = SPEED / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     with style(), atomic_write(path) as part:
@@ -55,7 +57,7 @@ def write_film_movie(film: Film, path: Path) -> None:
         named = part.with_name(f"{part.name}{kind}")  # the writers choose the format by the extension
         try:
             with writer.saving(figure, str(named), dpi=90):
-                for frame in [*range(0, film.frames - 1, step), film.frames - 1]:
+                for frame in range(film.frames):
                     show(frame)
                     writer.grab_frame()
             named.replace(part)
@@ -69,7 +71,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
 
     columns = len(film.panels)
     figure, panels = grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
-    caption(figure, film.title)
+    caption(figure, movie_title(film.title, SPEEDS[SPEED]))
     left, right, bottom, top = view(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
@@ -79,11 +81,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
         scene.set_title("{}\n← {}        {} →".format(panel.title, *panel.sides), fontsize=8)
         shapes = []
         for body in panel.bodies:
-            look = (
-                {"facecolor": "#c9c4ba", "edgecolor": INK}
-                if body.free
-                else {"facecolor": "#8a8a86", "edgecolor": "none"}
-            )
+            look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
             shapes.append(
                 (
                     vertex_paths(body),
@@ -95,6 +93,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
         trace.set(xlim=(film.start, max(film.end, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
         labels(trace, "time, s", "Gal")
         mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
+        draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, shapes, mark, scene.set_xlabel(" ", fontsize=8)))
 
     def show(frame: int) -> None:

@@ -4,10 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.drawn_case import DrawnCase, write_cases
-from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
+from overturning.figures.film_case import filmed_case
+from overturning.figures.film_of_trajectory import AFTERMATH, film_of
+from overturning.figures.film_strip import strip_figure
+from overturning.figures.film_words import case_title, place_text, setting_heading
 from overturning.figures.ground import hodograph_figure, spectra_figure
 from overturning.figures.response import axis_figure, response_figure
 from overturning.figures.style import style
@@ -18,9 +23,18 @@ from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import overturning_boundary
-from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
+from overturning.statistics.illustrative import IllustrativeCase, contrasting_case, illustrative_cases
 from overturning.study.cube import open_records, study_of_cube
-from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_model
+from overturning.study.scenes import (
+    NOMINAL,
+    SizeConversion,
+    motion_for_variant,
+    numerics_of_study,
+    uses_vertical,
+    variant_model,
+    variant_scene,
+    variant_settings,
+)
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -28,17 +42,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> None:
+def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path, against: Path | None = None) -> None:
     """Simulate the illustrative cases of a cube again, with the motions in the folder `motions`, and draw them.
 
-    Writes into `folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case) and the figures of case
-    K, counted from 1: ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``; for a 3-D body
-    ``K-axis.svg`` and ``K-axis-2.svg``.
+    Writes into `folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case), and for case K, counted
+    from 1, the strip ``K-strip.svg`` and the figures ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and
+    ``K-hodograph.svg``; for a 3-D body ``K-axis.svg`` and ``K-axis-2.svg``.
+
+    Parameters
+    ----------
+    cube_path, motions, folder : Path
+        Cube of the study, folder of its motions, and folder for the results.
+    against : Path, optional
+        Cube of the variant with which the study is compared; the first case is then the one that answers which of both
+        makes a block fall, if an outcome differs.
     """
     with refill_folder(folder), open_records(cube_path) as cube, style():
-        rows = [
-            _draw_case(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)
-        ]
+        cases = illustrative_cases(cube)
+        if against is not None:
+            with open_records(against) as other:
+                answer = contrasting_case(cube, other, (NOMINAL, str(other.attrs["variant"])))
+            cases = cases if answer is None else [answer, *cases]
+        rows = [_draw_case(cube, case, motions, folder, number) for number, case in enumerate(cases, 1)]
         write_cases(rows, folder)
 
 
@@ -50,33 +75,75 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
     """Simulate one illustrative case again and draw its film and figures."""
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
-    motion = motion_for_variant(study, read_motion(motions / f"{record}.nc"))
-    paths = block_trajectories(study, motion, case.block, case.direction_deg)
+    settings = case.settings or (NOMINAL,) * len(case.direction_deg)
+    every = [_motion(study, motions, record, name) for name in settings]
+    paths = [
+        block_trajectories(study, motion, case.block, [angle], name)[0]
+        for motion, angle, name in zip(every, case.direction_deg, settings, strict=True)
+    ]
+    motion = every[0]
+    headings = [heading_of_setting(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)]
+    film = film_of(paths, every, _title(study, one, case, paths), headings=headings)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
-    film = film_of(paths, motion, title, note="The frame moves with the base.")
+    drawn = [("strip", strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
     if model_of(one).one_component:
-        drawn = _figures_for_planar_film(one, paths, motion, (title, place))
+        drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
-        several = enumerate(paths, 1)
-        drawn = [
-            ("axis" if n == 1 else f"axis-{n}", axis_figure(path, motion, title), about, {}) for n, path in several
+        several = enumerate(zip(paths, every, strict=True), 1)
+        drawn += [
+            ("axis" if n == 1 else f"axis-{n}", axis_figure(path, own, title), about, {}) for n, (path, own) in several
         ]
     figures = {}
     for name, figure, alt, options in drawn:
         save(figure, folder / f"{number}-{name}.svg")
         figures[f"{number}-{name}.svg"] = {"alt": alt, **options}
+    strip = f"{number}-strip.svg"
     return DrawnCase(
         title=case.title,
         rule=case.rule,
-        block=title,
+        block=film.title,
+        parameters=block_label(study, case.block),
         record=record,
-        outcomes=tuple(f"{heading_of(path)}: {outcome(path)}" for path in paths),
+        settings=settings,
+        headings=tuple(panel.title for panel in film.panels),
+        outcomes=tuple(panel.outcome for panel in film.panels),
         film=film.data(),
+        strip=strip,
+        strip_alt=str(figures.pop(strip)["alt"]),
         keys=film.panels[0].keys,
         figures=figures,
     )
+
+
+def _motion(study: Study, motions: Path, record: str, variant: str) -> Motion:
+    """Return the motion of a record in a variant; a variant with soil has a folder of its own."""
+    folder = motions / variant if variant_settings(study, variant).site else motions
+    return motion_for_variant(study, read_motion(folder / f"{record}.nc"), variant)
+
+
+def _title(study: Study, one: "xr.Dataset", case: IllustrativeCase, paths: Sequence["xr.Dataset"]) -> str:
+    """Return the title of a film: the stone of the study, and its motion."""
+    record, single = str(one["record_id"].item()), len(set(case.direction_deg)) == 1
+    sizes = {name: float(paths[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
+    place = place_text(str(one["station"].item()) or record, str(one["event"].item()))
+    direction = case.direction_deg[0] if single else None
+    aspect = {"aspect": case.block["aspect"]} if "aspect" in case.block else {}
+    return case_title(filmed_case(variant_model(study), sizes | aspect, place, direction=direction))
+
+
+def heading_of_setting(study: Study, variant: str, against: str) -> str:
+    """Return the heading of a panel of a comparison: what the variant is, other than the one it is compared with."""
+    own, other = (variant_settings(study, name) for name in (variant, against))
+    if uses_vertical(study, variant) != uses_vertical(study, against):
+        return setting_heading("vertical" if uses_vertical(study, variant) else "level")
+    if (own.scene or study.scene) != (other.scene or study.scene):
+        scene = variant_scene(study, variant)
+        return setting_heading("scene", scene.title or scene.name)
+    if own.site != other.site:
+        return setting_heading("site", variant) if own.site else setting_heading("recorded")
+    return setting_heading("study") if variant == NOMINAL else setting_heading("variant", variant)
 
 
 def block_label(study: Study, block: dict[str, float]) -> str:
@@ -115,14 +182,26 @@ def _figures_for_planar_film(
 
 
 def block_trajectories(
-    study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
+    study: Study,
+    motion: Motion,
+    block: dict[str, float],
+    directions_deg: Sequence[float],
+    variant: str = NOMINAL,
 ) -> list["xr.Dataset"]:
-    """Return the trajectories of a block of a study, one for each direction, degrees."""
-    model = variant_model(study)
+    """Return the trajectories of a block of a study, one for each direction, degrees; those of a scene end lying.
+
+    Height (m) and B/H of the block are those of the study; a variant with another scene has the sizes of its own.
+    """
+    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
+    height, ratio = (np.array([block[name]]) for name in ("height", "b_over_h"))
+    scaled = block | {
+        "height": float(sizes.scene_heights(height)[0]),
+        "b_over_h": float(sizes.scene_b_over_h(ratio, ratio)[0]),
+    }
     own = {
         "b_over_h": not model.has_free_slenderness,
         "friction": isinstance(model, Planes) and not model.scene.sweeps_friction,
     }
-    given = {name: value for name, value in block.items() if not own.get(name)}
-    options: dict[str, Any] = {**given, **vars(numerics_of_study(study))}
+    given = {name: value for name, value in scaled.items() if not own.get(name)}
+    options: dict[str, Any] = {**given, **vars(numerics_of_study(study)), "aftermath": AFTERMATH}
     return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

@@ -1,11 +1,15 @@
 """Self-contained HTML pages: templates, the film player, and JSON that is safe inside a script element."""
 
 import json
+from base64 import b64encode
+from html import escape
 from importlib import resources
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from overturning.figures.film import Film
+from overturning.figures.film_words import KEYS
 from overturning.files import write_text
 
 
@@ -40,9 +44,40 @@ def render_page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
     return environment.from_string(read_template(name)).render(**own, **more)
 
 
+def film_element(data: dict[str, Any], strip: Path | None = None, alt: str = "") -> str:
+    """Return the HTML element of a film, which `player_script` turns into a player.
+
+    Parameters
+    ----------
+    data : dict
+        Film, from `overturning.figures.film.Film.data`.
+    strip : path, optional
+        Strip of the film (SVG or PNG), shown in print and without JavaScript.
+    alt : str
+        Alternative text of the strip.
+    """
+    shown = ""
+    if strip is not None:
+        kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip.suffix]
+        source = f"data:{kind};base64,{b64encode(strip.read_bytes()).decode('ascii')}"
+        shown = f'<figure class="film-strip"><img alt="{escape(alt)}" src="{source}"></figure>'
+    return f'<div class="film"><script type="application/json">{json_for_script(data)}</script>{shown}</div>'
+
+
 def film_page(film: Film) -> str:
-    """Return the HTML page of a film."""
-    return render_page("film.html.j2", read_template("player.css"), film_player_script(), film.data(), film=film)
+    """Return the HTML page of a film; its print shows the strip."""
+    from markupsafe import Markup
+
+    from overturning.figures.film_strip import strip_figure
+    from overturning.figures.style import style
+    from overturning.figures.write import save
+
+    with TemporaryDirectory() as folder, style():
+        strip = Path(folder) / "strip.svg"
+        save(strip_figure(film, titled=False), strip)
+        player = Markup(film_element(film.data(), strip, film.title))
+    about = {"film": film, "player": player, "keys": KEYS}
+    return render_page("film.html.j2", read_template("player.css"), film_player_script(), {}, **about)
 
 
 def write_film_page(film: Film, path: Path) -> None:

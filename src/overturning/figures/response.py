@@ -9,7 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.figures import style
-from overturning.figures.film_of_trajectory import free_elements, is_valid, outcome, window
+from overturning.figures.film_of_plane import free_elements
+from overturning.figures.film_of_trajectory import is_valid, outcome, window
 from overturning.figures.ground import draw_hodographs
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL

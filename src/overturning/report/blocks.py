@@ -109,10 +109,11 @@ def table(
 
 @dataclass(frozen=True)
 class Film:
-    """A film on the page, from `figures.film.Film.data`, and the text in its place on paper."""
+    """A film on the page, from `figures.film.Film.data`; on paper its strip of four frames, ``text`` describes it."""
 
     data: dict[str, Any]
     text: str
+    strip: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import assert_never
 from urllib.parse import quote
 
-from overturning.figures.page import film_player_script, json_for_script, read_template
+from overturning.figures.page import film_element, film_player_script, read_template
 from overturning.report import blocks
 
 
@@ -86,7 +86,7 @@ class _Page:
             case blocks.Table():
                 return _table(block)
             case blocks.Film():
-                return f'<div class="film"><script type="application/json">{json_for_script(block.data)}</script></div>'
+                return film_element(block.data, block.strip, block.text)
             case _:
                 assert_never(block)
 

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from overturning.errors import ResultError
-from overturning.report.blocks import Film, Paragraph, Report
+from overturning.report.blocks import Figure, Film, Paragraph, Report
 
 
 def paper_data(part: Any, files: dict[Path, str]) -> Any:
-    """A report, or a part of it, as plain data for typst: each block with its class as ``kind``, a film as its text.
+    """A report, or a part of it, as plain data for typst: each block with its class as ``kind``, a film as its strip.
 
     A short name stands for the path of a figure; ``files`` receives it.
     """
     if isinstance(part, Film):
-        part = Paragraph(part.text)
+        part = Paragraph(part.text) if part.strip is None else Figure(part.strip, part.text, part.text)
     if is_dataclass(part):
         kind = type(part).__name__.lower()
         return {"kind": kind} | {field.name: paper_data(getattr(part, field.name), files) for field in fields(part)}

@@ -32,43 +32,53 @@ const spaceView = (function () {
     return [at.place[0] + r[0], at.place[1] + r[1], at.place[2] + r[2]];
   }
 
-  // Half-width of the view that contains the body in every frame, standing or lying.
-  function reach(body) {
-    let far = 0, size = 0;
+  // Half-widths of the view that contains the body in every frame, standing or lying: from the ground, and from the
+  // earth, past which the ground moves by (east, north, up).
+  function reach(body, ground) {
+    let far = 0, size = 0, moves = 0;
+    for (let i = 0; ground && i < ground.length; i += 3) moves = Math.max(moves, Math.hypot(ground[i], ground[i + 1]));
     body.vertices.forEach(v => { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
     for (let i = 0; i < body.position.length; i += 3) {
       far = Math.max(far, Math.hypot(body.position[i] - body.position[0], body.position[i + 1] - body.position[1]));
     }
-    return { size: size, extent: far + 1.25 * size };
+    return { size: size, extent: far + 1.25 * size, earthExtent: far + 1.25 * size + moves };
   }
 
-  function draw(context, width, height, body, at, pick, view) {
-    const rows = camera(view), extent = body.reach.extent, size = body.reach.size;
+  // Draws a frame, with the ground displaced by `moved`; returns the scale, pixels per m.
+  function draw(context, width, height, body, at, pick, view, moved, earth) {
+    const rows = camera(view), size = body.reach.size, half = 1.05 * body.reach.extent;
+    const extent = earth ? body.reach.earthExtent : body.reach.extent;
     const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(body, 0, pick).place;
     const centre = [begin[0], begin[1], 0.6 * size];
-    function screen(p) {
-      const d = [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
+    function screen(p, fixed) {
+      const d = [0, 1, 2].map(k => p[k] - centre[k] + (fixed ? 0 : moved[k]));
       return [width / 2 + scale * dot(rows[0], d), 0.54 * height - scale * dot(rows[1], d)];
     }
-    function path(points) {
+    function path(points, fixed) {
       context.beginPath();
-      points.forEach(p => { const [x, y] = screen(p); context.lineTo(x, y); });
+      points.forEach(p => { const [x, y] = screen(p, fixed); context.lineTo(x, y); });
     }
     function fill(points, colour) { path(points); context.closePath(); context.fillStyle = colour; context.fill(); }
-    function stroke(points, colour, wide) {
-      path(points);
+    function stroke(points, colour, wide, fixed) {
+      path(points, fixed);
       context.strokeStyle = colour;
       context.lineWidth = wide;
       context.stroke();
     }
     function level(x, y) { return [begin[0] + x, begin[1] + y, 0]; }
 
-    const half = 1.05 * extent, cells = 6;
+    const cells = 6;
     fill([level(-half, -half), level(half, -half), level(half, half), level(-half, half)], FLOOR);
     for (let i = 0; i <= cells; i++) {
       const s = half * (2 * i / cells - 1);
       stroke([level(s, -half), level(s, half)], LINE, 0.7);
       stroke([level(-half, s), level(half, s)], LINE, 0.7);
+    }
+    if (earth) {  // where the ground was at first
+      context.setLineDash([5, 4]);
+      const square = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].map(p => level(p[0] * half, p[1] * half));
+      stroke(square, INK, 1, true);
+      context.setLineDash([]);
     }
     stroke([level(0, 0.72 * half), level(0, half)], NORTH, 2);
     stroke([level(-0.05 * half, 0.9 * half), level(0, half), level(0.05 * half, 0.9 * half)], NORTH, 2);
@@ -98,6 +108,7 @@ const spaceView = (function () {
       stroke(points.concat([points[0]]), EDGE, 1.1);
     });
     if (trail.length > 1) stroke(trail, TRAIL, 1.4);
+    return scale;
   }
 
   // Dragging rotates the view; vertical swipes on a touch screen still scroll the page.

@@ -82,7 +82,7 @@ def illustrative(results: Results) -> Said:
     for case in results.illustrative:
         behind = tuple(Figure(results.figures / "illustrative" / file, **about) for file, about in case.figures.items())
         rule = Note(f"Chosen by rule: {case.rule}.")
-        film = Film(case.film, case.block)
+        film = Film(case.film, case.block, results.figures / "illustrative" / case.strip)
         shown = (film, Bullets(case.outcomes), rule, Disclosure("Motion and response", behind))
         yield Section(case.title, shown)
     if WHICH_SIDE not in {case.title for case in results.illustrative}:

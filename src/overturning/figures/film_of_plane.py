@@ -1,0 +1,148 @@
+"""Panels of films made from trajectories of the elements of a 2-D scene."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.figures.film import FilmBody, Panel, columns_at, ground_displacement
+from overturning.figures.film_words import fall_text, falls_text, lean_text
+from overturning.figures.style import compass_name
+from overturning.motion.motion import Motion
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GROUND_WIDTH_FACTOR = 3.0
+"""Half-width to which a very wide ground is cut, as a multiple of the scene's height."""
+
+MAX_EXTENSION = 0.5
+"""Longest time, s, by which a path that ends just before a stone lies down is extended."""
+
+
+def free_elements(path: "xr.Dataset") -> "xr.Dataset":
+    """Return the part of a trajectory that belongs to its free elements."""
+    return path.isel(element=path["kind"].to_numpy() == "free")
+
+
+def plane_outcome(path: "xr.Dataset") -> str:
+    """Return the number of elements that fall, and for each its name, direction and time, in order of time.
+
+    The name is left out if the scene has only one free element.
+    """
+    free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
+    several = free.sizes["element"] > 1
+    names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
+    falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if abs(side) == 1)
+    if falls:
+        texts = [
+            fall_text(azimuth if side > 0 else azimuth + 180.0, time, name if several else "")
+            for time, name, side in falls
+        ]
+        return falls_text(texts, len(names))
+    peak, has = free["peak_rotation"].to_numpy(), np.isfinite(free["critical_angle"].to_numpy())
+    share = float(peak[has].max()) if has.any() else None  # in parts of α
+    return lean_text(share, None if has.all() else float(peak[~has].max()), several=several)
+
+
+def plane_poses(path: "xr.Dataset") -> FloatArray:
+    """Return positions and rotations of the free elements, shape (time, 3 × elements)."""
+    free = free_elements(path)
+    return np.concatenate(
+        [free[name].transpose("time", "element").to_numpy() for name in ("x", "z", "rotation")], axis=1
+    )
+
+
+def _poses(path: "xr.Dataset", index: int) -> FloatArray:
+    """Return the poses (x, z, rotation) of an element, shape (time, 3)."""
+    return np.stack([path[name].to_numpy()[:, index] for name in ("x", "z", "rotation")], axis=1)
+
+
+def _extend_to_lying(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
+    """Return the times and poses (x, z, rotation) of an element, extended until it lies on the ground.
+
+    The path of a single block ends at the last sample before it has fallen, which for a coarse record is some degrees
+    too early; one pose is appended in which the block has turned about its corner until it lies.
+    """
+    one, time, poses = path.isel(element=index), path["time"].to_numpy(), _poses(path, index)
+    side, speed = float(one["overturned"]), abs(float(one["angular_velocity"][-1]))
+    x, _, angle = poses[-1]
+    if path.sizes["element"] != 2 or abs(side) != 1:
+        return time, poses
+    fallen = float(one["fallen_angle"].sel(side=side))
+    left = fallen - abs(angle)
+    if not 0.0 < left < MAX_EXTENSION * speed:
+        return time, poses
+    level = float((path["z"][0] + path["vertices"][..., 1].max("vertex")).isel(element=1 - index))
+    p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
+    lowest = int(np.argmin(q * np.cos(angle) - p * np.sin(angle)))
+    corner = x + p[lowest] * np.cos(angle) + q[lowest] * np.sin(angle)
+    lies = side * fallen
+    c, s = np.cos(lies), np.sin(lies)
+    lying = [corner - (p[lowest] * c + q[lowest] * s), level + (p[lowest] * s - q[lowest] * c), lies]
+    return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
+
+
+def _bodies(path: "xr.Dataset", time: FloatArray, ground: FloatArray) -> tuple[FilmBody, ...]:
+    vertices, x = path["vertices"].to_numpy(), path["x"].to_numpy()
+    free = np.flatnonzero(path["kind"].to_numpy() == "free")
+    levels = vertices[free, :, 1] + path["z"].to_numpy()[0, free, None]
+    tall = float(np.nanmax(levels) - np.nanmin(levels))
+    reach = GROUND_WIDTH_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground).max())
+    bodies = []
+    for index, name in enumerate(path["element"].to_numpy()):
+        shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
+        clock, poses = _extend_to_lying(path, index) if is_free else (path["time"].to_numpy(), _poses(path, index))
+        frames = columns_at(time, clock, poses)
+        if not is_free:
+            frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
+            if np.ptp(shape[:, 0]) > 2 * reach:  # cut the ground to the picture
+                shape = np.column_stack([np.clip(shape[:, 0], -reach, reach), shape[:, 1]])
+                shape[:, 1] = np.maximum(shape[:, 1], shape[:, 1].max() - 0.4 * tall)
+        bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], free=is_free))
+    return tuple(bodies)
+
+
+def _forces(path: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """Return positions (m) and forces (in units of the weight) over frames of all contacts that carry a force.
+
+    Forces are zero after the end of the case. (None, None) if no contact carries a force.
+    """
+    clock = path["time"].to_numpy()
+    force, place = path["contact_force"].to_numpy() / path.attrs["weight"], path["contact_place"].to_numpy()
+    ever = np.isfinite(place).any(axis=(0, 2))
+    if not ever.any():
+        return None, None
+    force, place = _fill_missing(force[:, ever]), _fill_missing(place[:, ever])
+    # Use the last sample up to each frame; the player interpolates between frames.
+    at = np.clip(np.searchsorted(clock, time + 1e-9, side="right") - 1, 0, clock.size - 1)
+    return place[at], np.where(time[:, None, None] <= clock[-1], force[at], 0.0)
+
+
+def _fill_missing(values: FloatArray) -> FloatArray:
+    """Replace missing values by the last known value before them, or at the start by the first known value."""
+    known = np.isfinite(values)
+    rows = np.arange(len(values)).reshape(-1, 1, 1)
+    before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
+    return np.take_along_axis(values, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
+
+
+def plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
+    """Return the panel of a 2-D scene at the times of the frames; `texts` are its heading and its outcome."""
+    azimuth, times = float(path.attrs["azimuth_deg"]), path["overturning_time"].to_numpy()
+    amplitude = float(path.attrs["amplitude"])
+    along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
+    ground = ground_displacement((along, up), motion.sampling_interval, time)
+    point, force = _forces(path, time)
+    return Panel(
+        *texts,
+        float(min(times[np.isfinite(times)], default=np.nan)),
+        _bodies(path, time, ground),
+        along,
+        motion.sampling_interval,
+        sides=(compass_name(azimuth + 180.0), compass_name(azimuth)),
+        force_point=point,
+        force=force,
+        vertical=up,
+        ground=ground,
+    )

@@ -1,0 +1,194 @@
+"""Strip of four frames of a film, for paper: start, first uplift, near the fall, and lying."""
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.figures.film import Film, FilmBody, Panel, vertex_paths, view
+from overturning.figures.film_words import STRIP, STRIP_STANDING
+from overturning.figures.style import INK, PAGE_WIDTH, caption, grid
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+UPLIFT_ANGLE: Final = 0.05
+"""Rotation at which an uplift is visible in a small picture, rad."""
+
+SCALE_BARS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""Lengths of a scale bar, m; the longest that takes at most a quarter of the width is drawn."""
+
+STONE: Final = "#c9c4ba"
+GROUND: Final = "#8a8a86"
+
+
+def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the times of the four frames of a strip, s, ascending, and their captions; the same for all panels.
+
+    The first uplift is the first frame in which a stone of any panel has turned by `UPLIFT_ANGLE`, or by half of its
+    largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the last time at
+    which it could still come back; if nothing falls the time of the largest rotation takes its place.
+    """
+    angle = np.max(
+        [rotations(body, film.frames) for panel in film.panels for body in panel.bodies if body.free], axis=0
+    )
+    falls = [panel.outcome_time for panel in film.panels if np.isfinite(panel.outcome_time)]
+    if falls:
+        near, names = min(falls), STRIP
+    else:
+        near, names = float(film.times[int(angle.argmax())]), STRIP_STANDING
+    before = angle[: max(1, int(np.searchsorted(film.times, near)))]
+    visible = min(UPLIFT_ANGLE, 0.5 * float(before.max()))
+    first = film.times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
+    return np.maximum.accumulate(np.array([film.start, first, near, film.end])), names
+
+
+def rotations(body: FilmBody, frames: int) -> FloatArray:
+    """Return the angle by which a free body has turned from its first pose in each frame, rad; 3-D: its tilt."""
+    if body.faces:
+        _, x, y, _ = body.rotation.T / np.linalg.norm(body.rotation, axis=1)
+        angle = np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
+    else:
+        angle = np.abs(body.rotation - body.rotation[0])
+    return np.asarray(np.pad(angle, (0, frames - angle.size), mode="edge"))
+
+
+def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
+    """Return the strip of a film: a row of four frames for each panel, at the same times, with a scale bar."""
+    times, names = strip_times(film)
+    rows = len(film.panels)
+    edges = _space_view(film) if film.panels[0].in_space else view(film)
+    left, right, bottom, top = edges
+    tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
+    figure, panels = grid(rows, len(names), PAGE_WIDTH, rows * (tall + 0.2) + 0.25 + 0.35 * titled)
+    if titled:
+        caption(figure, film.title)
+    for row, (panel, axes_row) in enumerate(zip(film.panels, panels, strict=True)):
+        for column, (axes, time, name) in enumerate(zip(axes_row, times, names, strict=True)):
+            axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
+            axes.spines[:].set_visible(False)
+            draw_frame(axes, panel, (time - film.start) / film.frame_interval)
+            if row == 0:
+                axes.set_title(f"{name}, {time:.2f} s", fontsize=8)
+            if column == 0:
+                draw_scale_bar(axes, edges)
+        # A long line must not widen the first column: leave it out of the layout, but keep its height.
+        axes_row[0].set_xlabel(" ", fontsize=8)
+        below = {"transform": axes_row[0].transAxes, "fontsize": 8, "va": "top"}
+        axes_row[0].text(0.0, -0.03, _foot(panel, rows), **below).set_in_layout(False)
+    return figure
+
+
+def _foot(panel: Panel, rows: int) -> str:
+    """Return the line below a row: directions of both sides, heading if there are several rows, and outcome."""
+    sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
+    return sides + (f"{panel.title}: " if rows > 1 else "") + panel.outcome
+
+
+def draw_frame(axes: Any, panel: Panel, at: float) -> None:
+    """Draw the bodies of a panel at a frame, which need not be whole: poses are interpolated."""
+    from matplotlib.patches import Polygon
+
+    if panel.in_space:
+        _draw_solid(axes, panel.bodies[0], at)
+        return
+    for body in panel.bodies:
+        look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
+        places = vertex_paths(pose_at(body, at))[0]
+        axes.add_patch(Polygon(places, closed=True, linewidth=0.7, **look))
+
+
+def pose_at(body: FilmBody, at: float) -> FilmBody:
+    """Return a body with a single pose: that at a frame, interpolated; after its last frame it stays."""
+
+    def pick(values: FloatArray) -> FloatArray:
+        low = min(int(at), len(values) - 1)
+        high, part = min(low + 1, len(values) - 1), min(max(at - low, 0.0), 1.0)
+        return np.asarray(values[low] * (1.0 - part) + values[high] * part)[None]
+
+    return FilmBody(body.name, body.vertices, pick(body.position), pick(body.rotation), body.free, body.faces)
+
+
+def draw_scale_bar(axes: Any, edges: tuple[float, float, float, float]) -> None:
+    """Draw a bar of a round length, m, into the lower left corner of a frame with these edges."""
+    left, right, bottom, top = edges
+    most = 0.35 * (right - left)
+    length = max((one for one in SCALE_BARS if one <= most), default=SCALE_BARS[0])
+    x, y = left + 0.04 * (right - left), bottom + 0.11 * (top - bottom)
+    text = f"{100 * length:.0f} cm" if length < 1.0 else f"{length:.0f} m"
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
+    axes.text(x, y - 0.03 * (top - bottom), text, fontsize=7, ha="left", va="top", bbox=box, zorder=5)
+    axes.plot([x, x + length], [y, y], color=INK, linewidth=1.6, solid_capstyle="butt", zorder=6)
+
+
+VIEW_AZIMUTH: Final = 2.7
+VIEW_ELEVATION: Final = 0.42
+"""Direction of the camera of a 3-D film at its start, rad; as in the player."""
+
+LIGHT: Final = np.array([0.35, -0.5, 0.79])
+
+
+def _camera() -> FloatArray:
+    """Return the rows of the view matrix: right, up, and towards the viewer, over east, north and up."""
+    (sa, ca), (se, ce) = ((np.sin(one), np.cos(one)) for one in (VIEW_AZIMUTH, VIEW_ELEVATION))
+    return np.array([[-ca, sa, 0.0], [-se * sa, -se * ca, ce], [ce * sa, ce * ca, se]])
+
+
+def solid_corners(body: FilmBody, frame: int = 0) -> FloatArray:
+    """Return the corners of a 3-D body in a frame, m, shape (n, 3)."""
+    w, *u = body.rotation[frame] / np.linalg.norm(body.rotation[frame])
+    return np.asarray(
+        body.position[frame] + body.vertices + 2.0 * np.cross(u, np.cross(u, body.vertices) + w * body.vertices)
+    )
+
+
+def _space_view(film: Film) -> tuple[float, float, float, float]:
+    """Return the edges of the projection that contain the bodies of all panels at all frames."""
+    camera = _camera()[:2]
+    places = [
+        (solid_corners(panel.bodies[0], frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
+        for panel in film.panels
+        for frame in range(len(panel.bodies[0].position))
+    ]
+    half = _floor(film.panels[0].bodies[0])
+    floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera.T
+    points = np.concatenate([*places, floor])
+    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+    margin = 0.04 * max(right - left, top - bottom)
+    return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
+
+
+def _floor(body: FilmBody) -> float:
+    """Return half of the width of the floor on which a 3-D body is drawn, m."""
+    return 1.4 * float(np.linalg.norm(body.vertices, axis=1).max())
+
+
+def _draw_solid(axes: Any, body: FilmBody, at: float) -> None:
+    from matplotlib.patches import Polygon
+
+    camera, begin = _camera(), body.position[0] * [1, 1, 0]
+    corners = solid_corners(pose_at(body, at)) - begin
+    half = _floor(body)
+    floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
+    axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))
+    for share in (-0.5, 0.0, 0.5):
+        for line in (
+            [[share * half, -half, 0], [share * half, half, 0]],
+            [[-half, share * half, 0], [half, share * half, 0]],
+        ):
+            axes.plot(*(np.array(line) @ camera[:2].T).T, color="#c4c4c0", linewidth=0.4)
+    north = np.array([[0, 0.72 * half, 0], [0, half, 0]]) @ camera[:2].T
+    axes.annotate("", north[1], north[0], arrowprops={"arrowstyle": "->", "color": "#0072b2"})
+    axes.text(*(np.array([0, 1.12 * half, 0]) @ camera[:2].T), "N", fontsize=7, ha="center", va="center")
+    for face in body.faces:  # the shadow straight below
+        axes.add_patch(Polygon((corners[list(face)] * [1, 1, 0]) @ camera[:2].T, facecolor="#b9b9b4", edgecolor="none"))
+    for face in body.faces:
+        a, b, c = corners[list(face[:3])]
+        normal = np.cross(b - a, c - b)
+        if camera[2] @ normal <= 0:
+            continue
+        bright = 0.72 + 0.28 * float(LIGHT @ normal / np.linalg.norm(normal))
+        colour = tuple(np.clip(np.array([201, 196, 186]) * bright / 255.0, 0.0, 1.0))
+        axes.add_patch(
+            Polygon(corners[list(face)] @ camera[:2].T, facecolor=colour, edgecolor=INK, linewidth=0.7, zorder=3)
+        )

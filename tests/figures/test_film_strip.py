@@ -1,0 +1,69 @@
+"""Strip of four frames, titles in words."""
+
+import math
+
+import numpy as np
+import pytest
+
+from overturning.figures.film import Film, vertex_paths
+from overturning.figures.film_case import filmed_case
+from overturning.figures.film_strip import pose_at, strip_figure, strip_times
+from overturning.figures.film_words import STRIP, STRIP_STANDING, case_title, length_text
+from overturning.figures.style import style
+from overturning.model.body import Body
+from overturning.model.planes import Planes
+from overturning.model.scene import gravestone, load_scene
+from overturning.model.shapes import shape_of
+from tests.figures.films import two_panels
+
+
+def test_strip_has_the_times_of_uplift_and_fall() -> None:
+    """The first block rotates by (π/2) ((t − 1)/1.5)³ from 1 s on; the other by 0.1 e⁻ᵗ sin 2πt, 0.05 at 0.1 s."""
+    film = two_panels()
+    times, names = strip_times(film)
+    assert names == STRIP
+    assert times == pytest.approx([0.0, 0.1, 2.1, film.end], abs=0.021)
+    alone = Film("falls", 0.0, 0.02, film.panels[:1])
+    assert strip_times(alone)[0][1] == pytest.approx(1.0 + 1.5 * (0.05 / (math.pi / 2)) ** (1 / 3), abs=0.021)
+
+
+def test_strip_of_a_standing_stone_shows_its_largest_lean() -> None:
+    times, names = strip_times(Film("stands", 0.0, 0.02, two_panels().panels[1:]))
+    assert names == STRIP_STANDING
+    # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
+    assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
+
+
+def test_strip_draws_each_panel_at_its_times() -> None:
+    film = two_panels()
+    with style():
+        figure = strip_figure(film)
+    assert len(figure.axes) == 8
+    times, _ = strip_times(film)
+    for column, time in enumerate(times):
+        drawn = figure.axes[column].patches[1].get_xy()[:-1]
+        body = pose_at(film.panels[0].bodies[1], time / 0.02)
+        assert drawn == pytest.approx(vertex_paths(body)[0])
+    fallen = figure.axes[3].patches[1].get_xy()
+    assert np.ptp(fallen[:, 1]) == pytest.approx(0.24), "it lies on its side"
+
+
+def test_lengths_have_units() -> None:
+    assert [length_text(one) for one in (0.18, 0.242, 1.0, 1.25)] == ["18 cm", "24.2 cm", "1 m", "1.25 m"]
+
+
+def test_titles_state_size_friction_and_direction() -> None:
+    block = {"height": 0.6, "b_over_h": 0.3, "friction": 0.7}
+    for model, size in (
+        (Body(shape_of("rectangle")), "A square stone 18 cm wide and 60 cm high"),
+        (Body(shape_of("circle")), "A round stone 18 cm across and 60 cm high"),
+        (Planes(gravestone()), "A stone 18 cm wide and 60 cm high"),
+    ):
+        title = case_title(filmed_case(model, block, "Rinaldi", direction=30.0))
+        assert title.startswith(f"{size}, friction 0.7, ")
+        assert "N30°E" in title
+        assert title.endswith("Rinaldi" if isinstance(model, Body) else "N30°E")
+    deep = case_title(filmed_case(Body(shape_of("rectangle")), block | {"aspect": 2.0}, "Rinaldi"))
+    assert deep.startswith("A stone 18 cm wide, 36 cm deep and 60 cm high")
+    stack = case_title(filmed_case(Planes(load_scene("three-tier")), block, "Rinaldi"))
+    assert "shaft 18 cm wide and 60 cm high" in stack

@@ -213,13 +213,13 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
     fits = shipped["fit"].dropna()
     text = (
         f"Each interval, with a nominal coverage of {100 * AIM:.0f} %, contains the true value in {' to '.join(ends)} "
-        "% of the reported surveys. Numbers in brackets are 95 % intervals over earthquakes, by "
-        "bootstrap; they are exact if all agree, and missing for fewer than eight earthquakes. If every stone fell, no "
-        "axis is given, and its arc is that of an unknown axis. Widths are medians of 90 % intervals; a missing bound "
-        "is replaced by the end of the library. Before a survey, the upper end over the lower end is "
-        f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the arc of the "
-        f"axis 162 of 180°. With the shipped power, {POWER:g}, the check of fit rejects "
-        f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} such surveys."
+        "% of the reported surveys. Numbers in brackets are 95 % intervals by a bootstrap over earthquakes, "
+        "exact if all surveys agree, and missing for fewer than eight earthquakes. If every stone of a survey fell, "
+        "the arc of the axis is the arc before the survey. Widths are medians of 90 % intervals; a missing bound is "
+        "replaced by the end of the library. Before a survey, the upper end divided by the lower end of the 90 % "
+        f"interval is {rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the "
+        f"arc of the axis is 162° of 180°. With the shipped power {POWER:g}, the check of fit rejects "
+        f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}
 
@@ -232,7 +232,7 @@ def ruin(threads: int) -> str:
     )
     result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
-    fit = f"p of the check whether the motions fit the survey: {result.fit:.2g}."
+    fit = f"The p-value of the check whether any motion fits the survey is {result.fit:.2g}."
     return "\n".join(wrap_text(text, "- ") for text in (*backwards_sentences(result), *cautions(result), fit))
 
 

@@ -79,9 +79,10 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     events = len(set(found["event"].to_numpy().astype(str)))
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
     return wrap_text(
-        f"Computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1: "
-        f"median {middle:.0f} %, middle half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %. "
-        f"Less than 1 % of the stones fall under {none} records, more than 99 % under {most}."
+        f"The computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1, "
+        f"have a median of {middle:.0f} %; half of the records give {low:.0f} to {high:.0f} %, and all records give "
+        f"{rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} records, and more "
+        f"than 99 % of the stones fall under {most} records."
     )
 
 
@@ -144,9 +145,10 @@ def simulate_each_stone(results: Results) -> str:
     computed = found["fall_rate"].to_numpy().ravel()
     apart = 100 * np.abs(np.array(rates) - computed)
     return (
-        f"If each stone is simulated with its own height, B/H and µ under each of these {apart.size} motions, the mean "
-        f"fall rate is {100 * np.mean(rates):.1f} %; from the cube it is {100 * computed.mean():.1f} %. The rates of "
-        f"single motions differ by {apart.mean():.1f} percentage points in the mean, and by {apart.max():.0f} at most."
+        f"The mean fall rate under the {apart.size} motions (records × amplitudes) is {100 * computed.mean():.1f} % "
+        "if each stone takes the outcome of a neighbouring cell of the grid, as in the report. The mean fall rate is "
+        f"{100 * np.mean(rates):.1f} % if each stone is simulated with its own height, B/H and µ. The two rates of "
+        f"a single motion differ by {apart.mean():.1f} percentage points in the mean, and by {apart.max():.0f} at most."
     )
 
 

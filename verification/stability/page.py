@@ -55,9 +55,9 @@ def _summary(rows: pd.DataFrame) -> str:
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
     refusals = ", ".join(f"{count} for `{name}`" for name, count in reasons.items())
     return (
-        f"Among the {len(energy)} right cases the largest residual of work and energy is {energy.max():.4f}, the "
-        f"median {energy.median():.2g}. Refused: {refusals or 'none'}. Silent: "
-        f"{(rows['ending'] == Ending.SILENT).sum()}."
+        f"Among the {len(energy)} cases labelled *right*, the largest residual of work and energy is "
+        f"{energy.max():.4f} and the median residual {energy.median():.2g}. Inputs refused because of one argument: "
+        f"{refusals or 'none'}. Cases labelled *silent*: {(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 
@@ -72,7 +72,7 @@ def _blocks(rows: pd.DataFrame) -> str:
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     by_penetration = markdown(("δ/B", "cases", *_HEADS), lines)
-    budget = f"{len(rows)} cases with at most {rows.attrs['budget']:.3g} block steps each."
+    budget = f"The table counts {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each."
     return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
 
 
@@ -85,10 +85,10 @@ def _scenes(rows: pd.DataFrame) -> str:
         kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
     summary = (
-        f"{len(rows)} cases with at most {rows.attrs['budget']:.3g} block steps each, "
-        f"{rows.attrs['adversarial_budget']:.3g} under adversarial motions. {_summary(rows)} {len(compared)} "
-        "gravestones that stay on the ground were also run with the kernel for single blocks; "
-        f"{(compared == 0).sum()} of them have a different flag there."
+        f"The table counts {len(rows)} cases of scenes. A case has at most {rows.attrs['budget']:.3g} time steps, or "
+        f"{rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions. {_summary(rows)} "
+        f"{len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
+        f"blocks; {(compared == 0).sum()} of these cases have a different flag in the two programs."
     )
     return f"{_counted('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
@@ -103,26 +103,28 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
-        "δ/B above about 0.1, or δ above a tenth of the smaller side: the weight of the block presses its corners so "
-        f"deep into the base that the contact law no longer applies. {_percent(ending[soft] == Ending.UNSTABLE)} of "
+        "Very soft contacts, with a penetration δ at rest above a tenth of the width B or of the smaller side: the "
+        "weight of the block presses its corners so deep into the base that the contact law no longer applies. "
+        f"{_percent(ending[soft] == Ending.UNSTABLE)} of "
         f"the {int(soft.sum())} blocks with δ/B above 0.1 are marked `unstable`.",
-        f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: the penetration of a block at rest is below the "
-        "resolution of double precision. Refused, naming `stiffness`; a scene likewise, with its height as H.",
+        f"Very stiff contacts, with a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} of the "
+        "height H: the penetration is below the resolution of double precision. The program refuses such a block or "
+        "scene, and the error names `stiffness`.",
         "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
-        "have ξ below 0.1, and half have a peak acceleration above "
-        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. {_percent(sunk[unstable])} penetrate too "
-        "deep; in the others work and energy do not balance to 10⁻². Of the "
-        f"{int(in_scenes.sum())} such cases of scenes, {_percent(scenes['damping'][in_scenes] < 0.1)} "
-        "have ξ below 0.1, and half have a peak acceleration above "
-        f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
-        "Small blocks under long records, mostly with Cundall's scheme and stiff springs: their steps are so short "
-        f"that the budget of block steps is used up (`over_budget`). Half of the {int(over.sum())} such blocks are "
-        f"lower than {np.median(blocks['height'][over]):.2g} m. The budget of the map, "
-        f"{blocks.attrs['budget']:.2g}, is far below that of a study, {BUDGET:.0e}.",
-        "Blocks with little friction that still slide at the time 20/p after the record, with enough energy to "
-        f"overturn if they tripped: `undecided`. Of the {int(undecided.sum())} such blocks, "
-        f"{_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",
+        "have a damping ratio ξ below 0.1, and half have a peak acceleration above "
+        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. {_percent(sunk[unstable])} of these unstable "
+        "blocks penetrate too deep; in the other unstable blocks work and energy do not balance to 10⁻². Of the "
+        f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
+        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1, and half have a peak "
+        f"acceleration above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
+        "Small blocks under long records, mostly with Cundall's scheme and stiff springs: the time steps are so short "
+        f"that a case reaches its largest number of steps (`over_budget`). Half of the {int(over.sum())} blocks over "
+        f"budget are lower than {np.median(blocks['height'][over]):.2g} m. The largest number of steps is "
+        f"{blocks.attrs['budget']:.2g} in this map and {BUDGET:.0e} in a study.",
+        "Blocks with little friction that still slide at the time 20/p after the record (p: rocking frequency), with "
+        f"enough energy to overturn, are `undecided`. Of the {int(undecided.sum())} undecided blocks, "
+        f"{_percent(blocks['friction'][undecided] < 0.02)} have a friction µ below 0.02.",
     ]
     return "\n".join(wrap_text(line, "- ") for line in lines)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from overturning.findings.contrast import compared_records
-from overturning.report.results import Results, open_results
+from overturning.findings.results import Results, open_results
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.elements import count_common_falls, mean_contrast
 from overturning.study.load import load_study

@@ -19,9 +19,12 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run
+from overturning.findings.surveys import SurveyText, inferred_motion
 from overturning.model.cases import Cases
 from overturning.model.shapes import Circle, Rectangle
-from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
+from overturning.report.drawings import draw_posterior
+from overturning.report.render import parse_markdown, render_markdown
+from overturning.report.terminal import paragraphs_of
 from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, Inversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
@@ -233,7 +236,8 @@ def ruin(threads: int) -> str:
     result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The p-value of the check whether any motion fits the survey is {result.fit:.2g}."
-    return "\n".join(wrap_text(text, "- ") for text in (*backwards_sentences(result), *cautions(result), fit))
+    tree = parse_markdown(render_markdown(SurveyText(motions=[inferred_motion(result, stones)]), name="motions"))
+    return "\n".join(wrap_text(text, "- ") for text in (*paragraphs_of(tree), fit))
 
 
 def main(

@@ -16,12 +16,13 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
 from overturning.figures.write import save
+from overturning.findings.causes import score_published_criteria
+from overturning.findings.population import population_findings
+from overturning.findings.results import Results, open_results
+from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_motion
-from overturning.report.blocks import Paragraph, Report, Table, each_block
-from overturning.report.results import Results, open_results
-from overturning.report.sections.causes import criteria
-from overturning.report.sections.population import population
+from overturning.report.drawings import draw_fall_rates
 from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
@@ -110,23 +111,50 @@ def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
 
 
 def cemetery(results: Results) -> str:
-    """Return the report's paragraphs on the population as a list, and copy its figure to the docs."""
-    section = population(results)
-    assert section is not None
-    shutil.copy(results.drawings / "fall-rate.svg", ROOT / "docs" / "images" / "fall-rate.svg")
-    return "\n".join(wrap_text(block.text, "- ") for block in section.blocks if type(block) is Paragraph)
+    """Return the fall rate of the population as Markdown, and draw its figure for the docs."""
+    found = population_findings(results)
+    assert found is not None
+    draw_fall_rates(results, ROOT / "docs" / "images" / "fall-rate.svg")
+    low, middle, high = (
+        100 * (one or 0.0)
+        for one in (found.lower_quartile_fall_rate, found.median_fall_rate, found.upper_quartile_fall_rate)
+    )
+    rows = [
+        (
+            one.jma_degree,
+            f"{100 * (one.median_fall_rate or 0.0):.0f} %",
+            one.count.motions,
+            one.count.records,
+            one.count.earthquakes,
+        )
+        for one in found.by_intensity
+    ]
+    text = f"- Fall rate under the records as they are: median {middle:.0f} %, middle half {low:.0f} to {high:.0f} %."
+    table = markdown(("JMA intensity", "median fall rate", "motions", "records", "earthquakes"), rows)
+    return f"{text}\n\n{table}\n"
+
+
+def number(one: Estimate) -> str:
+    """Return an estimate with its interval."""
+    text = f"{one.value:.2f}" if one.low is None else f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
+    return text.replace("-", "−")
 
 
 def criteria_tables(results: Results) -> dict[str, str]:
-    """Return the report's tables on published criteria, by marker, and copy its figure to the docs."""
-    section = criteria(results)
-    assert section is not None
-    shutil.copy(results.figures / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
-    whole, blocks = (block for block in each_block(Report("", "", (section,))) if isinstance(block, Table))
-    answer = next(block.text for block in section.blocks if isinstance(block, Paragraph))
+    """Return tables of the skill of published criteria as Markdown, by marker, and copy their figure to the docs."""
+    found = score_published_criteria(results)
+    assert found is not None
+    shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
+    rows = [
+        (one.criterion, one.rule, f"{100 * (one.hit_rate or 0):.0f} %", f"{100 * (one.false_alarm_rate or 0):.0f} %",
+         number(one.skill), number(one.skill_within_block_shape))
+        for one in found.scores
+    ]  # fmt: skip
+    heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")
+    leads = [(found.best_criterion, name, number(lead)) for name, lead in found.skill_lead.items()]
     return {
-        "criteria": f"{wrap_text(answer)}\n\n{markdown(whole.heads, whole.rows)}",
-        "criteria-blocks": markdown(blocks.heads, blocks.rows),
+        "criteria": markdown(heads, rows),
+        "criteria-blocks": markdown(("criterion", "compared with", "difference of the skills"), leads),
     }
 
 

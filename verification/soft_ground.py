@@ -7,11 +7,11 @@ from typing import Final
 
 import pandas as pd
 
-from overturning.report.blocks import Answer, Paragraph, Table
-from overturning.report.results import Results, open_results
-from overturning.report.sections.ground import ground
+from overturning.findings.contrast import SiteFallRates, not_converged_of, site_fall_rates
+from overturning.findings.results import Results, open_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, variant_settings
+from overturning.units import STANDARD_GRAVITY
 from verification.tables import RESULTS, ROOT, markdown, publish, wrap_text, write_csv
 
 STUDY: Final = ROOT / "results" / "soft-ground"
@@ -37,18 +37,31 @@ def periods(results: Results) -> str:
     return ", ".join(f"{one:.2f} s" for one in found)
 
 
+def ground_name(one: SiteFallRates) -> str:
+    """Return the layers of a ground, from the surface down."""
+    layers = (f"{layer.thickness_m:g} m of soil ({layer.velocity_m_s:g} m/s)" for layer in one.layers)
+    return " over ".join(layers) or "as recorded"
+
+
 def bodies(results: Results) -> dict[str, str]:
-    """Return the tables and sentences of the report as Markdown, by marker."""
-    section = ground(results)
-    assert section is not None
-    (answer,) = (block for block in section.blocks if isinstance(block, Answer))
-    (table,) = (block for block in section.blocks if isinstance(block, Table))
-    converged = next(block for block in section.blocks if isinstance(block, Paragraph))
-    text = f"{converged.text} Fundamental periods at small strain: {periods(results)}."
+    """Return tables and sentences on soft ground as Markdown, by marker."""
+    found, failed = site_fall_rates(results), not_converged_of(results)
+    rows, answers = [], []
+    for one in found:
+        turned = "–" if one.axis_turned_deg is None else f"{one.axis_turned_deg:.0f}° ({one.axes_compared})"
+        rates = [f"{100 * (rate or 0.0):.0f} %" for rate in (one.mean_fall_rate, one.median_fall_rate)]
+        pga = (one.median_pga_m_s2 or 0.0) / STANDARD_GRAVITY
+        rows.append(
+            (f"{one.amplitude:g}", ground_name(one), f"{pga:.2f}", *rates, one.records_with_half_fallen, turned)
+        )
+        if one.amplitude == 1.0:
+            answers.append(f"Fall rate, mean over records, {ground_name(one)}: {rates[0]}; axes turned by: {turned}.")
+    heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
+    text = f"The soil computation converged for all motions but {len(failed)}."
     return {
-        "soft-ground": markdown(table.heads, table.rows),
-        "soft-ground-answer": "\n".join(wrap_text(sentence, "- ") for sentence in answer.sentences),
-        "soft-ground-convergence": wrap_text(text),
+        "soft-ground": markdown((*heads, "axis turned, median (records)"), rows),
+        "soft-ground-answer": "\n".join(wrap_text(sentence, "- ") for sentence in answers),
+        "soft-ground-convergence": wrap_text(f"{text} Fundamental periods at small strain: {periods(results)}."),
     }
 
 

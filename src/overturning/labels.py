@@ -58,12 +58,17 @@ def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
     return list(json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 
-def azimuth_gap_label(cube: "xr.Dataset") -> str:
-    """Return the azimuth ranges that were not simulated, such as "between 90° and 180°"; "" for a full circle."""
+def azimuth_gap_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
+    """Return the azimuth ranges that were not simulated, degrees; empty for a full circle."""
     if "azimuth" not in cube.dims:
-        return ""
+        return []
     period = azimuth_period_deg(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     following = np.append(planes[1:], planes[:1] + period)
-    ranges = zip(planes, following, azimuth_gaps(planes, period)[0], strict=True)
-    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end, missing in ranges if missing)
+    ranges = zip(planes.tolist(), following.tolist(), azimuth_gaps(planes, period)[0], strict=True)
+    return [(begin, end) for begin, end, missing in ranges if missing]
+
+
+def azimuth_gap_label(cube: "xr.Dataset") -> str:
+    """Return the azimuth ranges that were not simulated, such as "between 90° and 180°"; "" for a full circle."""
+    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in azimuth_gap_ranges(cube))

@@ -10,7 +10,7 @@ import pytest
 
 from overturning.figures.film import Film
 from overturning.figures.style import format_short
-from overturning.report.text import interval, number
+from overturning.report.filters import number
 from tests.expect import said
 
 TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
@@ -65,7 +65,6 @@ def test_rounded_zero_has_no_minus_sign(monkeypatch: pytest.MonkeyPatch) -> None
     text = run("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
     assert format_short(-0.0) == "0"
-    assert interval(-0.001, 0.004) == "0.00 to 0.00"
     assert number(-0.001) == "0.00"
 
 

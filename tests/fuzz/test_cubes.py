@@ -17,14 +17,16 @@ from hypothesis import strategies as st
 from overturning.cli import main
 from overturning.figures.explore import write_explorer
 from overturning.files import append_checksum
+from overturning.findings.collect import Findings
 from overturning.records.record import Record
-from overturning.report import blocks
+from overturning.report.page import report_page
+from overturning.report.render import parse_markdown, render_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
 from overturning.study.gather import merge_parts
 from overturning.study.load import check_study
 from overturning.study.sweep import sweep_record
 from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
-from tests.report.reading import render_html
+from tests.report.by_hand import RECORD, STUDIES, changed
 
 pytestmark = pytest.mark.long
 
@@ -146,18 +148,11 @@ def test_names_in_the_report(folder: Path) -> None:
 
     def page_of(names: list[str]) -> str:
         one, two, three = names
-        section = blocks.Section(
-            one,
-            (
-                blocks.Paragraph(two),
-                blocks.Bullets((one, three)),
-                blocks.Code(two),
-                blocks.table((one, two), ((three, one),)),
-                blocks.Link(one, two),
-                blocks.Disclosure(three, (blocks.Note(one), blocks.Caution(two))),
-            ),
-        )
-        return render_html(blocks.Report(three, one, (section,)))
+        record = RECORD | {"id": one, "station": two, "event": three}
+        data = changed(STUDIES["survey"], study={"title": one, "question": two}, records=[record])
+        data = data | {"sources": [{"record": three, "source": one, "licence": two}]}
+        text = render_markdown(Findings.model_validate(data))
+        return report_page(parse_markdown(text), three, "en", None, {})
 
     usual = scripts_of(page_of(["a", "b", "c"]))
 

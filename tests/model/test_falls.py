@@ -7,7 +7,6 @@ import xarray as xr
 from overturning.model.body import Body
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes
-from overturning.report.words import WORDS
 
 NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
 
@@ -61,7 +60,3 @@ def test_members_beyond_15_degrees_disagree(spread: float, apart: bool) -> None:
     found = Body().ensemble_disagreement(cube)
     assert found["agree"].values.tolist() == [True, False]
     assert found["apart"].values.tolist() == [apart, False]
-
-
-def test_report_supports_every_model() -> None:
-    assert set(WORDS) == {Planes, Body}

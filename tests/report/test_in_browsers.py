@@ -6,15 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from overturning.figures.drawn_case import read_cases
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of
 from overturning.figures.page import film_page
 from overturning.motion.motion import Motion
-from overturning.report.blocks import Film as FilmBlock
-from overturning.report.blocks import Report, each_block
 from tests.figures.films import falling_body, two_panels
 from tests.report.browsers import answers
-from tests.report.reading import BAD
+from tests.report.test_rendering import BAD
 
 NAME = "A </script><script>window.hurt = 1</script> & <b>name</b>"
 
@@ -75,11 +74,15 @@ press(film, "End");
 return {different: new Set(pictures).size, outcome: document.querySelector(".film-outcome").textContent};
 """
 REPORT = """
-const order = () => [...document.querySelectorAll("#peaks tbody tr")].map((row) => row.cells[0].textContent);
-const click = (which) => document.querySelector(`#peaks ${which}`).click();
+const table = [...document.querySelectorAll("table.sortable")].find((one) => one.querySelector("a"));
+const order = () => [...table.tBodies[0].rows].map((row) => row.cells[0].textContent);
+const click = (which) => table.querySelector(which).click();
+location.hash = "#record-two";
+await until(() => document.getElementById("record-two").open);
+const opened = document.getElementById("record-two").parentElement.closest("details").open;
 const orders = [order()];
 click("th"); click("th"); orders.push(order());
-click("th:nth-child(6)"); orders.push(order());  // by PGA, as numbers
+click("th:nth-child(5)"); orders.push(order());  // by PGA, as numbers
 const {wide} = await onPhone(() => null, (page) => {
   page.querySelectorAll("details").forEach((one) => { one.open = true; });
   page.querySelectorAll("td").forEach((one) => one.append(" and some more")); });
@@ -87,9 +90,9 @@ const [few] = document.querySelectorAll("table.sortable"), cells = () => [...few
 few.tHead.rows[0].cells[1].className = "n";
 cells().forEach((one, k) => { one[1].textContent = ["12,345", "2,000", "30"][k]; });
 few.tHead.rows[0].cells[1].click();
-const sorted = cells().map((one) => one[1].textContent);
+const sorted = cells().map((one) => one[1].textContent).filter((one) => one);
 const films = document.querySelectorAll(".film[data-ready=true]").length;
-return {orders, sorted, films, wide, title: document.title, hurt: window.hurt};
+return {orders, opened, sorted, films, wide, title: document.title, hurt: window.hurt};
 """
 
 
@@ -155,11 +158,12 @@ def test_dragging_and_keys_turn_a_body_in_space(said: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_the_report_sorts_plays_and_fits(said: dict[str, Any], report: Report) -> None:
+def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], hostile: Path) -> None:
     page = said["report"]
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
     assert page["sorted"] == ["30", "2,000", "12,345"]
-    assert page["films"] == sum(isinstance(block, FilmBlock) for block in each_block(report)) >= 1
+    assert page["opened"]
+    assert page["films"] == len(read_cases(hostile / "figures" / "illustrative")) >= 1
     assert page["title"] == BAD
     assert "hurt" not in page
     # On a phone only scrollable elements are wider than the screen.

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from overturning.study.recheck import recheck
-from tests.report.reading import report_of
+from tests.report.conftest import report_of
 
 
 def test_the_same_bytes(hostile: Path, rendered: tuple[str, bytes]) -> None:

@@ -10,11 +10,8 @@ from scipy.stats import bootstrap, circmean, norm, t
 
 from overturning.model.body import Body
 from overturning.model.falls import model_of
-from overturning.report.sections.space import follow_answer, follow_sentences
-from overturning.statistics.bootstrap import Mean
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
-    ReferenceAlignment,
     alignment_with_references,
     axes_by_earthquake,
     azimuth_away_from_epicentre,
@@ -250,29 +247,6 @@ def test_closest_reference_is_known_for_all_records() -> None:
     normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
     assert found.closest[0] == "peak velocity", "which under that one record is as close"
-    assert "fault normal 1.00 over 1 earthquake" in follow_sentences({"all records": found}, [])[0]
-    assert follow_answer({"all records": found}, [])[0].endswith("with the fault normal 1.00 over 1 earthquake.")
-
-
-def test_every_range_of_slenderness_is_reported() -> None:
-    """Two of six parts have an interval that excludes 0; reporting only these would be a selection."""
-    parts, names = ["B/H 0.1", "B/H 0.2", "B/H 0.3"], ("with a velocity pulse", "without (control)")
-    heads = [
-        [Mean(9, 0.1, -0.2, 0.4), Mean(9, 0.5, 0.2, 0.8), Mean(9, 0.11, -0.1, 0.3), Mean(8, -0.12, -0.4, 0.2)],
-        [Mean(9, 0.1, -0.2, 0.4), Mean(9, 0.13, -0.2, 0.5), Mean(9, -0.6, -0.9, -0.3), Mean(2, 0.14, np.nan, np.nan)],
-    ]
-    axis = [Mean(9, 0.7, 0.6, 0.8)] * 4
-    found = {
-        name: ReferenceAlignment({("peak velocity", True): axis, ("peak velocity", False): one}, ("peak velocity",), [])
-        for name, one in zip(names, heads, strict=True)
-    }
-    first, second, count = follow_answer(found, parts)
-    for text, group in ((first, heads[0]), (second, heads[1])):
-        told = [part.partition(" (")[0].partition(", ")[0] for part in text.partition("against it: ")[2].split("; ")]
-        assert told == [f"{name} {one.value:.2f}".replace("-", "−") for name, one in zip(parts, group[1:], strict=True)]
-    assert [first.count(way) for way in (", with it", ", against it", ", no end shown")] == [1, 0, 2]
-    assert [second.count(way) for way in (", with it", ", against it", ", no end", ", too few")] == [0, 1, 1, 1]
-    assert count.startswith("2 of these 5 intervals exclude 0")
 
 
 def test_two_references_are_compared_earthquake_by_earthquake() -> None:

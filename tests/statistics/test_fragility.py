@@ -14,7 +14,6 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from overturning.errors import ArgumentError
-from overturning.report.text import censored
 from overturning.statistics.fragility import Fragility, fit_fragility, lognormal_fit, variance_share_between_records
 from overturning.statistics.fragility_files import measure_file_name, write_fragility_csv, write_openquake
 from tests.statistics.conftest import lognormal_curve
@@ -95,21 +94,6 @@ def test_a_median_beyond_the_data_is_written_as_above_them(tmp_path: Path) -> No
     levels, chances = levels_and_chances(*functions_of([curve], tmp_path))
     assert levels[-1] == 1
     assert chances[-1] == pytest.approx(norm.cdf(-np.log(2) / 0.5), abs=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("median", "low", "high", "shown"),
-    [
-        (130.19, 117.2, 147.49, ("130", "117 to 147")),
-        (1.08, 0.83, 1.12, ("1.08", "0.83 to 1.12")),
-        (math.inf, 0.9, math.inf, ("above 1.4", "0.90 to above 1.4")),
-        (math.inf, math.inf, math.inf, ("above 1.4", "above 1.4")),
-        (0.0, 0.0, 0.2, ("below 0.1", "below 0.1 to 0.20")),
-        (0.6174, math.nan, math.nan, ("0.62", "–")),
-    ],
-)
-def test_digits_are_those_of_the_interval(median: float, low: float, high: float, shown: tuple[str, str]) -> None:
-    assert censored(median, low, high, 0.1, 1.4) == shown
 
 
 def test_formats(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import plan_cases, run, run_cases
 from overturning.errors import ResultError
+from overturning.findings.comparison import second_computations
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.planes import Planes
@@ -23,12 +24,9 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_as_stored
-from overturning.report.blocks import Paragraph, Table
-from overturning.report.sections.exactness import convergence
 from overturning.settings import Ensemble
-from overturning.stored import write_result
 from overturning.study.answers import DifferenceCounts, count_differences, empty_outcomes
-from overturning.study.convergence import Convergence, read_convergence
+from overturning.study.convergence import read_convergence
 from overturning.study.convergence_check import check_convergence, rerun_functions
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
@@ -74,21 +72,6 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
     assert len(choose_random_cells(Verification(at_least=10_000), 3, computed)[0]) == 600, "all of a small study"
     other = choose_random_cells(Verification(share=0.1, seed=2), 3, computed)
     assert not np.array_equal(other[1], cells)
-
-
-def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ...]:
-    """Return the sentences of the report on an outcome, read from its file."""
-    write_result(found, folder / "convergence.json")
-    outcome = read_convergence(folder / "convergence.json")
-    read: Any = SimpleNamespace(model=Planes(), study=settings, convergence=outcome)
-    section = convergence(read)
-    assert section is not None
-    return section.blocks
-
-
-def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
-    """Return the paragraphs of the report, without the note below the table."""
-    return [block.text for block in blocks[:-1] if isinstance(block, Paragraph)]
 
 
 def short(number: int, name: str = "a") -> Record:
@@ -224,9 +207,6 @@ def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, lea
     assert spent <= done.sample.block_steps
     assert least <= found.chosen < found.wanted
     assert found.chosen < 4 or spent > 0.5 * done.sample.block_steps, "the allowance is made use of"
-    *_, text = paragraphs(reported(settings, found, tmp_path))  # after a warning where so few cases show a change
-    assert "more block steps than the study itself" in text
-    assert str(found.chosen or "No case") in text
 
 
 def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
@@ -312,12 +292,11 @@ def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> 
     wrong[:, 0] = 0
     found = check_convergence(settings, done.records, done.saying(wrong))
     assert [one.flags for one in found.finer.outcomes] == [fell, 0]
-    warning, _ = paragraphs(reported(settings, found, tmp_path))
-    assert "with steps 8 times finer and with springs 4 times stiffer" in warning
-    (table,) = (block for block in reported(settings, found, tmp_path) if isinstance(block, Table))
-    assert [row[1:4] for row in table.rows[:4] if "falls or stands" in row[1]] == [
-        ("slender falls or stands", str(fell), "4"), ("squat falls or stands", "0", "4"),
+    rows = second_computations(found)[:2]
+    assert [(one.element, one.falls_or_stands.count, one.falls_or_stands.compared) for one in rows] == [
+        ("slender", fell, 4), ("squat", 0, 4),
     ]  # fmt: skip
+    assert rows[0].falls_or_stands.value == fell / 4
 
 
 def test_scene_repetitions_are_finer_and_stiffer() -> None:
@@ -366,7 +345,6 @@ def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))
     with open_cube(cube, element=None) as opened:
         assert 0 < spent <= 4 * found.study_block_steps == 4 * opened.attrs["block_steps"]
-    assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
     assert sum(outcome.fallen for outcome in found.finer.outcomes) > 0
     assert all(outcome.flags <= 1 for outcome in found.finer.outcomes)

@@ -12,6 +12,8 @@ from overturning import plot
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_data
+from overturning.findings.contrast import contrast_variants, element_outcomes
+from overturning.findings.results import Results
 from overturning.labels import variant_label
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -19,10 +21,6 @@ from overturning.model.geometry import reference_element_size
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.report.blocks import Paragraph, Table
-from overturning.report.results import Results
-from overturning.report.sections.scene import scene as scene_section
-from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import count_common_falls, falls_by_element, mean_contrast
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
@@ -147,23 +145,15 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert f"cases.csv: 24 cases, {variant_label(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = Results(
-        study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], figures=tmp_path,
-        drawings=tmp_path, illustrative=[], convergence=None, surveys=(),
+        study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
     )  # fmt: skip
-    shown = scene_section(results)
-    drawn = (tmp_path / "scene.svg").read_text(encoding="utf-8")
-    assert shown == scene_section(results)
-    assert shown is not None
-    assert drawn == (tmp_path / "scene.svg").read_text(encoding="utf-8")  # the same bytes each time
+    elements, contrasts = element_outcomes(results), contrast_variants(results)
     for cube in cubes.values():
         cube.close()
-    (table,) = (block for block in shown.blocks if isinstance(block, Table))
-    assert [row[1] for row in table.rows] == ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
-    comparisons = [block.text for block in shown.blocks if type(block) is Paragraph]
-    assert len(comparisons) == 2
-    share = 100 * rows["shaft"].falls / 24
-    assert f"only in the three-tier scene in {share:.1f}\u00a0% of the cases" in comparisons[0]
-    assert all(name in drawn for name in ("upper-base", "monolith"))
+    names = ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
+    assert [one.element for one in elements] == names
+    assert len(contrasts) == 2
+    assert contrasts[0].only_study_overturns.value == pytest.approx(rows["shaft"].falls / 24)
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
         open_cube(nominal, element="roof")
 
@@ -237,10 +227,6 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
     last = (..., -1) if several else ...
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
     assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())
-    with open_cube(path) as cube:
-        said = spread_sentence("stone", cube, study.ensemble)
-    assert said is not None
-    assert "of the 4 cases near a change" in said
     # The opposite azimuth is the mirror.
     np.testing.assert_array_equal(towards[last].ravel()[2], away[last].ravel()[0])
     assert (flags != 0).any()

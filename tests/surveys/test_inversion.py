@@ -9,10 +9,11 @@ import pytest
 
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
+from overturning.findings.surveys import inferred_motion
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_motion
-from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior, sizes_taken
+from overturning.report.drawings import draw_posterior
 from overturning.settings import Population
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, matching_direction_bins
@@ -151,12 +152,10 @@ def test_survey_with_only_falls_has_no_upper_bound(inversion: Inversion) -> None
     low, high = asked.posterior.credible_interval(asked.posterior.pgv)
     assert low > 0.6
     assert high == math.inf
-    assert "PGV at least" in backwards_sentences(asked)[0]
-    assert "stronger than any motion here" in cautions(asked)[0]
+    assert inferred_motion(asked).beyond_library_above
     stood = inversion.invert_survey("ruin.csv", [column(size, count=6) for size in SIZES])
     assert stood.posterior.credible_interval(stood.posterior.pgv)[0] == 0.0
-    assert "PGV at most" in backwards_sentences(stood)[0]
-    assert "weaker than any motion here" in cautions(stood)[0]
+    assert inferred_motion(stood).beyond_library_below
 
 
 def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
@@ -170,8 +169,8 @@ def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
     assert some.axis_arc[1] < 120 > every.posterior.axis_arc()[1]
     assert every.axis_arc[0] == every.posterior.axis_arc()[0]
     assert every.axis_arc[1] == pytest.approx(162)
-    assert "every stone fell" in backwards_sentences(every)[1]
-    assert "axis of the motion can be told" not in backwards_sentences(some)[1]
+    assert inferred_motion(every).everything_fell
+    assert not inferred_motion(some).everything_fell
     truth = np.random.default_rng(3).uniform(0, 180, 20_000)
     held = np.abs((truth - every.axis_arc[0] + 90) % 180 - 90) <= every.axis_arc[1] / 2
     assert held.mean() == pytest.approx(0.9, abs=0.01)
@@ -183,17 +182,18 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion: Inversion) -> 
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
     odd = inversion.invert_survey("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
     assert odd.fit < 0.01
-    assert any(text.startswith("No motion here fits this survey") for text in cautions(odd))
+    assert not inferred_motion(odd).fits
     even = inversion.invert_survey("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
     assert even.fit > 0.1
-    assert not any("fits" in text for text in cautions(even))
+    assert inferred_motion(even).fits
 
 
-def test_missing_sizes_are_reported_and_drawn_at_random() -> None:
+def test_missing_sizes_are_reported_and_drawn_at_random(inversion: Inversion) -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
-    assert sizes_taken([column(SIZES[0])]) == ""
-    said = sizes_taken([column(SIZES[0]), tall, shaped])
-    assert "4 stones without a height taken to be 0.6 to 0.9 m high, 2 stones without B/H 0.3 to 0.4 m wide" in said
+    answer = inversion.invert_survey("x.csv", [column(SIZES[0], 0)])
+    assert not inferred_motion(answer, [column(SIZES[0])]).sizes_assumed
+    found = inferred_motion(answer, [column(SIZES[0]), tall, shaped])
+    assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (StoneKind.from_stone(one).node_weights(Population()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
@@ -345,7 +345,7 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: Inversion) 
     assert back.posterior.probability == pytest.approx(asked.posterior.probability)
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
     assert back.posterior.pga == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
-    assert backwards_sentences(back) == backwards_sentences(asked)
+    assert inferred_motion(back) == inferred_motion(asked)
     draw_posterior(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again"):

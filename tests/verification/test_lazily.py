@@ -10,9 +10,10 @@ import pytest
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import element_roses_figure
 from overturning.figures.style import style
-from overturning.report.results import Results, open_results
-from overturning.report.sections import causes, exactness, space
-from overturning.report.sections.scene import spread_sentence
+from overturning.findings.causes import fit_overturning_probability, score_published_criteria
+from overturning.findings.direction import planar_model_agreement, reference_alignments
+from overturning.findings.exactness import count_disagreeing_cells, final_twist
+from overturning.findings.results import Results, open_results
 from overturning.settings import Population
 from overturning.statistics.elements import count_common_falls, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
@@ -46,10 +47,10 @@ Statistic = Callable[[Results], object]
 def stones_of(results: Results) -> list[object]:
     """Read the sections of a report on elements and variants of a scene, and their roses."""
     stones = {name: results.reference_cube(name) for name in results.cubes}
-    (name, one), (_, other) = stones.items()
+    one, other = stones.values()
     said = [
         count_common_falls(one, other),
-        spread_sentence(name, one, results.study.ensemble),
+        count_disagreeing_cells(results),
         element_roses_figure(stones),
     ]
     return said + [falls_by_element(cube) for cube in results.cubes.values()]
@@ -61,15 +62,15 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.status_counts,
         "rose": lambda results: rose_figure(results.cube),
-        "logistic fit": causes.cause,
-        "criteria": causes.criteria,
+        "logistic fit": fit_overturning_probability,
+        "criteria": score_published_criteria,
     },
     "space": {
         "roses": lambda results: rose_figure(results.cube),
-        "what falls follow": space.follows,
-        "planes beside space": space.plane_beside,
-        "twist": space.twists,
-        "ensemble": exactness.ensemble,
+        "references": reference_alignments,
+        "planar model": planar_model_agreement,
+        "twist": final_twist,
+        "ensemble": count_disagreeing_cells,
         "population": lambda results: population_rates(results.cube, Population()),
         "illustrative cases": lambda results: illustrative_cases(results.cube),
     },
@@ -91,8 +92,6 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
                     name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
                     write_synthetic_cube(study, folder / name, different=1, variant=variant)
                 write_intensity(study, list(synthetic_records(study)), folder / "intensity.nc")
-                (folder / "figures" / "illustrative").mkdir(parents=True)
-                (folder / "figures" / "illustrative" / "cases.json").write_text("[]", "utf-8")
         yield made
 
 

@@ -42,6 +42,7 @@ rule findings:
         study=settings(
             *CUBE_KEYS,
             *("title", "question", "asks", "primary", "population", "surveys"),
+            figures=("height", "friction"),
         ),
         sources=sources(*NUMERICS, "records", "statistics", "surveys", "findings"),
     shell:
@@ -50,6 +51,7 @@ rule findings:
 
 rule report:
     input:
+        findings=FINDINGS,
         cubes=CUBES,
         intensity=f"{RESULTS}/intensity.nc",
         figures=[

@@ -20,9 +20,10 @@ def survey(
 ) -> None:
     """Compare the observed fall directions of a survey with those that the cube predicts."""
     from overturning.files import check_output_path
+    from overturning.findings.surveys import SurveyText, survey_findings
     from overturning.labels import azimuth_gap_label, variant_label
-    from overturning.report.plain import plain_lines
-    from overturning.report.sections.surveys import survey_section
+    from overturning.report.render import parse_markdown, render_markdown
+    from overturning.report.terminal import plain_lines
     from overturning.stored import write_result
     from overturning.study.cube import open_cube, record_number
     from overturning.surveys.comparison import compare_survey, make_survey_result
@@ -40,7 +41,10 @@ def survey(
     print(f"{result.stones} against {against}")
     for note in notes:
         print(note)
-    print(*plain_lines(survey_section(result, gaps=gaps)), sep="\n")
+    if gaps:
+        print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
+    text = render_markdown(SurveyText(surveys=[survey_findings(result)]), name="survey")
+    print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
         write_result(result, output)
     if figure is not None:
@@ -79,9 +83,11 @@ def backwards(
     import time
 
     from overturning.files import check_output_path
-    from overturning.report.plain import plain_lines
-    from overturning.report.sections.surveys import backwards_section, draw_posterior, sizes_taken
-    from overturning.report.text import counted
+    from overturning.findings.surveys import SurveyText, inferred_motion
+    from overturning.report.drawings import draw_posterior
+    from overturning.report.filters import counted
+    from overturning.report.render import parse_markdown, render_markdown
+    from overturning.report.terminal import plain_lines
     from overturning.study.preflight import format_time
     from overturning.surveys.inversion import Inversion
     from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
@@ -116,9 +122,8 @@ def backwards(
 
     responses = Responses(library, kinds, threads=threads, progress=progress)
     result = Inversion(responses, background, fixed).invert_survey(stones.name, rows)
-    print(*plain_lines(backwards_section(result)), sep="\n")
-    if taken := sizes_taken(rows):
-        print(taken)
+    text = render_markdown(SurveyText(motions=[inferred_motion(result, rows)]), name="motions")
+    print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
         write_inversion(result, output)
     if figure is not None:
@@ -138,7 +143,9 @@ def stood(
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """
-    from overturning.report.survival import survival_lines
+    from overturning.findings.standing import survival_findings
+    from overturning.report.render import parse_markdown, render_markdown
+    from overturning.report.terminal import plain_lines
     from overturning.surveys.standing import read_fragility_curves, read_hazard_curves, survival_by_class
     from overturning.surveys.stones import read_survey_with_notes
 
@@ -146,7 +153,6 @@ def stood(
     rows, notes, _ = (None, [], []) if stones is None else read_survey_with_notes(stones)
     for note in notes:
         print(note)
-    for line in survival_lines(
-        survival_by_class(curves, hazards, years, file_names=(str(fragility), str(hazard))), rows
-    ):
-        print(line)
+    found = survival_by_class(curves, hazards, years, file_names=(str(fragility), str(hazard)))
+    text = render_markdown(survival_findings(found, rows), name="stood")
+    print(*plain_lines(parse_markdown(text)), sep="\n")

@@ -1,7 +1,6 @@
-"""Figures of the fraction overturned in a population against the amplitude and the intensity of the motion."""
+"""Figure of the share of a cemetery's stones that fall, by peak velocity and by JMA intensity."""
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -9,82 +8,68 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, set_logarithmic_ticks
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, grid, labels, set_logarithmic_ticks
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import Fragility
-from overturning.statistics.fragility_files import is_openquake_measure
 
-INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
-"""Lower bounds, in instrumental intensity, of the degrees 5+, 6−, 6+ and 7 of the JMA scale."""
+INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
+"""Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
 
-def fall_rate_figure(
-    amplitude: FloatArray,
-    rates: FloatArray,
-    levels: Mapping[str, FloatArray],
-    curves: Sequence[Fragility],
-    jma: FloatArray,
-) -> Figure:
-    """Draw the fraction overturned against amplitude (if there are several), PGA, PGV, SA and JMA intensity.
+def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: Fragility, jma: FloatArray) -> Figure:
+    """Draw the fraction overturned against an intensity measure with its fragility curve, and against JMA intensity.
 
     Parameters
     ----------
-    amplitude : array, shape (a,)
-        Factors on the records.
     rates : array, shape (record, a)
-        Fractions overturned, NaN if unknown.
-    levels : mapping of str to array, shape (record, a)
-        Values of each measure, in the unit of its curve, NaN if unknown.
-    curves : sequence of Fragility
-        Fragility curves of the whole population.
+        Fractions overturned under each record and factor, NaN if unknown.
+    levels : array, shape (record, a)
+        Values of the measure of the curve, in its unit, NaN if unknown.
+    curve : Fragility
+        Fragility curve of the whole population; it is drawn with the 95 % interval of its median if it has one.
     jma : array, shape (record, a)
-        JMA instrumental intensity, NaN if unknown.
+        JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
     """
     with_jma = bool(np.isfinite(jma).any())
-    shown = [one for one in curves if is_openquake_measure(one.measure)]
-    several = amplitude.size > 1
-    count = several + len(shown) + with_jma
-    columns = min(count, 2)
-    rows = math.ceil(count / columns)
-    figure, panels = grid(rows, columns, 3.5 * columns, 2.9 * rows, count)
-    first, *others = panels.flat if several else (None, *panels.flat)
-    if first is not None:
-        first.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
-        first.plot(amplitude, 100 * np.nanmedian(rates, axis=0), color=INK, linewidth=2, label="median of the records")
-        labels(first, "factor on the record", "")
-    for panel, curve in zip(others, shown, strict=False):
-        _draw_curve(panel, levels[curve.measure], rates, curve)
+    figure, panels = grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9, 1 + with_jma)
+    _draw_curve(panels.flat[0], levels, rates, curve)
     if with_jma:
-        _draw_intensity(others[len(shown)], jma, rates)
-    for panel in panels.flat[:count]:
+        _draw_intensity(panels.flat[1], jma, rates)
+    for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
-    for panel in panels[:, 0]:
-        panel.set_ylabel("fall rate, %", fontsize=8)
-    caption(figure, "Fall rate of the population", first, 1)
+    panels.flat[0].set_ylabel("stones that fall, %", fontsize=8)
     return figure
 
 
 def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: Fragility) -> None:
-    """Draw the fraction overturned against one intensity measure, with its fragility curve."""
-    panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3)
+    """Draw the rates, and the curve over the range of the data with a band from the interval of its median."""
+    panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3, label="a record and factor")
     if math.isfinite(curve.median):
         x = np.geomspace(curve.least, curve.most, 100)
-        panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8)
+        low, high = curve.median_interval
+        if math.isfinite(low) and math.isfinite(high):
+            ends = [100 * curve.probability(x * (curve.median / median)) for median in (high, low)]
+            panel.fill_between(x, *ends, color=FALLS, alpha=0.2, linewidth=0, label="95 % interval of the median")
+        panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
     panel.set_xscale("log")
     set_logarithmic_ticks(panel.xaxis)
     labels(panel, f"{curve.measure}, {curve.unit}", "")
+    panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
 def _draw_intensity(panel: Any, jma: FloatArray, rates: FloatArray) -> None:
-    """Draw the fraction overturned against the JMA instrumental intensity."""
+    """Draw the rates, the bounds of the degrees, and the ranges from which surveys infer a degree."""
     known = np.isfinite(jma)
     panel.plot(jma[known], 100 * rates[known], ".", color=SERIES[4], markersize=3)
-    right = panel.get_xlim()[1]
+    left, right = panel.get_xlim()
     for low, high, least, most, _ in SURVEY_RULE:
         if least < right:
             size = min(most, right) - least, 100 * (high - low)
             panel.add_patch(Rectangle((least, 100 * low), *size, color=SERIES[4], alpha=0.3))
-    for bound in INTENSITY_SCALE:
+    for bound, name in INTENSITY_SCALE.items():
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
-    labels(panel, "JMA intensity", "")
+        if left < bound < right:
+            panel.text(bound + 0.03, 96, name, fontsize=7, va="top")
+    panel.set_xlim(left, right)
+    labels(panel, "JMA instrumental intensity", "")

@@ -8,6 +8,12 @@ from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, score_criteria
 from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning
 
+DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
+"""Quantity that doubles if a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its position."""
+
+MOST_ODDS_RATIO = 100.0
+"""Ratio of the ends of an interval of odds from which a factor on the odds is not reported."""
+
 
 class LogisticCoefficient(Finding):
     """Coefficient of the logistic fit."""
@@ -32,6 +38,14 @@ class LogisticCoefficient(Finding):
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
+class DoubledQuantity(Finding):
+    """Probability of a fall, 0.5 before a quantity doubles, after it has doubled."""
+
+    doubled: str
+    """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
+    even_chance_becomes: Number
+
+
 class LogisticFitFindings(Finding):
     """Logistic fit of the probability of overturning, with intervals from the jackknife over earthquakes."""
 
@@ -43,6 +57,8 @@ class LogisticFitFindings(Finding):
     """Number of earthquakes."""
     level: float
     """Probability of the intervals."""
+    even_chance: list[DoubledQuantity]
+    """Factors on the odds as probabilities, for the predictors with a narrow interval."""
     note: str
     """Reason why there is no fit or no interval; otherwise empty."""
 
@@ -121,9 +137,29 @@ def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
                 odds_factor_high=doubled[2],
             )
         )
+    fitted = {} if fit.note.startswith("no fit") else {rows[place].predictor: name for place, name in DOUBLED.items()}
+    chances = [
+        DoubledQuantity(
+            doubled=fitted[one.predictor],
+            even_chance_becomes=one.odds_factor_per_doubling / (1.0 + one.odds_factor_per_doubling),
+        )
+        for one in rows
+        if one.predictor in fitted and one.odds_factor_per_doubling is not None and _is_narrow(one)
+    ]
     return LogisticFitFindings(
-        coefficients=rows, fitted_outcomes=fit.rows, earthquakes=fit.clusters, level=LEVEL, note=fit.note
+        coefficients=[] if fit.note.startswith("no fit") else rows,
+        fitted_outcomes=fit.rows,
+        earthquakes=fit.clusters,
+        level=LEVEL,
+        even_chance=chances,
+        note=fit.note,
     )
+
+
+def _is_narrow(one: LogisticCoefficient) -> bool:
+    """True if the ends of the interval of the odds differ by less than `MOST_ODDS_RATIO`, or if there is none."""
+    low, high = one.odds_factor_low, one.odds_factor_high
+    return low is None or high is None or high < MOST_ODDS_RATIO * low
 
 
 def score_published_criteria(results: Results) -> CriteriaFindings | None:

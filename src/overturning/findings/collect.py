@@ -19,6 +19,7 @@ from overturning.findings.contrast import (
     VariantContrast,
     contrast_variants,
     element_outcomes,
+    not_converged_of,
     site_fall_rates,
 )
 from overturning.findings.direction import (
@@ -37,6 +38,16 @@ from overturning.findings.exactness import (
     count_disagreeing_cells,
     final_twist,
 )
+from overturning.findings.extent import (
+    CellCount,
+    Extent,
+    Maps,
+    RecordSource,
+    cells_of,
+    extent_of,
+    maps_of,
+    sources_of,
+)
 from overturning.findings.population import PopulationFindings, population_findings
 from overturning.findings.results import Results, open_results
 from overturning.findings.study import (
@@ -51,6 +62,7 @@ from overturning.findings.study import (
 )
 from overturning.findings.surveys import InferredMotion, SurveyFindings, all_survey_findings, inferred_motions
 from overturning.findings.values import Finding
+from overturning.stored import read_result
 from overturning.study.schema import Study
 
 
@@ -59,6 +71,7 @@ class Findings(Finding):
 
     study: StudyFacts
     """Question and grid."""
+    extent: Extent
     cases: CaseCounts
     """Number of cases and their outcomes."""
     direction: FallDirection
@@ -73,6 +86,8 @@ class Findings(Finding):
     """Falls of each element of scenes of several elements."""
     site_fall_rates: list[SiteFallRates]
     """Falls of the population on each soil."""
+    not_converged: list[str]
+    """Soil computations that did not converge."""
     surveys: list[SurveyFindings]
     """Comparison of each survey of fallen stones with the prediction."""
     inferred_motions: list[InferredMotion]
@@ -83,7 +98,7 @@ class Findings(Finding):
     """Falls of the population of stones."""
     logistic_fit: LogisticFitFindings | None
     """Logistic fit of the probability of overturning."""
-    score_criteria: CriteriaFindings | None
+    criteria_scores: CriteriaFindings | None
     """Skill of published criteria."""
     final_twist: FinalTwist | None
     """Rotation about the vertical of stones that stand."""
@@ -91,8 +106,11 @@ class Findings(Finding):
     """Cells whose repeated runs disagree."""
     convergence: ConvergenceFindings | None
     """Cases that change in a second, finer computation."""
+    maps: Maps
     records: list[RecordFacts]
     """Records and the falls under each."""
+    cells: list[CellCount]
+    sources: list[RecordSource]
     numerical_quality: NumericalQuality
     """Energy error, penetration and versions."""
 
@@ -101,6 +119,7 @@ def findings_from_results(results: Results) -> Findings:
     """Compute all findings of a study from its opened results."""
     return Findings(
         study=study_facts(results),
+        extent=extent_of(results),
         cases=count_cases(results),
         direction=fall_direction(results),
         contrasts=contrast_variants(results),
@@ -108,16 +127,20 @@ def findings_from_results(results: Results) -> Findings:
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_outcomes(results),
         site_fall_rates=site_fall_rates(results),
+        not_converged=not_converged_of(results),
         surveys=all_survey_findings(results),
         inferred_motions=inferred_motions(results),
         published_comparisons=compare_with_published(results),
         population=population_findings(results),
         logistic_fit=fit_overturning_probability(results),
-        score_criteria=score_published_criteria(results),
+        criteria_scores=score_published_criteria(results),
         final_twist=final_twist(results),
         ensemble=count_disagreeing_cells(results),
         convergence=convergence_findings(results),
+        maps=maps_of(results),
         records=record_facts(results),
+        cells=cells_of(results),
+        sources=sources_of(results),
         numerical_quality=numerical_quality(results),
     )
 
@@ -147,6 +170,11 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     folder = path if path.is_dir() else path.parent
     with open_results(folder, study) as results:
         return findings_from_results(results)
+
+
+def read_findings(path: Path) -> Findings:
+    """Read findings from JSON; a `ResultError` if the file is missing, damaged, or from another version."""
+    return read_result(Findings, path, "findings")
 
 
 def write_findings(findings: Findings, path: Path) -> None:

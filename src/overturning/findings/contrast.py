@@ -1,13 +1,16 @@
 """Comparison of the study with its variants, case by case."""
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.findings.results import Results
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.records.site import Site
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
+from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.elements import ElementFalls, count_common_falls, mean_contrast
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
@@ -20,6 +23,11 @@ class VariantContrast(Finding):
 
     variant: str
     """Name of the variant."""
+    primary: bool
+    """True for the variant against which the primary statistic is compared."""
+    scene_here: str
+    """Title of the scene of the study, and of that of the variant."""
+    scene_there: str
     differs_in: list[str]
     """Settings that differ: scene, contact, vertical, site."""
     records: int
@@ -42,6 +50,11 @@ class VariantContrast(Finding):
     """Share of the falls in both that are earlier in the study."""
     by_b_over_h: list["SharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
+    rate_here: Estimate | None
+    """Fall rate of the population in the study under the records as they are; None without a population."""
+    rate_there: Estimate | None
+    primary_difference: Estimate
+    """Difference of the primary statistic: of the fall rates if that is the fall rate, otherwise of the shares."""
 
 
 class SharesAtBOverH(Finding):
@@ -53,6 +66,8 @@ class SharesAtBOverH(Finding):
     """Share of the cases that overturn in the study."""
     share_overturned_variant: Estimate
     """Share of the cases that overturn in the variant."""
+    share_difference: Estimate
+    """First share minus the second, record by record."""
 
 
 class ElementOutcomes(Finding):
@@ -98,6 +113,10 @@ class SiteFallRates(Finding):
     """Median of the largest horizontal acceleration over records, m/s²."""
     mean_fall_rate: Number
     """Mean over records of the share of the stones that fall."""
+    axis_turned_deg: Number
+    """Median angle, over records, between the fall axes on this ground and on the ground as recorded."""
+    axes_compared: int
+    """Number of records with an axis on both grounds."""
     median_fall_rate: Number
     """Median over records of the share of the stones that fall."""
     records_with_half_fallen: int
@@ -105,6 +124,7 @@ class SiteFallRates(Finding):
 
 
 SHARE_OVERTURNED = "share of the cases that overturn"
+FALL_RATE = "share of the stones of a cemetery that fall under the records as they are"
 
 
 def differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
@@ -151,18 +171,29 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
             b_over_h=round(float(ratio), 9),
             share_overturned_study=estimate_from_mean(share_over_earthquakes(one, events), SHARE_OVERTURNED),
             share_overturned_variant=estimate_from_mean(share_over_earthquakes(other, events), SHARE_OVERTURNED),
+            share_difference=estimate_from_mean(
+                mean_over_earthquakes(one - other, events), f"difference of the {SHARE_OVERTURNED}"
+            ),
         )
         for ratio, one, other in zip(results.cube["b_over_h"].to_numpy(), *shapes, strict=True)
     ]
+    difference = estimate_from_mean(
+        mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
+    )
+    rates = [_fall_rate(results, name, record_positions) for name in (NOMINAL, variant)] if results.populations else []
+    with_rate = results.study.primary.statistic == "fall_rate" and bool(rates)
+    rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if with_rate else None
+    scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
     return VariantContrast(
         variant=variant,
+        primary=variant == results.study.primary.against,
+        scene_here=scenes[0].name,
+        scene_there=scenes[1].name,
         differs_in=differing_settings(results.study, NOMINAL, variant),
         records=int(record_positions.size),
         share_overturned_study=estimate_from_mean(share_over_earthquakes(here, events), SHARE_OVERTURNED),
         share_overturned_variant=estimate_from_mean(share_over_earthquakes(there, events), SHARE_OVERTURNED),
-        share_difference=estimate_from_mean(
-            mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
-        ),
+        share_difference=difference,
         only_study_overturns=estimate_from_mean(found.only_this, "share of the cases that overturn in the study only"),
         only_variant_overturns=estimate_from_mean(
             found.only_other, "share of the cases that overturn in the variant only"
@@ -173,7 +204,20 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
         ),
         earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
         by_b_over_h=by_shape,
+        rate_here=estimate_from_mean(share_over_earthquakes(rates[0], events), FALL_RATE) if rates else None,
+        rate_there=estimate_from_mean(share_over_earthquakes(rates[1], events), FALL_RATE) if rates else None,
+        primary_difference=(
+            difference
+            if rate_difference is None
+            else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE}")
+        ),
     )
+
+
+def _fall_rate(results: Results, variant: str, places: NDArray[np.intp]) -> FloatArray:
+    """Return the fall rate of the population of a variant under each record as it is."""
+    rates = results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
+    return np.asarray(rates[places], np.float64)
 
 
 def element_outcomes(results: Results) -> list[ElementOutcomes]:
@@ -215,6 +259,11 @@ def site_fall_rates(results: Results) -> list[SiteFallRates]:
         for name, site in sites.items():
             rate = results.populations[name].sel(amplitude=factor)["fall_rate"]
             accounts = record_provenance(results.cubes[name]).values()
+            angles = (
+                np.empty(0)
+                if site is None
+                else turned_axes(*(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL)))
+            )
             layers = site.layers if site is not None else ()
             found.append(
                 SiteFallRates(
@@ -223,8 +272,36 @@ def site_fall_rates(results: Results) -> list[SiteFallRates]:
                     amplitude=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),
+                    axis_turned_deg=float(np.median(angles)) if angles.size else float("nan"),
+                    axes_compared=int(angles.size),
                     median_fall_rate=float(rate.median()),
                     records_with_half_fallen=int((rate >= 0.5).sum()),
                 )
             )
+    return found
+
+
+LEAST_FALLS = 0.05
+"""Fall rate from which the falls of a record have an axis that is compared."""
+
+
+def turned_axes(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
+    """Return the angles, degrees, between the fall axes of records on two grounds, for records with both axes."""
+    apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
+    for found in (ground, rock):
+        clear = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
+        apart = np.where(clear, apart, np.nan)
+    return np.asarray(apart[np.isfinite(apart)])
+
+
+def not_converged_of(results: Results) -> list[str]:
+    """Return the soil computations that did not converge: variant, record and components."""
+    found = []
+    for variant in results.study.variants:
+        if variant_settings(results.study, variant).site is None:
+            continue
+        for record, account in record_provenance(results.cubes[variant]).items():
+            text = (account["steps"] or [{}])[-1].get("chosen", "")
+            parts = [part for part in text.split("; ") if "not converged" in part]
+            found += [f"{variant}, {record}: {'; '.join(parts)}"] if parts else []
     return found

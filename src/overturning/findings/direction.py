@@ -70,6 +70,12 @@ class GroupDirection(Finding):
     """Falls of each earthquake relative to its fault normal."""
     by_rule: list[AlignmentUnderRule]
     """Alignment under each rule that selects blocks."""
+    smallest_by_rule: Number
+    """Smallest alignment under the rules of `by_rule`."""
+    largest_by_rule: Number
+    rules_with_interval: int
+    """Number of these rules with an interval, and how many of the intervals exclude 0."""
+    rules_excluding_zero: int
 
 
 class FallDirection(Finding):
@@ -77,6 +83,8 @@ class FallDirection(Finding):
 
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
+    no_axis_because: str
+    """Reason why not: "no outcome", "no falls", "one plane", "falls in every plane", "no fault normal"; else empty."""
     groups: list[GroupDirection]
     """Direction of the falls of each group of records."""
     alignment_difference: Estimate | None
@@ -109,6 +117,14 @@ class GroupReferenceAlignment(Finding):
     """The two references with the largest alignment of axes; shorter if fewer are known."""
     closest_minus_second: Estimate | None
     """Difference of the alignments of these two; None if there is one reference."""
+    closest_alignment: Estimate | None
+    """Alignment with the axis of the closest reference, all B/H together."""
+    fault_normal: Estimate | None
+    """Alignment with the fault normal; None if no fault normal is known."""
+    directions_with_interval: int
+    """Number of ranges of B/H in which the alignment with the head of the closest reference has an interval."""
+    directions_excluding_zero: int
+    """Number of these intervals that exclude 0."""
 
 
 class PlanarModelAgreement(Finding):
@@ -143,6 +159,19 @@ def _alignment_under_rule(
     )
 
 
+def _reason(results: Results) -> str:
+    """Return the reason why the falls have no axis that can be compared with a fault; empty if they have one."""
+    if math.isnan(results.share_overturned):
+        return "no outcome"
+    if results.share_overturned <= 0:
+        return "no falls"
+    if results.has_single_axis:
+        return "one plane"
+    if results.every_case_overturns:
+        return "falls in every plane"
+    return "" if results.fault_normal_known else "no fault normal"
+
+
 def fall_direction(results: Results) -> FallDirection:
     """Compute the direction of falls relative to the fault normal, by group of records."""
     cube, groups = results.cube, []
@@ -152,6 +181,8 @@ def fall_direction(results: Results) -> FallDirection:
         axes = results.axes_by_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.events)
+        rules = [_alignment_under_rule(one, word, one.rule is own) for one in results.alignment_by_rule.get(name, [])]
+        known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(
             GroupDirection(
                 group=name,
@@ -170,9 +201,11 @@ def fall_direction(results: Results) -> FallDirection:
                     EarthquakeAxis(event=str(event), alignment=mean, resultant=length, axis_from_normal_deg=axis)
                     for event, mean, length, axis in rows
                 ],
-                by_rule=[
-                    _alignment_under_rule(one, word, one.rule is own) for one in results.alignment_by_rule.get(name, [])
-                ],
+                by_rule=rules,
+                smallest_by_rule=min(known, default=math.nan),
+                largest_by_rule=max(known, default=math.nan),
+                rules_with_interval=sum(one.alignment.low is not None for one in rules),
+                rules_excluding_zero=sum(one.alignment.excludes_zero for one in rules),
             )
         )
     changes = dict[str, Number]()
@@ -182,6 +215,7 @@ def fall_direction(results: Results) -> FallDirection:
     difference = results.alignment_difference
     return FallDirection(
         has_comparable_axis=results.has_comparable_axis,
+        no_axis_because=_reason(results),
         groups=groups,
         alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
         if difference and difference.n
@@ -210,7 +244,9 @@ def reference_alignments(results: Results) -> list[GroupReferenceAlignment]:
                     by_b_over_h_range=by_b_over_h_range,
                 )
             )
-        closer = references.closer[:1]
+        closer, axes = references.closer[:1], {one.reference: one for one in means if one.alignment_kind == "axis"}
+        ends = [one for one in means if one.alignment_kind == "direction" and one.reference in references.closest[:1]]
+        heads = [one for each in ends for one in each.by_b_over_h_range.values() if one.low is not None]
         groups.append(
             GroupReferenceAlignment(
                 group=group,
@@ -219,6 +255,10 @@ def reference_alignments(results: Results) -> list[GroupReferenceAlignment]:
                 closest_minus_second=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
                 if closer
                 else None,
+                closest_alignment=axes[references.closest[0]].all_b_over_h if references.closest else None,
+                fault_normal=axes["fault normal"].all_b_over_h if "fault normal" in axes else None,
+                directions_with_interval=len(heads),
+                directions_excluding_zero=sum(one.excludes_zero for one in heads),
             )
         )
     return groups

@@ -1,10 +1,12 @@
 """Uncertainty of outcomes: ensemble runs that disagree, cases that change in a second computation, final rotation."""
 
+import math
 from functools import partial
 
 import numpy as np
 import xarray as xr
 
+from overturning.findings.comparison import Changed, SecondComputation, changed, second_computations
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
@@ -42,6 +44,14 @@ class ConvergenceFindings(Finding):
     """Counts of the convergence check (`convergence.json`)."""
     is_sample: bool
     """True if a random sample of the cases was run again, False if all were."""
+    comparisons: list[SecondComputation]
+    """Cases that change in each second computation."""
+    share_at_rest: Number
+    """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
+    undecidable: Changed
+    """Cases run again that change with a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
+    moved_by_amplitude: Changed | None
+    """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
 
 
 class FinalTwist(Finding):
@@ -60,7 +70,17 @@ class FinalTwist(Finding):
 def convergence_findings(results: Results) -> ConvergenceFindings | None:
     """Return the counts of the convergence check; None if the study has none."""
     found = results.convergence
-    return None if found is None else ConvergenceFindings(result=found, is_sample=found.chosen < found.computed)
+    if found is None:
+        return None
+    is_sample, shift = found.chosen < found.computed, found.amplitude
+    return ConvergenceFindings(
+        result=found,
+        is_sample=is_sample,
+        comparisons=second_computations(found),
+        share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
+        undecidable=changed(found.settling.chaotic, found.chosen, is_sample),
+        moved_by_amplitude=None if shift is None else changed(shift.moved, shift.falls, is_sample),
+    )
 
 
 def final_twist(results: Results) -> FinalTwist | None:

@@ -62,7 +62,7 @@ class SurveyRuleCheck(Finding):
 
     fall_rate_from: float
     """Lower end of the share of the stones that fall."""
-    fall_rate_below: float
+    fall_rate_below: Number
     """Upper end of the share of the stones that fall; infinite if the rule has no upper end."""
     inferred_jma_degree: str
     """Degree of the JMA scale that the rule infers."""

@@ -13,6 +13,7 @@ from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_normal
 from overturning.study.cube import record_provenance
+from overturning.units import CM, STANDARD_GRAVITY
 
 
 class StudyFacts(Finding):
@@ -88,8 +89,11 @@ class RecordFacts(Finding):
     """Largest horizontal peak acceleration over all azimuths."""
     pga_azimuth_deg: Number
     """Axis of this peak, 0 to 180."""
+    pga_g: Number
+    """The same in units of the standard acceleration of gravity."""
     pgv_m_s: Number
     """Largest horizontal peak velocity over all azimuths."""
+    pgv_cm_s: Number
     pgv_azimuth_deg: Number
     """Axis of this peak, 0 to 180."""
     pgd_m: Number
@@ -187,6 +191,7 @@ def record_facts(results: Results) -> list[RecordFacts]:
             peaks[f"{measure}_{unit}"] = float(along.max())
             if measure != "pgd":
                 peaks[f"{measure}_azimuth_deg"] = float(azimuth[int(along.argmax())] % 180)
+        peaks |= {"pga_g": peaks["pga_m_s2"] / STANDARD_GRAVITY, "pgv_cm_s": peaks["pgv_m_s"] / CM}
         clear = {kind: lengths[kind][index] >= LEAST_RESULTANT for kind in lengths}
         mean = {kind: float(angles[kind][index]) if clear[kind] else math.nan for kind in angles}
         pulse = float(cube["pulse"].to_numpy()[index])

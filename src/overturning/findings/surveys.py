@@ -1,10 +1,19 @@
 """Surveys of fallen stones: comparison with the prediction, and inferred motion."""
 
+import math
+from collections.abc import Sequence
+
+from pydantic import Field
+
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
+from overturning.settings import Population
 from overturning.surveys.comparison import SurveyResult
+from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
 from overturning.surveys.posterior import LEVEL, InversionResult
-from overturning.surveys.stones import OCTANTS
+from overturning.surveys.prediction import SIDES
+from overturning.surveys.stones import OCTANTS, Stone
+from overturning.units import CM
 
 
 class TestFinding(Finding):
@@ -29,12 +38,16 @@ class SurveyFindings(Finding):
     """SHA-256 hash of the survey file."""
     record: str
     """Record for whose site the prediction is made."""
+    doubts: list[str]
+    """Doubts about the survey file, such as the unit of its azimuths."""
     fell: int
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
     fell_in_unknown_direction: int
     """Number of stones that fell in an unknown direction."""
+    octant_falls: int
+    """Number of falls whose direction is known."""
     mean_direction_deg: Number
     """Mean fall direction."""
     resultant: Number
@@ -55,6 +68,14 @@ class SurveyFindings(Finding):
     """Number of `checked_predictions` in which the stone did what was most probable."""
     checked_predictions: int | None
     """Number of stones of known face and B/H; None if there are none."""
+    sides: dict[str, list[int]]
+    """Stones of known face by the side to which they fell: their most probable sides, in the same order."""
+    faces_known: bool
+    """True if the directions of some falls are predicted edge by edge only."""
+    turned_every_way: int
+    """Falls without face azimuth or B/H, for which all orientations are assumed."""
+    never: int
+    """Falls of stones like which none falls in the study; their predicted direction is random."""
     stones_without_face: int
     """Number of stones whose face azimuth is not known."""
     stones_without_b_over_h: int
@@ -80,6 +101,21 @@ class InferredStrength(Finding):
     """Upper end of the interval before the survey."""
 
 
+class LikelyMotion(Finding):
+    """Motion with its probability after and before the survey."""
+
+    motion: str
+    probability: Number
+    prior: Number
+
+
+class SizeRange(Finding):
+    """Range of a size of stones, m."""
+
+    low: float
+    high: float
+
+
 class InferredMotion(Finding):
     """Axis and strength of the motion inferred from a survey of stones."""
 
@@ -97,10 +133,36 @@ class InferredMotion(Finding):
     """Width of the arc of the axis of the largest velocity."""
     strengths: list[InferredStrength]
     """Interval of each intensity measure."""
+    everything_fell: bool
+    """True if every stone fell: then the survey shows no axis."""
+    axis_half_arc_deg: Number
+    """Half of the width of the arc of the axis."""
+    stronger_than_library: float
+    """Share of the probability on the strongest level of the motions."""
+    weaker_than_library: float
+    """Share of the probability on the weakest level of the motions."""
+    weakest_level_cm_s: float
+    strongest_level_cm_s: float
+    fixed: float
+    """Share of stones taken to be fixed to their base."""
     fit_p_value: Number
     """p-value of the posterior predictive check; small if no motion fits the survey."""
-    likeliest_motions: dict[str, Number]
-    """The likeliest motions with their probability."""
+    fits: bool
+    """False if the check rejects every motion."""
+    beyond_library_above: bool
+    """True if so much probability lies on the strongest level that no upper bound can be given."""
+    beyond_library_below: bool
+    power: float
+    """Power of the likelihood of directions (see docs/surveys.md)."""
+    likeliest_motions: list[LikelyMotion]
+    """The likeliest_motions motions, the first with the largest probability."""
+    stones_without_height: int
+    """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
+    stones_without_b_over_h: int
+    sizes_assumed: bool
+    assumed_height_m: SizeRange
+    """Height of the stones without one, and width of those without B/H."""
+    assumed_width_m: SizeRange
 
 
 MOTIONS_LISTED = 12
@@ -126,9 +188,11 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
         stones=result.stones,
         sha256=result.sha256,
         record=result.record,
+        doubts=list(result.doubts),
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,
+        octant_falls=found.directed,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
         observed_by_octant=by_octant(found.octant_observed.tolist()),
@@ -139,6 +203,10 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
         uniformity_test=test("uniform_octants"),
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
+        sides={} if confusion is None else dict(zip(SIDES, confusion.tolist(), strict=True)),
+        faces_known=found.turned_every_way < found.directed,
+        turned_every_way=found.turned_every_way,
+        never=found.never,
         stones_without_face=found.without_face,
         stones_without_b_over_h=found.without_b_over_h,
         stones_beyond_grid=found.beyond,
@@ -151,24 +219,54 @@ def inferred_motions(results: Results) -> list[InferredMotion]:
     return [inferred_motion(one) for one in results.inferred_motions]
 
 
-def inferred_motion(inversion: InversionResult) -> InferredMotion:
-    """Return the motion inferred from a survey."""
-    one, strengths = inversion.posterior, []
-    for name, values in inversion.strengths.items():
+def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
+    """Return the motion inferred from a survey; `stones` are the stones of its file."""
+    one, strengths = found.posterior, []
+    for name, values in found.strengths.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
             InferredStrength(measure=name, posterior_low=low, posterior_high=high, prior_low=least, prior_high=most)
         )
-    middle, width = inversion.axis_arc
-    shares = one.source_probabilities()
+    middle, width = found.axis_arc
+    weakest, strongest = (float(share) for share in one.outer_level_probabilities())
+    high = sum(int(each.count) for each in stones if math.isnan(each.height))
+    wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness[0]))
+    assumed = Population()
+    shares, prior = one.source_probabilities(), one.prior.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
-        stones=inversion.name,
-        fell=inversion.fell,
-        stood=inversion.stood,
+        stones=found.name,
+        fell=found.fell,
+        stood=found.stood,
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
         strengths=strengths,
-        fit_p_value=inversion.fit,
-        likeliest_motions={one.sources[place]: float(shares[place]) for place in order},
+        everything_fell=found.everything_fell,
+        axis_half_arc_deg=width / 2,
+        weaker_than_library=weakest,
+        stronger_than_library=strongest,
+        beyond_library_below=weakest > (1 - LEVEL) / 2,
+        beyond_library_above=strongest > (1 - LEVEL) / 2,
+        power=POWER,
+        weakest_level_cm_s=float(one.level[0]) / CM,
+        strongest_level_cm_s=float(one.level[-1]) / CM,
+        fixed=found.fixed,
+        fit_p_value=found.fit,
+        fits=not found.fit < MIN_FIT_P_VALUE,
+        likeliest_motions=[
+            LikelyMotion(motion=one.sources[place], probability=float(shares[place]), prior=float(prior[place]))
+            for place in order
+        ],
+        stones_without_height=int(high),
+        stones_without_b_over_h=int(wide),
+        sizes_assumed=bool(high or wide),
+        assumed_height_m=SizeRange(low=assumed.height.low, high=assumed.height.high),
+        assumed_width_m=SizeRange(low=assumed.width.low, high=assumed.width.high),
     )
+
+
+class SurveyText(Finding):
+    """Results of the commands `overturning survey` and `overturning backwards`."""
+
+    surveys: list[SurveyFindings] = Field(default_factory=list)
+    motions: list[InferredMotion] = Field(default_factory=list)

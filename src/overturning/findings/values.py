@@ -11,6 +11,7 @@ from overturning.statistics.bootstrap import Mean
 def _nan_to_none(value: Any) -> Any:
     """Convert NaN to None, and a NumPy scalar to a Python number."""
     value = value.item() if hasattr(value, "item") else value
+    value = float(value) if value in ("inf", "-inf") else value
     return None if isinstance(value, float) and math.isnan(value) else value
 
 

@@ -1,30 +1,87 @@
-"""The report of a study, from its results to the files."""
+"""The report of a study, from its findings and figures to files."""
 
+import tempfile
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from overturning.errors import ResultError
+from overturning.figures.drawn_case import read_cases
 from overturning.files import atomic_write
-from overturning.report.blocks import Figure, each_block
-from overturning.report.build import build_report
-from overturning.report.html import pieces_of
-from overturning.report.pdf import render_pdf
-from overturning.report.results import open_results
+from overturning.findings.collect import read_findings
+from overturning.findings.results import open_results
+from overturning.report.drawings import chapters, draw_report_figures, study_figures
+from overturning.report.page import report_page
+from overturning.report.paper import report_paper
+from overturning.report.render import Media, parse_markdown, render_markdown
 from overturning.study.schema import Study
 
+FINDINGS = "findings.json"
+"""Name of the findings of a study, in its folder of results."""
 
-def write_report(results: Path, path: Path, pdf: Path | None = None, beside: Study | None = None) -> None:
-    """Write the report of a study's folder of results as a page (HTML), and as PDF, the same bytes each time.
+EXPLORER = "explore.html"
+"""Name of the page of `overturning explore`, next to the report."""
 
-    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where
-    it is not given. `ResultError` if a result is missing.
+
+@dataclass(frozen=True)
+class FilmFacts:
+    """Facts about a film: its name in the report, title, block, outcomes, and the rule that chose it."""
+
+    name: str
+    title: str
+    block: str
+    outcomes: tuple[str, ...]
+    rule: str
+
+
+def write_report(
+    results: Path, path: Path, pdf: Path | None = None, beside: Study | None = None, language: str = "en"
+) -> None:
+    """Write the report of a study's folder of results as an HTML page, and as PDF, the same bytes each time.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of the results.
+    path, pdf : Path
+        Page, and PDF if it is wanted.
+    beside : Study, optional
+        Study from which title, question, surveys, population and settings of figures are taken; not given: that of
+        the cube.
+    language : str, default "en"
+        Language of the templates; see `overturning.report.render.LANGUAGES`.
+
+    Raises
+    ------
+    ResultError
+        If a result or a figure is missing, or if there are no templates of the language.
     """
-    with open_results(results, beside) as opened:
-        report = build_report(opened)
-        for block in each_block(report):
-            if isinstance(block, Figure) and not block.path.is_file():
-                raise ResultError(f"{block.path}: no such figure; run the figures of the study first")
-        with atomic_write(path) as part, part.open("w", encoding="utf-8") as page:
-            page.writelines(pieces_of(report))
+    with open_results(results, beside) as opened, tempfile.TemporaryDirectory() as drawings:
+        found = read_findings(results / FINDINGS)
+        figures = study_figures(results / "figures")
+        figures |= {f"survey-{n + 1}": results / "survey" / f"{n + 1}.svg" for n in range(len(opened.surveys))}
+        figures |= draw_report_figures(opened, found, Path(drawings))
+        cases = read_cases(results / "figures" / "illustrative")
+        films: dict[str, dict[str, Any]] = {f"film-{number}": case.film for number, case in enumerate(cases, 1)}
+        facts = [
+            FilmFacts(f"film-{number}", case.title, case.block, case.outcomes, case.rule)
+            for number, case in enumerate(cases, 1)
+        ]
+        media = Media(
+            films=facts,
+            chapters=chapters(figures, [one.id for one in found.records]),
+            explorer=EXPLORER,
+            stations=sorted(name for name in figures if name.startswith("maps/")),
+            posteriors=bool(opened.inferred_motions),
+            rose="rose" in figures and bool(found.cases.share_overturned),
+        )
+        tree = parse_markdown(render_markdown(found, language, media))
+        if missing := [file for file in figures.values() if not file.is_file()]:
+            raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
+        with atomic_write(path) as part:
+            page = report_page(tree, found.study.title, language, figures, films)
+            part.write_text(page, encoding="utf-8")
         if pdf is not None:
+            pages = report_paper(tree, found.study.title, language, figures)
             with atomic_write(pdf) as part:
-                part.write_bytes(render_pdf(report))
+                part.write_bytes(pages)

@@ -1,0 +1,152 @@
+"""Extent of a study: its records, blocks and maps, the outcomes of its cells, and the sources of its records."""
+
+import numpy as np
+
+from overturning.findings.results import Results
+from overturning.findings.values import Finding, Number
+from overturning.labels import azimuth_gap_ranges, earthquake_assignment_notes
+from overturning.model.planes import azimuth_period_deg
+from overturning.model.symmetry import PLANE_PERIOD
+from overturning.statistics.by_record import record_groups
+from overturning.statistics.map_choice import choose_records
+from overturning.study.cube import element_of_cube, first_shown_block, record_sources
+from overturning.study.scenes import variant_scene
+
+
+class Extent(Finding):
+    """Number of records, earthquakes, blocks and azimuths of a study, and properties of its motions."""
+
+    records: int
+    earthquakes: int
+    heights: int
+    slendernesses: int
+    """Number of values of B/H."""
+    frictions: int
+    blocks: int
+    """Number of blocks: heights times slendernesses times frictions."""
+    direction_step_deg: Number
+    """Angle between neighbouring azimuths of the motion, or orientations of the body; None if it varies."""
+    azimuth_gaps: list[tuple[float, float]]
+    """Ranges of azimuths, degrees, in which no plane was computed."""
+    mirrored: bool
+    """True if a fall in one plane to one side is the mirror image of a fall to the other side."""
+    elements: int
+    """Number of free elements of the scene."""
+    element: str
+    """Name of the element whose falls are reported."""
+    square: bool
+    """True for a prism with a square base."""
+    records_with_vertical: int
+    """Number of records whose vertical motion was applied."""
+    vertical_left_out: int
+    """Number of records whose vertical motion the study leaves out."""
+    pulse_not_stated: list[str]
+    """Records of no group, because it is not stated whether they have a velocity pulse."""
+    notes_on_earthquakes: list[str]
+    """Doubts about the assignment of records to earthquakes."""
+    other_amplitudes: int
+    """Number of other factors under which each record was computed."""
+
+
+class ChosenMap(Finding):
+    """Record whose map the report shows."""
+
+    record: str
+    station: str
+    event: str
+    reason: str
+    """Reason for the choice: "every record", "most aligned", "median", "least aligned" or "clearest axis"."""
+    alignment: Number
+    """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
+
+
+class Maps(Finding):
+    """Maps of the report, and the block that they show."""
+
+    height_m: Number
+    friction: Number
+    smallest_b_over_h: float
+    records: list[ChosenMap]
+
+
+class CellCount(Finding):
+    """Number of cells with one status."""
+
+    status: str
+    cells: int
+
+
+class RecordSource(Finding):
+    """Source and licence of the file of a record."""
+
+    record: str
+    source: str
+    licence: str
+
+
+def extent_of(results: Results) -> Extent:
+    """Count records, blocks and azimuths of a study."""
+    study, cube, model = results.study, results.cube, results.model
+    sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
+    steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))
+    groups = list(record_groups(cube).values())
+    neither = ~np.any(groups, axis=0)
+    mirrored = not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD
+    plan = study.body
+    return Extent(
+        records=len(results.record_names),
+        earthquakes=results.earthquake_count,
+        heights=sizes["height"],
+        slendernesses=sizes["b_over_h"],
+        frictions=sizes["friction"],
+        blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"],
+        direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
+        azimuth_gaps=azimuth_gap_ranges(cube),
+        mirrored=mirrored,
+        elements=len(variant_scene(study).free_names),
+        element=element_of_cube(cube),
+        square=plan is not None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
+        records_with_vertical=results.records_with_vertical,
+        vertical_left_out=results.records_without_their_vertical,
+        pulse_not_stated=[name.id for name, alone in zip(results.record_names, neither, strict=True) if alone],
+        notes_on_earthquakes=earthquake_assignment_notes(cube),
+        other_amplitudes=len(study.amplitude) - 1,
+    )
+
+
+def maps_of(results: Results) -> Maps:
+    """Choose the records whose maps the report shows."""
+    cube, means = results.cube, results.record_means
+    axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
+    normal = cube["fault_normal"].to_numpy().astype(np.float64)
+    alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
+    block = first_shown_block(cube, results.study)
+    names = results.record_names
+    return Maps(
+        height_m=block["height"][0] if "height" in block else float("nan"),
+        friction=block["friction"][0] if "friction" in block else float("nan"),
+        smallest_b_over_h=float(cube["b_over_h"].min()),
+        records=[
+            ChosenMap(
+                record=names[place].id,
+                station=names[place].station,
+                event=names[place].event,
+                reason=reason,
+                alignment=float(alignment[place]),
+            )
+            for place, reason in choose_records(cube, alignment, length)
+        ],
+    )
+
+
+def cells_of(results: Results) -> list[CellCount]:
+    """Count the cells of each status."""
+    return [CellCount(status=name, cells=count) for name, (count, _) in results.status_counts.items() if count]
+
+
+def sources_of(results: Results) -> list[RecordSource]:
+    """Return source and licence of each record."""
+    return [
+        RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))
+        for row in record_sources(results.cube)
+    ]

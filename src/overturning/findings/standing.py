@@ -1,0 +1,150 @@
+"""Survival of stones under a hazard, and the bound that standing stones put on the rate of falls."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from overturning.errors import ResultError
+from overturning.findings.values import Finding, Number
+from overturning.study.ensemble import wilson_interval
+from overturning.surveys.standing import (
+    BOUND_PROBABILITY,
+    LARGEST_SHARE_BEYOND,
+    Survival,
+    fall_rate_below_curve,
+    hazard_unit_warning,
+    upper_bound_of_fall_rate,
+    upper_bound_of_hazard_factor,
+)
+from overturning.surveys.stones import Stone
+
+NEGLIGIBLE: Final = 0.01
+"""Share of the falls from shaking below the hazard's first level up to which it is not reported."""
+
+
+class ClassSurvival(Finding):
+    """Survival of a class of stones under the hazard of one intensity measure."""
+
+    stones: str
+    measure: str
+    falls_per_year: Number
+    stands: Number
+    """Probability that a stone stands for the exposure time, with its 95 % interval."""
+    stands_low: Number
+    stands_high: Number
+    share_of_class: Number
+    """Share of the class that stands if the deviation of each stone from its class is constant."""
+    beyond_records: Number
+    """Share of the falls that come from shaking beyond the records."""
+    largest_hazard_factor: Number
+    """Upper bound of a factor on the hazard from standing stones; None without a bound."""
+    fall_at_first_level: Number
+    """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
+    first_level: float
+    unit: str
+    weaker_falls_per_year: Number
+    """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
+
+
+class ClassWithoutCurve(Finding):
+    """Class of stones without a result."""
+
+    stones: str
+    measure: str
+    beyond_records: bool
+    """True if the median lies beyond the records, False if no curve fits the falls."""
+
+
+class StandingStones(Finding):
+    """Survey of stones that were exposed to the hazard."""
+
+    stood: int
+    fell: int
+    total: int
+    rate_bound_per_year: Number
+    """Upper bound of the rate of falls if none fell; otherwise None."""
+    bound_probability: float
+    share: Number
+    """Share that stands, with its 95 % interval (Wilson)."""
+    low: Number
+    high: Number
+
+
+class SurvivalFindings(Finding):
+    """Survival of stones under a hazard during an exposure time."""
+
+    years: float
+    doubts: list[str]
+    """Doubts about the units of the hazard curves."""
+    classes: list[ClassSurvival]
+    without_curve: list[ClassWithoutCurve]
+    survey: StandingStones | None
+
+
+def survival_findings(found: Survival, stones: Sequence[Stone] | None) -> SurvivalFindings:
+    """Return the survival of each class of stones, and the bound from a survey of standing stones.
+
+    Raises
+    ------
+    ResultError
+        If the unit of a hazard curve is doubtful and most falls come from levels beyond the records.
+    """
+    stood, fell = (sum(one.count for one in stones or () if one.fell is kind) for kind in (False, True))
+    bound = upper_bound_of_fall_rate(found.years) if stood and not fell else math.nan
+    return SurvivalFindings(
+        years=found.years,
+        doubts=_hazard_doubts(found),
+        classes=[_class(found, place, bound) for place in range(len(found.estimates))],
+        without_curve=[
+            ClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
+            for row in found.without_curve
+        ],
+        survey=None if stones is None else _survey(stood, fell, bound),
+    )
+
+
+def _hazard_doubts(found: Survival) -> list[str]:
+    """Return doubts about the units of hazard curves; `ResultError` if most falls come from beyond the records."""
+    doubts = {
+        one.measure: f"{found.hazard}: {why}" for one in found.hazards.values() if (why := hazard_unit_warning(one))
+    }
+    for *_, one in found.estimates:
+        if one.measure in doubts and not one.beyond <= LARGEST_SHARE_BEYOND:
+            share = "no falls" if math.isnan(one.beyond) else f"{100 * one.beyond:.0f} % of the falls of {one.stones}"
+            raise ResultError(f"{doubts[one.measure]}; {share} come from levels beyond the records")
+    return list(doubts.values())
+
+
+def _class(found: Survival, place: int, bound: float) -> ClassSurvival:
+    curve, hazard, one = found.estimates[place]
+    weaker = fall_rate_below_curve(curve, hazard)
+    counts = weaker > NEGLIGIBLE * one.rate
+    return ClassSurvival(
+        stones=one.stones,
+        measure=one.measure,
+        falls_per_year=one.rate,
+        stands=one.stands,
+        stands_low=one.low,
+        stands_high=one.high,
+        share_of_class=one.share,
+        beyond_records=one.beyond,
+        largest_hazard_factor=upper_bound_of_hazard_factor(curve, hazard, found.years, bound),
+        fall_at_first_level=one.first if counts else math.nan,
+        first_level=float(hazard.level[0]),
+        unit=hazard.unit,
+        weaker_falls_per_year=weaker if counts else math.nan,
+    )
+
+
+def _survey(stood: int, fell: int, bound: float) -> StandingStones:
+    low, high = map(float, wilson_interval(stood, stood + fell))
+    return StandingStones(
+        stood=stood,
+        fell=fell,
+        total=stood + fell,
+        rate_bound_per_year=bound,
+        bound_probability=BOUND_PROBABILITY,
+        share=stood / (stood + fell) if stood + fell else math.nan,
+        low=low,
+        high=high,
+    )

@@ -1,0 +1,148 @@
+"""Figures of a report: those of the study by name, and those that the report draws from its findings and cubes."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from overturning.figures.answer import DrawnEstimate, contrast_figure, references_figure
+from overturning.figures.fall_rate import fall_rate_figure
+from overturning.figures.polar_map import plane_map_figure
+from overturning.figures.scene import scenes_figure
+from overturning.figures.style import style
+from overturning.figures.write import save
+from overturning.findings.collect import Findings
+from overturning.findings.contrast import VariantContrast
+from overturning.findings.results import Results
+from overturning.findings.values import Estimate
+from overturning.study.cube import first_shown_block
+from overturning.study.scenes import NOMINAL, variant_scene
+from overturning.surveys.population import record_intensities, record_jma_intensities
+from overturning.surveys.posterior import InversionResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEASURE: Final = "PGV"
+"""Intensity measure of the figure of fall rates."""
+
+CHAPTER: Final = ("polar", "intensity", "history")
+"""Folders with a figure of each record, in the order of its chapter."""
+
+
+def study_figures(folder: Path) -> dict[str, Path]:
+    """Return the figures of a study's folder of figures by name, such as ``rose`` or ``polar/rinaldi``."""
+    return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.svg"))}
+
+
+def chapters(figures: dict[str, Path], records: list[str]) -> dict[str, tuple[str, ...]]:
+    """Return the names of the figures in the chapter of each record."""
+    named = {record: tuple(f"{part}/{record}" for part in CHAPTER) for record in records}
+    return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
+
+
+def draw_report_figures(results: Results, found: Findings, folder: Path) -> dict[str, Path]:
+    """Draw the figures that belong to the report alone into a folder; return them by name."""
+    draw: dict[str, Callable[[], Figure]] = {}
+    if found.reference_alignments:
+        draw["references"] = partial(_references, found)
+    for one in found.contrasts:
+        if one.primary:
+            draw["contrast"] = partial(_contrast, one, settings_of(found, one))
+    if found.maps.records and results.model.one_component:
+        draw["maps"] = partial(_maps, results, found)
+    if found.element_outcomes:
+        draw["scene"] = partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes])
+    if found.population is not None:
+        draw["fall-rate"] = partial(_fall_rate, results)
+    for number, inferred in enumerate(results.inferred_motions, 1):
+        draw[f"backwards-{number}"] = partial(posterior, inferred)
+    paths = {name: folder / f"{name}.svg" for name in draw}
+    with style():
+        for name, figure in draw.items():
+            save(figure(), paths[name])
+    return paths
+
+
+def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
+    """Return the names of the two settings of a contrast for the legend of its figure."""
+    if found.study.question_kind == "vertical":
+        names = ("with vertical motion", "without vertical motion")
+        return names if found.study.vertical_motion else names[::-1]
+    if found.study.question_kind == "scene":
+        return one.scene_here, one.scene_there
+    return "this study", one.variant
+
+
+def drawn(one: Estimate) -> DrawnEstimate:
+    """Return an estimate as a drawn of a figure."""
+    return DrawnEstimate(one.value, one.low, one.high, one.earthquakes)
+
+
+def _references(found: Findings) -> "Figure":
+    groups = {}
+    for group in found.reference_alignments:
+        axes = [one for one in group.references if one.alignment_kind == "axis"]
+        groups[group.group] = {one.reference: drawn(one.all_b_over_h) for one in axes}
+    return references_figure(groups)
+
+
+def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
+    shapes = one.by_b_over_h if len(one.by_b_over_h) > 1 else []
+    rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
+    here = [
+        drawn(one.share_overturned_study),
+        *(drawn(each.share_overturned_study) for each in shapes),
+    ]
+    there = [
+        drawn(one.share_overturned_variant),
+        *(drawn(each.share_overturned_variant) for each in shapes),
+    ]
+    differences = [
+        drawn(one.share_difference),
+        *(drawn(each.share_difference) for each in shapes),
+    ]
+    return contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
+
+
+def _maps(results: Results, found: Findings) -> "Figure":
+    ids = [name.id for name in results.record_names]
+    places = [ids.index(one.record) for one in found.maps.records]
+    block = results.cube.sel(first_shown_block(results.cube, results.study))
+    cubes = [block.isel(record=place).load() for place in places]
+    peaks = [results.intensity["pgv"].isel(record=place) for place in places]
+    return plane_map_figure(cubes, "", peaks)
+
+
+def _fall_rate(results: Results) -> "Figure":
+    found = results.populations[NOMINAL]
+    curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
+    rates, jma = found["fall_rate"].to_numpy(), record_jma_intensities(found, results.intensity)
+    return fall_rate_figure(rates, record_intensities(found, results.intensity)[MEASURE], curve, jma)
+
+
+def posterior(found: InversionResult) -> "Figure":
+    """Draw the posterior of a motion that was inferred from a survey."""
+    from overturning.figures.backwards import motion_posterior_figure
+
+    one, curves = found.posterior, {}
+    for name, values in found.strengths.items():
+        order = np.argsort(values.ravel(), kind="stable")
+        below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
+        curves[name] = (values.ravel()[order], *below, one.credible_interval(values))
+    shares = dict(zip(one.sources, one.source_probabilities().tolist(), strict=True))
+    return motion_posterior_figure(found.name, one.axis_probabilities(), found.axis_arc, shares, curves)
+
+
+def draw_posterior(found: InversionResult, path: Path) -> None:
+    """Draw the posterior of a motion that was inferred from a survey into a file."""
+    with style():
+        save(posterior(found), path)
+
+
+def draw_fall_rates(results: Results, path: Path) -> None:
+    """Draw the fall rates of the study's population into a file."""
+    with style():
+        save(_fall_rate(results), path)

@@ -1,0 +1,187 @@
+"""The report as one self-contained HTML page: tokens of its Markdown to HTML, figures inlined."""
+
+import base64
+import re
+from collections.abc import Iterator, Mapping
+from html import escape
+from itertools import count
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import unquote
+
+from markdown_it.tree import SyntaxTreeNode
+
+from overturning.errors import ResultError
+from overturning.figures.page import film_player_script, json_for_script, read_template
+from overturning.report.render import container_of, parse_inline, picture_of
+
+LAZY: Final = "fold"
+"""Container whose figures are images, which a browser reads when they come into view."""
+
+_TAGS: Final = {
+    "paragraph": "p", "strong": "strong", "em": "em", "bullet_list": "ul", "ordered_list": "ol", "list_item": "li",
+    "blockquote": "blockquote", "thead": "thead", "tbody": "tbody", "tr": "tr",
+}  # fmt: skip
+
+
+def report_page(
+    tree: SyntaxTreeNode,
+    title: str,
+    language: str,
+    figures: Mapping[str, Path] | None,
+    films: Mapping[str, dict[str, Any]],
+) -> str:
+    """Return the HTML page of a report, which loads nothing from the network.
+
+    Parameters
+    ----------
+    tree : SyntaxTreeNode
+        Text of the report, from `render.parse_markdown`.
+    title : str
+        Title of the page.
+    language : str
+        Code of the language.
+    figures : mapping of str to Path, or None
+        Files of the figures (.svg or .png) by the names that the text uses. None: a page without figures, which shows
+        their alternative text.
+    films : mapping of str to dict
+        Data of the films by the names that the text uses.
+
+    Raises
+    ------
+    ResultError
+        If the text uses a figure that does not exist.
+    """
+    style, script = (read_template(name, "report") for name in ("report.css", "report.js"))
+    body = "\n".join(_Page(figures, films).blocks(tree.children))
+    return (
+        f'<!DOCTYPE html>\n<html lang="{language}">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>\n{style}{read_template('player.css')}\n</style>\n</head>\n<body>\n"
+        f"<main>\n{body}\n</main>\n<script>\n{script}{film_player_script()}\n</script>\n</body>\n</html>\n"
+    )
+
+
+class _Page:
+    """Body of one page.
+
+    Attributes
+    ----------
+    figures, films : mapping
+        Files of the figures, and data of the films, by name.
+    """
+
+    def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, dict[str, Any]]) -> None:
+        self.figures, self.films, self.inlined = figures, films, count(1)
+
+    def blocks(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
+        """Yield the HTML of blocks."""
+        for node in nodes:
+            name, text = container_of(node)
+            if name:
+                yield from self.container(node, name, text, lazy)
+            elif image := picture_of(node):
+                yield self.figure(image, node.meta["figure"], lazy)
+            elif node.type == "heading":
+                yield f"<{node.tag}{_anchor(node)}>{_inline(node)}</{node.tag}>"
+            elif node.type in ("fence", "code_block"):
+                yield f"<pre>{escape(node.content)}</pre>"
+            elif node.type == "table":
+                yield f'<div class="wide">\n<table>\n{"".join(map(_row_group, node.children))}</table>\n</div>'
+            elif node.type in ("bullet_list", "ordered_list", "list_item", "blockquote"):
+                tag = _TAGS[node.type]
+                yield f"<{tag}>{''.join(self.blocks(node.children, lazy))}</{tag}>"
+            elif node.type == "paragraph":
+                inner = _inline(node)
+                yield inner if node.hidden else f"<p>{inner}</p>"
+            else:
+                yield from self.blocks(node.children, lazy)
+
+    def container(self, node: SyntaxTreeNode, name: str, text: str, lazy: bool) -> Iterator[str]:
+        """Yield the HTML of a container; that of paper has none."""
+        if name == "paper":
+            return
+        inner = "\n".join(self.blocks(node.children, lazy or name == LAZY))
+        if name == "fold":
+            yield f"<details{_anchor(node)}><summary>{_inline(parse_inline(text))}</summary>\n{inner}\n</details>"
+        elif name in ("table", "sortable"):
+            number = node.meta["table"]
+            caption = _caption(f"Table {number}" if number else "", _inline(parse_inline(text)))
+            kind = ' class="sortable"' if name == "sortable" else ""
+            yield inner.replace("<table>", f"<table{kind}{_anchor(node)}>\n<caption>{caption}</caption>", 1)
+        elif name == "film":
+            data = f'<script type="application/json">{json_for_script(self.films[text])}</script>'
+            yield f'<figure class="film-figure"><div class="film">{data}</div>\n{inner}</figure>'
+        elif name == "page":
+            yield inner
+        else:
+            yield f'<div class="{name}">\n{inner}\n</div>'
+
+    def figure(self, image: SyntaxTreeNode, number: int | None, lazy: bool) -> str:
+        """Return the HTML of a figure with its number and caption."""
+        name = unquote(str(image.attrs["src"]))
+        caption = _caption(f"Figure {number}" if number else "", escape(str(image.attrs.get("title", ""))))
+        if self.figures is None:
+            return f"<figure>{escape(image.content)}<figcaption>{caption}</figcaption></figure>"
+        if name not in self.figures or not self.figures[name].is_file():
+            raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
+        shown = _picture(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
+        return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"
+
+
+def _caption(label: str, text: str) -> str:
+    return f"<b>{label}.</b> {text}" if label else text
+
+
+def _anchor(node: SyntaxTreeNode) -> str:
+    return f' id="{escape(str(node.attrs["id"]))}"' if "id" in node.attrs else ""
+
+
+def _inline(node: SyntaxTreeNode) -> str:
+    """Return the HTML of text inside a block."""
+    parts = []
+    for one in node.children:
+        if one.type in ("strong", "em"):
+            parts.append(f"<{_TAGS[one.type]}>{_inline(one)}</{_TAGS[one.type]}>")
+        elif one.type == "link":
+            parts.append(f'<a href="{escape(str(one.attrs["href"]))}">{_inline(one)}</a>')
+        elif one.type == "code_inline":
+            parts.append(f"<code>{escape(one.content)}</code>")
+        elif one.type in ("softbreak", "hardbreak"):
+            parts.append("\n" if one.type == "softbreak" else "<br>")
+        else:
+            parts.append(_inline(one) if one.children else escape(one.content))
+    return "".join(parts)
+
+
+def _row_group(group: SyntaxTreeNode) -> str:
+    """Return head or body of a table; cells that are aligned to the right have class ``n``."""
+    rows = []
+    for row in group.children:
+        cells = []
+        for cell in row.children:
+            numeric = ' class="n"' if "right" in str(cell.attrs.get("style", "")) else ""
+            cells.append(f"<{cell.tag}{numeric}>{_inline(cell)}</{cell.tag}>")
+        rows.append(f"<tr>{''.join(cells)}</tr>\n")
+    return f"<{_TAGS[group.type]}>\n{''.join(rows)}</{_TAGS[group.type]}>\n"
+
+
+def _picture(path: Path, alt: str, name: str, lazy: bool) -> str:
+    """Return a figure inside the page: an SVG as an element with identifiers of its own, otherwise an image as data.
+
+    Inside a fold each figure is an image, so that the page is lighter.
+    """
+    if path.suffix != ".svg" or lazy:
+        kind = "svg+xml" if path.suffix == ".svg" else "png"
+        data = base64.b64encode(path.read_bytes()).decode("ascii")
+        return f'<img alt="{escape(alt)}" loading="lazy" src="data:image/{kind};base64,{data}">'
+    text = path.read_text(encoding="utf-8")
+    text = text[text.index("<svg") :]
+    text = re.sub(r'(\bid="|xlink:href="#|href="#|url\(#)', rf"\g<1>{name}-", text)
+    attributes = f'role="img" aria-label="{escape(alt)}"'
+    if size := re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text):
+        # As wide as it was drawn if there is room, so that its letters are as large as those around it.
+        attributes += f' style="--full:{float(size[1]) * 4 / 3 / 16:.1f}rem"'
+        for side in ("width", "height"):
+            text = re.sub(rf'(<svg[^>]*?) {side}="[0-9.]+pt"', r"\1", text, count=1)
+    return text.replace("<svg", f"<svg {attributes}", 1)

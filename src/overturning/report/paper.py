@@ -1,0 +1,127 @@
+"""The report as PDF, by typst: tokens of its Markdown as data, so that no text is read as markup."""
+
+import json
+import shutil
+import tempfile
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import unquote
+
+from markdown_it.tree import SyntaxTreeNode
+
+from overturning.errors import ResultError
+from overturning.report.render import container_of, parse_inline, picture_of
+
+LEFT_OUT: Final = ("fold", "page")
+"""Containers that paper does not show."""
+
+FONTS: Final = {"ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP"))}
+"""Debian package with the fonts of a language, and their names, if typst has none."""
+
+
+def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
+    """Return the report as PDF, the same bytes each time.
+
+    Parameters
+    ----------
+    tree : SyntaxTreeNode
+        Text of the report, from `render.parse_markdown`.
+    title : str
+        Title of the document.
+    language : str
+        Code of the language.
+    figures : mapping of str to Path
+        Files of the figures by the names that the text uses.
+
+    Raises
+    ------
+    ResultError
+        If a figure cannot be read, or if a font of the language is missing.
+    """
+    import typst
+
+    files: dict[str, str] = {}
+    package, fonts = FONTS.get(language, ("", ()))
+    if fonts and not set(fonts) & set(typst.Fonts(include_system_fonts=True).families()):
+        raise ResultError(f"PDF in the language {language}: no font for it; install the Debian package {package}")
+    data = {"title": title, "language": language, "fonts": fonts, "blocks": _blocks(tree.children, files)}
+    with tempfile.TemporaryDirectory() as name, resources.as_file(resources.files("overturning")) as room:
+        folder = Path(name)
+        shutil.copyfile(room / "report" / "templates" / "report.typ", folder / "report.typ")
+        (folder / "data.json").write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")
+        for each, short in files.items():
+            shutil.copyfile(figures[each], folder / f"{short}{figures[each].suffix}")
+        try:
+            # Without fonts of the system, unless the language needs them, and without a clock: the same bytes.
+            pages: bytes = typst.compile(
+                folder / "report.typ", root=folder, format="pdf", ignore_system_fonts=not fonts, font_paths=[],
+                timestamp=0, sys_inputs={"files": json.dumps({short: f"{short}{figures[each].suffix}"
+                                                              for each, short in files.items()})},
+            )  # fmt: skip
+        except typst.TypstError as error:
+            reason = str(error).splitlines()[0]
+            raise ResultError(f"the PDF of the report cannot be made ({reason}); draw the figures again") from None
+    return pages
+
+
+def _blocks(nodes: list[SyntaxTreeNode], files: dict[str, str]) -> list[dict[str, Any]]:
+    """Return blocks as data; `files` receives a short name for each figure."""
+    blocks: list[dict[str, Any]] = []
+    for node in nodes:
+        name, text = container_of(node)
+        if name in LEFT_OUT:
+            continue
+        if name in ("table", "sortable"):
+            caption = {"number": node.meta["table"], "caption": _inline(parse_inline(text))}
+            blocks += [one | caption for one in _blocks(node.children, files)]
+        elif name == "paper":
+            blocks += _blocks(node.children, files)
+        elif name:
+            blocks.append({"kind": "box", "name": name, "blocks": _blocks(node.children, files)})
+        elif image := picture_of(node):
+            source = unquote(str(image.attrs["src"]))
+            blocks.append({
+                "kind": "figure", "file": files.setdefault(source, f"{len(files)}"), "alt": image.content,
+                "number": node.meta["figure"], "caption": str(image.attrs.get("title", "")),
+            })  # fmt: skip
+        elif node.type == "heading":
+            blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _inline(node)})
+        elif node.type in ("fence", "code_block"):
+            blocks.append({"kind": "code", "text": node.content})
+        elif node.type == "table":
+            blocks.append(_table(node))
+        elif node.type in ("bullet_list", "ordered_list"):
+            blocks.append({"kind": "list", "items": [_blocks(item.children, files) for item in node.children]})
+        elif node.type == "paragraph":
+            blocks.append({"kind": "paragraph", "text": _inline(node)})
+        else:
+            blocks += _blocks(node.children, files)
+    return blocks
+
+
+def _table(node: SyntaxTreeNode) -> dict[str, Any]:
+    """Return a table as data; the widest columns of text share the width."""
+    rows = [[_inline(cell) for cell in row.children] for group in node.children for row in group.children]
+    cells = node.children[0].children[0].children
+    right = ["right" in str(cell.attrs.get("style", "")) for cell in cells]
+    return {"kind": "table", "right": right, "rows": rows, "number": None, "caption": []}
+
+
+def _inline(node: SyntaxTreeNode) -> list[dict[str, Any]]:
+    """Return text inside a block as data."""
+    parts: list[dict[str, Any]] = []
+    for one in node.children:
+        if one.type in ("strong", "em"):
+            parts.append({"kind": one.type, "parts": _inline(one)})
+        elif one.type == "link":
+            # A place on the page, or a file beside it, is not on paper.
+            parts += _inline(one)
+        elif one.type == "code_inline":
+            parts.append({"kind": "code", "text": one.content})
+        elif one.type in ("softbreak", "hardbreak"):
+            parts.append({"kind": "text", "text": " "})
+        else:
+            parts += _inline(one) if one.children else [{"kind": "text", "text": one.content}]
+    return parts

@@ -1,0 +1,172 @@
+"""Text of the report: from findings through the templates of a language to Markdown and its tokens."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, partial
+from importlib import resources
+from itertools import count
+from typing import Any, Final
+
+import jinja2
+import yaml
+from markdown_it import MarkdownIt
+from markdown_it.tree import SyntaxTreeNode
+from markupsafe import Markup
+from mdit_py_plugins.attrs import attrs_block_plugin
+from mdit_py_plugins.container import container_plugin
+from pydantic import BaseModel
+
+from overturning.errors import ResultError
+from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
+
+LANGUAGES: Final = ("en",)
+"""Languages of the templates, by their code of ISO 639-1."""
+
+CONTAINERS: Final = (
+    "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
+)  # fmt: skip
+"""Containers of the Markdown (``::: name text``): how a part of the text looks, or on which medium it is shown."""
+
+SPECIAL: Final = frozenset("\\`*_{}[]<>#|~!&$\"'^:")
+"""Characters with a meaning in Markdown."""
+
+
+@dataclass(frozen=True)
+class Media:
+    """Films and figures that exist for a report.
+
+    Attributes
+    ----------
+    films : sequence
+        Facts about each film, with the attributes ``name``, ``title``, ``block`` and ``outcomes``.
+    chapters : mapping of str to tuple of str
+        Names of the figures in the chapter of each record, by record.
+    explorer : str
+        Address of the explorer; empty if there is none.
+    stations : sequence of str
+        Names of the maps of the stations.
+    rose, posteriors : bool
+        True if there is a rose of all falls, or figures of the inferred motions.
+    """
+
+    films: Sequence[Any] = ()
+    chapters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    explorer: str = ""
+    stations: Sequence[str] = ()
+    rose: bool = False
+    posteriors: bool = False
+
+
+def render_markdown(found: BaseModel, language: str = "en", media: Media | None = None, name: str = "report") -> str:
+    """Render a template of the report.
+
+    Parameters
+    ----------
+    found : Findings or another part of findings
+        Numbers; a template shows nothing else, besides films and figures.
+    language : str, default "en"
+        Language of the templates, one of `LANGUAGES`.
+    media : Media, optional
+        Films and figures that exist.
+    name : str, default "report"
+        Name of the template: ``report``, or that of one section.
+
+    Returns
+    -------
+    str
+        Markdown; characters of values that have a meaning in Markdown are escaped.
+
+    Raises
+    ------
+    ResultError
+        If there are no templates of this language.
+    """
+    return environment(language).get_template(f"{name}.md.j2").render(f=found, media=media or Media())
+
+
+@cache
+def environment(language: str) -> jinja2.Environment:
+    """Return the environment of the templates of a language; `ResultError` if there is no such language."""
+    if language not in LANGUAGES:
+        raise ResultError(f"language {language}: no report in this language; choose one of {', '.join(LANGUAGES)}")
+    labels = read_labels(language)
+    loaded = jinja2.Environment(
+        loader=jinja2.PackageLoader("overturning", f"report/templates/{language}"),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        finalize=escape_markdown,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        # "{#name}" is an anchor of the Markdown.
+        comment_start_string="<#",
+        comment_end_string="#>",
+    )
+    loaded.filters |= FILTERS
+    loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
+    loaded.filters["label"] = lambda text: labels.get(text, text)
+    loaded.tests["infinite"] = math.isinf
+    return loaded
+
+
+@cache
+def read_labels(language: str) -> dict[str, str]:
+    """Return the labels of a language: its words for the names that findings contain."""
+    text = resources.files("overturning").joinpath("report", "templates", language, "labels.yaml")
+    labels: dict[str, str] = yaml.safe_load(text.read_text(encoding="utf-8"))
+    return labels
+
+
+def escape_markdown(value: Any) -> Markup:
+    """Return a value as text of Markdown: its special characters are escaped, its line ends become spaces."""
+    if isinstance(value, Markup):
+        return value
+    text = "" if value is None else " ".join(str(value).split("\n"))
+    return Markup("".join(f"\\{one}" if one in SPECIAL else one for one in text))
+
+
+def parse_markdown(text: str) -> SyntaxTreeNode:
+    """Parse Markdown of the report; HTML in it stays text. Figures and tables outside folds are numbered.
+
+    A paragraph with nothing but an image becomes a node with ``meta["figure"]``: its number, None inside a fold. A
+    container ``table`` or ``sortable`` has the number of its table in ``meta["table"]``.
+    """
+    parser = MarkdownIt("commonmark", {"html": False}).enable("table").use(attrs_block_plugin)
+    for name in CONTAINERS:
+        parser.use(container_plugin, name=name)
+    tree = SyntaxTreeNode(parser.parse(text))
+    numbers = {"figure": count(1), "table": count(1)}
+    for node, folded in _walk(tree):
+        kind = "figure" if picture_of(node) else "table" if container_of(node)[0] in ("table", "sortable") else ""
+        if kind:
+            node.meta[kind] = None if folded else next(numbers[kind])
+    return tree
+
+
+def _walk(node: SyntaxTreeNode, folded: bool = False) -> Iterator[tuple[SyntaxTreeNode, bool]]:
+    """Yield all nodes in their order, each with True if it lies in a fold."""
+    for one in node.children:
+        yield one, folded
+        yield from _walk(one, folded or container_of(one)[0] in ("fold", "page", "paper"))
+
+
+def container_of(node: SyntaxTreeNode) -> tuple[str, str]:
+    """Return name and text of a container, ``::: name text``; two empty texts for other nodes."""
+    if not node.type.startswith("container_"):
+        return "", ""
+    name, _, text = node.info.strip().partition(" ")
+    return name, text.strip()
+
+
+def picture_of(node: SyntaxTreeNode) -> SyntaxTreeNode | None:
+    """Return the image of a paragraph that contains nothing else."""
+    if node.type == "paragraph" and len(node.children) == 1:
+        inline = node.children[0].children
+        if len(inline) == 1 and inline[0].type == "image":
+            return inline[0]
+    return None
+
+
+def parse_inline(text: str) -> SyntaxTreeNode:
+    """Parse a line of Markdown, such as the caption of a table."""
+    return SyntaxTreeNode(MarkdownIt("commonmark", {"html": False}).parseInline(text))

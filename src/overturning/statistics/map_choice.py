@@ -1,0 +1,75 @@
+"""Choice of the records whose maps a report shows: by meaning, not by the order of the study."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from overturning.arrays import FloatArray
+from overturning.statistics.by_record import record_groups
+
+MOST_MAPS = 4
+"""Largest number of maps."""
+
+EVERY, MOST, MEDIAN, LEAST = "every record", "most aligned", "median", "least aligned"
+"""Reasons for a choice: all records of a small study, or the place in the order of the alignment."""
+
+CLEAREST = "clearest axis"
+"""Reason for the record whose falls agree best with each other, whatever the fault normal."""
+
+
+class ChosenRecord(NamedTuple):
+    """Record that a report shows, by its position, and the reason."""
+
+    place: int
+    reason: str
+
+
+def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArray) -> list[ChosenRecord]:
+    """Choose the records whose maps a report shows.
+
+    Parameters
+    ----------
+    cube : Dataset
+        Cube of a study; the records of its first group are chosen from.
+    alignment : array of float, shape (records,)
+        Mean cos 2Δ of each record, Δ the angle from the fault normal to a fall; NaN if it is not known.
+    resultant : array of float, shape (records,)
+        Resultant of the fall axes of each record, 0 to 1; NaN without falls.
+
+    Returns
+    -------
+    list of ChosenRecord
+        All records of a study with few records; otherwise the record with the most, the median and the least
+        aligned falls, and the one with the clearest axis, each of another earthquake; without fault normals the
+        records with the clearest axes.
+    """
+    if alignment.size <= MOST_MAPS:
+        return [ChosenRecord(place, EVERY) for place in range(alignment.size)]
+    members = next(iter(record_groups(cube).values()))
+    events = cube["event"].to_numpy().astype(str)
+    by_alignment = _order(alignment, members)
+    wanted: list[tuple[str, list[int]]] = []
+    if by_alignment:
+        middle = len(by_alignment) // 2
+        nearest = sorted(range(len(by_alignment)), key=lambda rank: (abs(rank - middle), rank))
+        wanted += [
+            (MOST, by_alignment),
+            (LEAST, by_alignment[::-1]),
+            (MEDIAN, [by_alignment[rank] for rank in nearest]),
+        ]
+    wanted += [(CLEAREST, _order(resultant, members))] * (MOST_MAPS - len(wanted))
+    chosen: list[ChosenRecord] = []
+    for reason, order in wanted:
+        used = {events[one.place] for one in chosen}
+        place = next((place for place in order if events[place] not in used), None)
+        if place is not None:
+            chosen.append(ChosenRecord(place, reason))
+    reasons = (MOST, MEDIAN, LEAST, CLEAREST)
+    return sorted(chosen, key=lambda one: reasons.index(one.reason))
+
+
+def _order(values: FloatArray, members: "np.typing.NDArray[np.bool_]") -> list[int]:
+    """Return the positions of the known values of a group, the largest first."""
+    known = np.flatnonzero(members & np.isfinite(values))
+    return [int(place) for place in known[np.argsort(-values[known], kind="stable")]]

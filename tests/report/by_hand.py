@@ -1,0 +1,245 @@
+"""Findings of each kind of study, written by hand: no cube, no computation."""
+
+from typing import Any
+
+from overturning.findings.collect import Findings
+
+SHARE = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
+
+
+def estimate(value: float | None, low: float | None = None, high: float | None = None, n: int = 12) -> dict[str, Any]:
+    """Return an estimate over earthquakes."""
+    return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquakes": n}
+
+
+def group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
+    """Return the direction of a group of records."""
+    rule = {"records": 14, "alignment": alignment, "largest_possible_alignment": 0.71}
+    return {
+        "group": name,
+        "earthquakes": 12,
+        "alignment": alignment,
+        "largest_possible_alignment": 0.71,
+        "axis_from_normal_deg": None,
+        "axis_interval_half_width_deg": None,
+        "no_common_axis_p_value": 0.31,
+        "earthquakes_with_axis": 12,
+        "axes_within_45_of_normal": 9,
+        "axis_resultant_within_record": estimate(0.73, 0.66, 0.79),
+        "by_earthquake": [
+            {"event": "Upper Vale", "alignment": 0.52, "resultant": 0.62, "axis_from_normal_deg": 17.0},
+            {"event": "Lower Vale", "alignment": -0.37, "resultant": 0.42, "axis_from_normal_deg": 61.0},
+        ],
+        "by_rule": [rule | {"rule": "in some planes", "is_study_rule": True},
+                    rule | {"rule": "in all planes", "is_study_rule": False}],
+        "smallest_by_rule": 0.06,
+        "largest_by_rule": 0.24,
+        "rules_with_interval": 5,
+        "rules_excluding_zero": 1,
+    }  # fmt: skip
+
+
+def contrast(**changes: Any) -> dict[str, Any]:
+    """Return the comparison of a study with its variant."""
+    parts = {
+        "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
+        "records": 14, "share_overturned_study": estimate(0.384, 0.203, 0.557),
+        "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
+        "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
+        "both_overturn": estimate(0.109, 0.037, 0.247), "same_direction": estimate(0.86, 0.74, 0.92),
+        "earlier_in_study": estimate(0.57, 0.48, 0.69), "by_b_over_h": [], "rate_here": None, "rate_there": None,
+        "primary_difference": estimate(0.268, 0.137, 0.391),
+    }  # fmt: skip
+    return parts | changes
+
+
+RECORD: dict[str, Any] = {
+    "id": "vale", "station": "Vale", "event": "Upper Vale", "group": "with a velocity pulse", "pulse": True,
+    "fault_normal_deg": 54.0, "pga_m_s2": 5.3, "pga_azimuth_deg": 110.0, "pga_g": 0.54, "pgv_m_s": 0.83,
+    "pgv_cm_s": 83.0, "pgv_azimuth_deg": 72.0, "pgd_m": 0.33, "vertical_pga_m_s2": None, "displacement_drifts": False,
+    "share_overturned": 0.293, "too_weak_to_move_blocks": False, "mean_direction_deg": 228.0,
+    "direction_resultant": 0.39, "mean_axis_deg": 63.0, "axis_resultant": 0.68, "axis_from_normal_deg": 9.0,
+}  # fmt: skip
+
+POPULATION: dict[str, Any] = {
+    "stones": 256, "share_outside_grid": 0.043, "mean_share_without_outcome": 0.0,
+    "largest_share_without_outcome": 0.0, "median_share_shifted": None, "median_share_rotated": None,
+    "median_fall_rate": 0.17, "lower_quartile_fall_rate": 0.07, "upper_quartile_fall_rate": 0.62,
+    "smallest_fall_rate": 0.0, "largest_fall_rate": 0.97, "by_record": [], "records_without_vertical": 28,
+    "by_intensity": [{"jma_degree": "lower", "median_fall_rate": 0.22,
+                      "count": {"motions": 33, "records": 23, "earthquakes": 13}}],
+    "survey_rules": [{"fall_rate_from": 0.4, "fall_rate_below": 0.9, "inferred_jma_degree": "upper",
+                      "median_jma_intensity": 6.4, "count": {"motions": 26, "records": 20, "earthquakes": 11},
+                      "share_agreeing": {"value": 0.65, "low": 0.51, "high": 0.88},
+                      "share_higher": {"value": 0.35, "low": 0.12, "high": 0.49},
+                      "share_agreeing_with_vertical": {"value": 0.38, "low": 0.21, "high": 0.61}}],
+    "fragility_curves": [{"stones": "all stones", "measure": "PGV", "unit": "cm/s", "median": 132.0, "low": 112.0,
+                          "high": 157.0, "log_std": 0.64, "log_std_between_records": 0.55,
+                          "log_std_within_record": 0.27, "data_minimum": 11.0, "data_maximum": 241.0}],
+}  # fmt: skip
+
+DIRECTION: dict[str, Any] = {
+    "study": {
+        "name": "by-hand", "title": "By hand", "question": "Which way?", "question_kind": "direction",
+        "primary_statistic": "alignment", "primary_compared_with": None, "model": "planes",
+        "free_elements": ["stone"], "variants": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.3],
+        "friction": [0.5, 0.8], "directions": 72, "amplitude": [1.0], "ensemble_members": 24, "vertical_motion": False,
+    },
+    "extent": {
+        "records": 28, "earthquakes": 14, "heights": 4, "slendernesses": 11, "frictions": 6, "blocks": 264,
+        "direction_step_deg": 5.0, "azimuth_gaps": [(90.0, 120.0)], "mirrored": True, "elements": 1,
+        "element": "stone", "square": False, "records_with_vertical": 0, "vertical_left_out": 0,
+        "pulse_not_stated": [], "notes_on_earthquakes": [], "other_amplitudes": 0,
+    },
+    "cases": {"total": 133056, "computed": 66528, "without_outcome": {"step limit": 19}, "share_overturned": 0.353,
+              "share_within_45_of_normal": 0.37, "share_beyond_45_of_normal": 0.34},
+    "direction": {
+        "has_comparable_axis": True, "no_axis_because": "",
+        "groups": [group("with a velocity pulse", estimate(0.15, -0.18, 0.41, 12)),
+                   group("without (control)", estimate(0.05, -0.32, 0.36, 8))],
+        "alignment_difference": estimate(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
+    },
+    "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
+    "site_fall_rates": [], "not_converged": [], "surveys": [], "inferred_motions": [], "published_comparisons": [],
+    "population": POPULATION,
+    "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95, "note": "",
+                     "even_chance": [{"doubled": "PGA and PGV", "even_chance_becomes": 0.94},
+                                     {"doubled": "PGV alone", "even_chance_becomes": 0.84}]},
+    "criteria_scores": {
+        "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
+                    "skill": estimate(0.43, 0.29, 0.58), "skill_within_block_shape": estimate(0.23, 0.08, 0.34),
+                    "skill_within_pulse_range": 0.31}],
+        "best_criterion": "West", "skill_lead": {"B/H alone": estimate(0.101, -0.03, 0.19)},
+        "share_beyond_pulse_range": 0.28,
+    },
+    "final_twist": None,
+    "ensemble": {"share_of_cells_repeated": 0.47, "fewest_runs_per_cell": 8, "most_runs_per_cell": 24,
+                 "mean_runs_per_cell": 12.5, "first_batch_runs": 8, "share_disagreeing": 0.16,
+                 "share_falling_both_ways": 0.26},
+    "convergence": None,
+    "maps": {"height_m": 0.6, "friction": 0.8, "smallest_b_over_h": 0.1,
+             "records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "median",
+                          "alignment": 0.52}]},
+    "records": [RECORD],
+    "cells": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
+    "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
+    "numerical_quality": {"mean_energy_error": 1e-4, "largest_energy_error": 0.007, "largest_penetration_m": 1e-5,
+                          "content_sha256": "abcdef", "versions": {"overturning": "x.y"}},
+}  # fmt: skip
+
+CONVERGENCE: dict[str, Any] = {
+    "result": {
+        "seed": 1, "wanted": 400, "chosen": 400, "at_rest": 99, "cells": 133056, "computed": 66528,
+        "study_block_steps": 4000, "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
+        "finer": {"block_steps": 6000, "outcomes": []}, "stiffer": {"block_steps": 1000, "outcomes": []},
+        "settling": {"changed": 4, "looked_at": 4, "settled": 2, "chaotic": 2, "block_steps": 900},
+        "amplitude": None, "rigid": None,
+    },
+    "is_sample": True, "share_at_rest": 0.245, "moved_by_amplitude": None,
+    "undecidable": {"count": 2, "compared": 400, "value": 0.005, "low": 0.0, "high": 0.018},
+    "comparisons": [
+        {"computation": "finer", "factor": 8.0, "element": "", "refused": "", "falls_or_stands": SHARE,
+         "falls_or_stands_undivided": {"count": 2, "compared": 390, "value": 0.021, "low": 0.004, "high": 0.033},
+         "side": {"count": 9, "compared": 150, "value": 0.06, "low": 0.034, "high": 0.113},
+         "side_agreed": {"count": 1, "compared": 90, "value": 0.011, "low": 0.0, "high": 0.061}},
+    ],
+}  # fmt: skip
+
+REFERENCE: dict[str, Any] = {
+    "group": "with a velocity pulse",
+    "references": [], "closest_references": ["peak velocity", "fault normal"],
+    "closest_minus_second": estimate(0.29, 0.11, 0.47), "closest_alignment": estimate(0.58, 0.42, 0.69, 13),
+    "fault_normal": estimate(0.27, -0.03, 0.51, 13), "directions_with_interval": 6, "directions_excluding_zero": 0,
+}  # fmt: skip
+
+SURVEY: dict[str, Any] = {
+    "stones": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "fell": 22, "stood": 7,
+    "fell_in_unknown_direction": 3, "octant_falls": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
+    "observed_by_octant": {"N": 12.0, "S": 7.0}, "predicted_by_octant": {"N": 10.4, "S": 8.6},
+    "log_likelihood_ratio": 2.83, "log_likelihood_ratio_p_value": 0.021, "sides": {}, "faces_known": False,
+    "turned_every_way": 17, "never": 2,
+    "fit_tests": [{"name": "chi-square", "sample_size": 19, "statistic": 4.63, "p_value": 0.23}],
+    "uniformity_test": {"name": "Watson", "sample_size": 19, "statistic": 0.349, "p_value": 0.0015},
+    "correct_predictions": None, "checked_predictions": None, "stones_without_face": 17,
+    "stones_without_b_over_h": 6, "stones_beyond_grid": 4, "share_in_random_direction": 0.05,
+}  # fmt: skip
+
+MOTION: dict[str, Any] = {
+    "stones": "ruin", "fell": 22, "stood": 7, "velocity_axis_deg": 122.0, "velocity_axis_arc_deg": 86.0,
+    "strengths": [{"measure": "PGV", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
+                   "prior_high": 340.0}],
+    "everything_fell": False, "axis_half_arc_deg": 43.0, "stronger_than_library": 0.07, "weaker_than_library": 0.0,
+    "weakest_level_cm_s": 6.0, "strongest_level_cm_s": 400.0, "fixed": 0.02, "fit_p_value": 0.33, "fits": True,
+    "beyond_library_above": True, "beyond_library_below": False, "power": 0.3,
+    "likeliest_motions": [{"motion": "vale", "probability": 0.19, "prior": 0.04}], "stones_without_height": 3,
+    "stones_without_b_over_h": 5, "sizes_assumed": True, "assumed_height_m": {"low": 0.61, "high": 0.92},
+    "assumed_width_m": {"low": 0.31, "high": 0.42},
+}  # fmt: skip
+
+ONE = {"records": 1, "earthquakes": 1}
+
+
+def changed(base: dict[str, Any], **parts: Any) -> dict[str, Any]:
+    """Return findings with changed parts; the entries of a part that is a dictionary are replaced one by one."""
+    own = {name: base[name] | part if isinstance(base[name], dict) and isinstance(part, dict) else part
+           for name, part in parts.items()}  # fmt: skip
+    return base | own
+
+
+def no_axis(reason: str, **parts: Any) -> dict[str, Any]:
+    """Return findings of a study whose falls have no axis to compare with a fault."""
+    return changed(DIRECTION, direction={"has_comparable_axis": False, "no_axis_because": reason}, **parts)
+
+
+def kind(name: str, **study: Any) -> dict[str, Any]:
+    """Return facts of a study of one kind."""
+    return {"question_kind": name, "primary_compared_with": "other", "primary_statistic": "share", **study}
+
+
+ELEMENT = {"variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880,
+           "share_overturned": 0.403, "falls_first": 4711, "median_fall_time_s": 4.95}  # fmt: skip
+SITE = {"variant": "other", "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}], "amplitude": 1.5,
+        "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28, "records_with_half_fallen": 9,
+        "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
+RATES = {"rate_here": estimate(0.31, 0.22, 0.43), "rate_there": estimate(0.47, 0.33, 0.59),
+         "primary_difference": estimate(-0.164, -0.278, -0.049)}  # fmt: skip
+PLANAR = {"cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
+          "only_2d_overturns": 0.012, "same_edge": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
+TWIST = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
+
+STUDIES: dict[str, dict[str, Any]] = {
+    "direction": changed(DIRECTION, convergence=CONVERGENCE),
+    "reference": changed(
+        DIRECTION,
+        study=kind("reference", primary_statistic="alignment", model="space"),
+        reference_alignments=[REFERENCE, REFERENCE | {"group": "without (control)"}],
+        planar_model_agreement=PLANAR,
+        final_twist=TWIST,
+        logistic_fit=None,
+        criteria_scores=None,
+        population=None,
+    ),
+    "vertical": no_axis(
+        "no fault normal",
+        study=kind("vertical", vertical_motion=True),
+        extent=ONE | {"records_with_vertical": 1},
+        contrasts=[contrast(share_difference=estimate(-0.006, n=1), primary_difference=estimate(-0.006, n=1))],
+        population=None,
+    ),
+    "scene": changed(DIRECTION, study=kind("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
+                     contrasts=[contrast()], element_outcomes=[ELEMENT], logistic_fit=None, criteria_scores=None),
+    "site": changed(DIRECTION, study=kind("site", primary_statistic="fall_rate"), contrasts=[contrast(**RATES)],
+                    site_fall_rates=[SITE], not_converged=["other, vale: north not converged"]),
+    "survey": changed(DIRECTION, study=kind("survey"), surveys=[SURVEY], inferred_motions=[MOTION],
+                      published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0,
+                                              "height_m": 0.7, "friction": 0.8, "published_overturns": True,
+                                              "computed_overturns": False}]),
+    "nothing falls": no_axis("no falls", cases={"share_overturned": 0.0}, population=None),
+    "everything falls": no_axis("falls in every plane", cases={"share_overturned": 1.0}),
+    "no fault normal": no_axis("no fault normal", extent={"records": 3}),
+}  # fmt: skip
+
+
+def findings_by_hand(name: str) -> Findings:
+    """Return the findings of one of `STUDIES`."""
+    return Findings.model_validate(STUDIES[name])

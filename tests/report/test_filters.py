@@ -1,0 +1,51 @@
+"""Numbers as the report prints them."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from overturning.report import filters
+
+
+@pytest.mark.parametrize(
+    ("share", "digits", "shown"),
+    [(0.353, 0, "35 %"), (0.004, 0, "0.4 %"), (0.9997, 0, "99.97 %"), (0.0, 1, "0.0 %"), (1.0, 0, "100 %"),
+     (1e-12, 0, "0 %"), (None, 0, "–"), (math.nan, 0, "–")],
+)  # fmt: skip
+def test_a_share_that_is_neither_none_nor_all_is_not_printed_as_such(
+    share: float | None, digits: int, shown: str
+) -> None:
+    assert filters.percent(share, digits) == shown.replace(" ", filters.NO_BREAK)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "shown"), [(-0.004, 2, "0.00"), (-0.12, 2, "−0.12"), (2.0, 0, "2"), (None, 2, "–")]
+)
+def test_a_number_has_a_true_minus_and_no_minus_before_zero(value: float | None, digits: int, shown: str) -> None:
+    assert filters.number(value, digits) == shown
+
+
+@pytest.mark.parametrize(("value", "full", "shown"), [(359.6, 360, "0°"), (179.7, 180, "0°"), (-16.2, 0, "−16°")])
+def test_degrees_stay_in_their_range(value: float, full: int, shown: str) -> None:
+    assert filters.degrees(value, full) == shown
+
+
+@pytest.mark.parametrize(
+    ("median", "low", "high", "shown"),
+    [
+        (130.19, 117.2, 147.49, ("130", "117 to 147")),
+        (1.08, 0.83, 1.12, ("1.08", "0.83 to 1.12")),
+        (math.inf, 0.9, math.inf, ("> 1.4", "0.90 to > 1.4")),
+        (math.inf, math.inf, math.inf, ("> 1.4", "> 1.4 to > 1.4")),
+        (0.0, 0.0, 0.2, ("< 0.1", "< 0.1 to 0.20")),
+        (0.6174, None, None, ("0.62", "–")),
+    ],
+)
+def test_digits_are_those_of_the_interval(
+    median: float, low: float | None, high: float | None, shown: tuple[str, str]
+) -> None:
+    one = SimpleNamespace(median=median, low=low, high=high, data_minimum=0.1, data_maximum=1.4)
+    found = filters.censored(one, to=" to "), filters.censored_interval(one, to=" to ")
+    assert found == tuple(text.replace("> ", f">{filters.NO_BREAK}").replace("< ", f"<{filters.NO_BREAK}")
+                          for text in shown)  # fmt: skip

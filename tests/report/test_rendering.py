@@ -1,0 +1,133 @@
+"""Rendering of the report's Markdown as HTML, PDF and text: structure, numbering, and hostile names."""
+
+import html.parser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from overturning.errors import ResultError
+from overturning.findings.collect import Findings
+from overturning.report.page import report_page
+from overturning.report.paper import report_paper
+from overturning.report.render import Media, escape_markdown, parse_markdown, render_markdown
+from overturning.report.terminal import plain_lines
+from tests.report.by_hand import RECORD, STUDIES, changed, findings_by_hand
+
+BAD = "<script>window.hurt = 1</script>"
+EVIL = [BAD, "a | b", "*x* _y_ `z`", "[l](javascript:1)", "# h", "::: fold", "$x^2$ #panic()", "a\\nb", "&amp; <b>"]
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100pt" height="50pt"><g id="a"/><use href="#a"/></svg>'
+
+
+class Elements(html.parser.HTMLParser):
+    """Elements of a page in their order, with their attributes; every element is closed in order."""
+
+    VOID = frozenset({"meta", "img", "br", "input", "link", "hr"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        pass
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def elements(page: str) -> list[tuple[str, dict[str, str | None]]]:
+    """Return the elements of a well-formed page."""
+    parser = Elements()
+    parser.feed(page)
+    assert parser.open == []
+    return parser.found
+
+
+def page_of(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
+    """Return the page of a text."""
+    return report_page(parse_markdown(text), "title", "en", figures, films or {})
+
+
+def named(*names: str) -> Findings:
+    """Return findings whose titles and names are the given ones."""
+    one, two, three = names
+    record = RECORD | {"id": one, "station": two, "event": three}
+    data = changed(STUDIES["survey"], study={"title": one, "question": two}, records=[record])
+    return Findings.model_validate(data | {"sources": [{"record": three, "source": one, "licence": two}]})
+
+
+@pytest.mark.parametrize("name", EVIL)
+def test_a_name_changes_no_element_of_the_page_and_is_shown_as_it_is(name: str) -> None:
+    usual, text = (render_markdown(named(*names)) for names in (("a", "b", "c"), (name, name, name)))
+    found, expected = elements(page_of(text)), elements(page_of(usual))
+    assert [tag for tag, _ in found] == [tag for tag, _ in expected]
+    assert "".join(name.split()) in "".join("".join(plain_lines(parse_markdown(text))).split())
+
+
+@pytest.mark.parametrize("name", EVIL)
+def test_escaped_text_is_read_back_as_it_was(name: str) -> None:
+    (line,) = plain_lines(parse_markdown(f"x {escape_markdown(name)} y"))
+    assert line == f"x {' '.join(name.split(chr(10)))} y"
+
+
+def test_figures_and_tables_are_numbered_outside_folds(tmp_path: Path) -> None:
+    figures = {name: tmp_path / f"{name}.svg" for name in "abc"}
+    for path in figures.values():
+        path.write_text(SVG)
+    table = "::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n"
+    text = '![one](a "A")\n\n:::: fold More\n![two](b "B")\n\n' + table + '\n::::\n\n![three](c "C")\n\n' + table
+    page = page_of(text, figures)
+    assert "<b>Figure 1.</b> A" in page
+    assert "<b>Figure 2.</b> C" in page
+    assert "<figcaption>B</figcaption>" in page
+    assert page.count("<b>Table 1.</b> Sizes") == 1
+    assert '<td class="n">1</td>' in page
+    # Identifiers of two figures differ in the page; a figure in a fold is an image, which a browser reads later.
+    assert 'id="figure-1-a"' in page
+    assert 'href="#figure-1-a"' in page
+    assert [attrs["loading"] for tag, attrs in elements(page) if tag == "img"] == ["lazy"]
+    with pytest.raises(ResultError, match="b: no such figure"):
+        page_of(text, {"a": figures["a"]})
+
+
+def test_an_anchor_and_a_link(tmp_path: Path) -> None:
+    page = page_of("{#here}\n## Title\n\n[to *it*](#here) and **bold**\n\n- one\n- two\n")
+    assert '<h2 id="here">Title</h2>' in page
+    assert '<a href="#here">to <em>it</em></a> and <strong>bold</strong>' in page
+    assert page.count("<li>") == 2
+
+
+def test_paper_leaves_out_folds_and_the_page_leaves_out_paper(tmp_path: Path) -> None:
+    (tmp_path / "a.svg").write_text(SVG)
+    text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
+    figures = {"a": tmp_path / "a.svg"}
+    assert "paper</p>" not in page_of(text, figures)
+    first, second = (report_paper(parse_markdown(text), "T", "en", figures) for _ in range(2))
+    assert first == second
+    assert first.startswith(b"%PDF")
+
+
+def test_the_terminal_shows_sentences_and_aligned_tables() -> None:
+    text = "**One** sentence.\n\n::: table T\n| name | n |\n|---|--:|\n| a | 1 |\n| bcd | 23 |\n:::\n"
+    assert list(plain_lines(parse_markdown(text))) == ["One sentence.", "", "  name   n", "  a      1", "  bcd   23"]
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_every_report_is_well_formed_without_cube_and_figures(study: str) -> None:
+    media = Media(explorer="explore.html", rose=True, posteriors=True)
+    tree = parse_markdown(render_markdown(findings_by_hand(study), media=media))
+    page = report_page(tree, study, "en", None, {})
+    found = elements(page)
+    anchors = {attrs["id"] for _, attrs in found if "id" in attrs}
+    targets = [str(attrs["href"]) for tag, attrs in found if tag == "a"]
+    assert [one for one in targets if one.startswith("#") and one[1:] not in anchors] in ([], ["#record-vale"])
+    assert sum(tag == "h1" for tag, _ in found) == 1
+    for word in (">nan", "NaN", ">None", "Undefined", "inf ", "{{", "{%", ":::"):
+        assert word not in page.partition("<main>")[2].partition("</main>")[0], word

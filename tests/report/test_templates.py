@@ -1,0 +1,144 @@
+"""Templates hold sentences only; every number that they print is in the findings."""
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import jinja2.nodes
+import pytest
+from jinja2 import meta
+from syrupy.assertion import SnapshotAssertion
+
+from overturning.findings.collect import Findings
+from overturning.report.render import LANGUAGES, environment, parse_markdown, render_markdown
+from overturning.report.terminal import plain_lines
+from tests.report.by_hand import MOTION, STUDIES, SURVEY, findings_by_hand
+
+CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "95", "10", "180"}
+"""Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
+
+NUMBER = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*")
+
+ALLOWED = (
+    *("Template", "Output", "TemplateData", "Name", "Getattr", "Getitem", "Const", "List", "Slice", "If", "For"),
+    *("Include", "Filter", "Test", "Compare", "Operand", "And", "Or", "Not", "CondExpr", "Neg", "Keyword", "Tuple"),
+)
+"""Nodes of a template: text, values, filters, `if` and `for`; neither arithmetic nor assignments nor macros."""
+
+
+def templates() -> list[tuple[str, Path]]:
+    """Return all templates with their language."""
+    folder = Path(str(resources.files("overturning"))) / "report" / "templates"
+    return [(language, path) for language in LANGUAGES for path in sorted((folder / language).glob("*.j2"))]
+
+
+@pytest.mark.parametrize(("language", "path"), templates(), ids=lambda one: getattr(one, "stem", one))
+def test_a_template_has_no_arithmetic_and_no_logic_beyond_if_and_for(language: str, path: Path) -> None:
+    tree = environment(language).parse(path.read_text(encoding="utf-8"))
+    assert {type(node).__name__ for node in tree.find_all(jinja2.nodes.Node)} <= set(ALLOWED)
+    assert meta.find_undeclared_variables(tree) <= {"f", "media", "one", "strength"}
+
+
+def values(part: Any) -> Iterator[float]:
+    """Yield every numeric value of findings; strings do not count."""
+    if isinstance(part, dict):
+        part = list(part.values())
+    if isinstance(part, list):
+        for one in part:
+            yield from values(one)
+    elif isinstance(part, int | float) and not isinstance(part, bool):
+        yield float(part)
+
+
+def is_rounding_of(text: str, value: float) -> bool:
+    """True if a printed number is a value, or a share in per cent, rounded to the printed digits."""
+    printed = text.replace("−", "-").replace(",", "")
+    digits = len(printed.partition(".")[2])
+    # Two or three significant digits: the last printed digit is the last that counts.
+    step = 10.0**-digits
+    return any(math.isclose(float(printed), scale * value, abs_tol=0.5000001 * step) for scale in (1.0, 100.0))
+
+
+def text_of(found: Any, language: str, name: str = "report") -> str:
+    """Return the text of a report as a reader sees it, with the captions of its figures."""
+    markdown = render_markdown(found, language, name=name)
+    captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
+    return "\n".join([*plain_lines(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("study", STUDIES)
+def test_every_printed_number_is_a_numeric_value_of_the_findings(study: str, language: str) -> None:
+    found = findings_by_hand(study)
+    known = list(values(found.model_dump(mode="json")))
+    printed = NUMBER.findall(text_of(found, language))
+    assert len(printed) >= 20
+    lost = [text for text in printed if text not in CONSTANTS and not any(is_rounding_of(text, one) for one in known)]
+    assert lost == []
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("study", "path", "value", "shown"),
+    [
+        ("direction", ("direction", "groups", 0, "alignment", "value"), 0.8765, "0.88"),
+        ("direction", ("convergence", "comparisons", 0, "side", "value"), 0.432, "43.2"),
+        ("reference", ("reference_alignments", 0, "closest_alignment", "value"), 0.8765, "0.88"),
+        ("scene", ("contrasts", 0, "share_overturned_study", "value"), 0.7654, "76.5"),
+        ("survey", ("surveys", 0, "fell"), 8765, "8,765"),
+        ("direction", ("records", 0, "pgv_cm_s"), 765.4, "765"),
+    ],
+)
+def test_a_changed_value_changes_the_report(
+    study: str, path: tuple[str | int, ...], value: float, shown: str, language: str
+) -> None:
+    data = json.loads(findings_by_hand(study).model_dump_json())
+    part: Any = data
+    for key in path[:-1]:
+        part = part[key]
+    before = text_of(Findings.model_validate(data), language)
+    part[path[-1]] = value
+    after = text_of(Findings.model_validate(data), language)
+    assert shown not in NUMBER.findall(before)
+    assert shown in NUMBER.findall(after)
+
+
+def test_all_languages_print_the_same_numbers() -> None:
+    for study in STUDIES:
+        found = findings_by_hand(study)
+        printed = [sorted(set(NUMBER.findall(text_of(found, language))) - CONSTANTS) for language in LANGUAGES]
+        assert all(one == printed[0] for one in printed), study
+
+
+def test_the_headline_follows_the_interval() -> None:
+    """Three intervals, above 0, below 0 and around 0, give three headlines; a number alone changes none."""
+    headlines = []
+    for value, low, high in ((0.5, 0.2, 0.7), (0.3, 0.1, 0.6), (-0.5, -0.7, -0.2), (0.1, -0.2, 0.4)):
+        data = json.loads(findings_by_hand("direction").model_dump_json())
+        data["direction"]["groups"][0]["alignment"] |= {"value": value, "low": low, "high": high}
+        text = render_markdown(Findings.model_validate(data))
+        headlines.append(re.findall(r"^# (.*)$", text, flags=re.MULTILINE))
+    assert [len(one) for one in headlines] == [1, 1, 1, 1]
+    assert headlines[0] == headlines[1]
+    assert len({one[0] for one in headlines}) == 3
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion) -> None:
+    """A reading aid: prose of findings written by hand, to be read in a diff. The other tests are the proof."""
+    assert render_markdown(findings_by_hand(study)) == snapshot
+
+
+def test_the_commands_print_from_the_same_templates() -> None:
+    from overturning.findings.surveys import SurveyText
+
+    found = SurveyText.model_validate({"surveys": [SURVEY], "motions": []})
+    known = list(values(found.model_dump(mode="json")))
+    printed = NUMBER.findall(text_of(found, "en", "survey"))
+    assert [text for text in printed if text not in CONSTANTS and not any(is_rounding_of(text, v) for v in known)] == []
+    assert MOTION["strengths"]

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from itertools import count
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 from urllib.parse import unquote
 
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
-from overturning.figures.page import film_player_script, json_for_script, read_template
+from overturning.figures.page import film_player_script, read_template
 from overturning.report.render import container_of, parse_inline, picture_of
 
 LAZY: Final = "fold"
@@ -29,7 +29,7 @@ def report_page(
     title: str,
     language: str,
     figures: Mapping[str, Path] | None,
-    films: Mapping[str, dict[str, Any]],
+    films: Mapping[str, str],
 ) -> str:
     """Return the HTML page of a report, which loads nothing from the network.
 
@@ -44,8 +44,8 @@ def report_page(
     figures : mapping of str to Path, or None
         Files of the figures (.svg or .png) by the names that the text uses. None: a page without figures, which shows
         their alternative text.
-    films : mapping of str to dict
-        Data of the films by the names that the text uses.
+    films : mapping of str to str
+        Elements of the films (`figures.page.film_element`) by the names that the text uses.
 
     Raises
     ------
@@ -68,10 +68,10 @@ class _Page:
     Attributes
     ----------
     figures, films : mapping
-        Files of the figures, and data of the films, by name.
+        Files of the figures, and elements of the films, by name.
     """
 
-    def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, dict[str, Any]]) -> None:
+    def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str]) -> None:
         self.figures, self.films, self.inlined = figures, films, count(1)
 
     def blocks(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
@@ -110,8 +110,7 @@ class _Page:
             kind = ' class="sortable"' if name == "sortable" else ""
             yield inner.replace("<table>", f"<table{kind}{_anchor(node)}>\n<caption>{caption}</caption>", 1)
         elif name == "film":
-            data = f'<script type="application/json">{json_for_script(self.films[text])}</script>'
-            yield f'<figure class="film-figure"><div class="film">{data}</div>\n{inner}</figure>'
+            yield f'<figure class="film-figure">{self.films.get(text, "")}\n{inner}</figure>'
         elif name == "page":
             yield inner
         else:

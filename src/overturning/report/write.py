@@ -3,10 +3,10 @@
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from overturning.errors import ResultError
 from overturning.figures.drawn_case import read_cases
+from overturning.figures.page import film_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
 from overturning.findings.results import open_results
@@ -61,12 +61,11 @@ def write_report(
         figures = study_figures(results / "figures")
         figures |= {f"survey-{n + 1}": results / "survey" / f"{n + 1}.svg" for n in range(len(opened.surveys))}
         figures |= draw_report_figures(opened, found, Path(drawings))
-        cases = read_cases(results / "figures" / "illustrative")
-        films: dict[str, dict[str, Any]] = {f"film-{number}": case.film for number, case in enumerate(cases, 1)}
-        facts = [
-            FilmFacts(f"film-{number}", case.title, case.block, case.outcomes, case.rule)
-            for number, case in enumerate(cases, 1)
-        ]
+        folder = results / "figures" / "illustrative"
+        cases = {f"film-{number}": case for number, case in enumerate(read_cases(folder), 1)}
+        films = {name: film_element(case.film, folder / case.strip, case.strip_alt) for name, case in cases.items()}
+        figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
+        facts = [FilmFacts(name, case.title, case.block, case.outcomes, case.rule) for name, case in cases.items()]
         media = Media(
             films=facts,
             chapters=chapters(figures, [one.id for one in found.records]),

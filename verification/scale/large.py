@@ -146,5 +146,6 @@ from overturning.figures.{call}
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
+    note("findings", run_subcommand("findings", folder / "cube.nc", "--output", folder / "findings.json"))
     note("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
     return found

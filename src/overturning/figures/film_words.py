@@ -120,7 +120,7 @@ def movie_title(title: str, speed: str) -> str:
 
 def heading(direction: float, *, in_space: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
-    return f"facing {compass_name(direction)}" if in_space else compass_name(direction)
+    return f"{'facing' if in_space else 'motion along'} {compass_name(direction)}"
 
 
 _SETTINGS: Final = {

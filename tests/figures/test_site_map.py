@@ -17,7 +17,6 @@ from overturning.figures.site_map import (
     MOST_SITES,
     Site,
     Station,
-    distance_sentences,
     local_km,
     site_map,
     site_maps,
@@ -149,16 +148,6 @@ def test_many_earthquakes_are_on_several_figures() -> None:
     plt.close("all")
     assert panels == [[str(number) for number in range(MOST_SITES)], [str(MOST_SITES)]]
     assert list(site_maps([])) == []
-
-
-def test_station_at_the_epicentre_has_no_direction() -> None:
-    """Below the accuracy of epicentres a radial direction is not defined."""
-    site = Site("A", [Station("near", 35.001, 133.0), Station("far", 35.1, 133.0)], EPICENTRE)
-    assert distance_sentences(site) == [
-        "near: less than 1 km from the epicentre.",
-        "far: 11 km from the epicentre, in the direction 0°.",
-    ]
-    assert distance_sentences(site._replace(epicentre=None)) == []
 
 
 @pytest.fixture

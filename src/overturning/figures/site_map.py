@@ -16,7 +16,6 @@ from overturning.model.falls import model_of
 from overturning.records.fault_trace import Trace, read_trace
 from overturning.statistics.by_record import apply_by_record
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.statistics.earthquakes import LEAST_DISTANCE_KM
 from overturning.statistics.falls import mean_fall_directions
 from overturning.study.cube import record_sources
 from overturning.units import EARTH_RADIUS_KM
@@ -279,22 +278,3 @@ def _draw_scale(axes: Any, reach: float, middle: float, level: float) -> None:
     text = {"xycoords": below, "textcoords": "offset points", "va": "center", "fontsize": TEXT}
     axes.annotate(f"{length:g} km", (left + length, level), (3, 0), annotation_clip=False, **text)
     axes.annotate("N ↑", (middle + reach, level), (0, 0), ha="right", annotation_clip=False, **text)
-
-
-def distance_sentences(site: Site) -> list[str]:
-    """Return a sentence for each station with its distance and direction from the epicentre.
-
-    The direction is left out below `LEAST_DISTANCE_KM`. The list is empty without an epicentre.
-    """
-    if site.epicentre is None:
-        return []
-    sentences = []
-    for one in site.stations:
-        east, north = local_km(one.latitude, one.longitude, *site.epicentre)
-        away, way = math.hypot(east, north), round(math.degrees(math.atan2(east, north))) % 360
-        far, near = (
-            f"{away:.0f} km from the epicentre, in the direction {way}°",
-            f"less than {LEAST_DISTANCE_KM:g} km from the epicentre",
-        )
-        sentences.append(f"{one.name}: {far if away >= LEAST_DISTANCE_KM else near}.")
-    return sentences

@@ -3,18 +3,15 @@
 Requires the results of the studies in `STUDIES` and of config/fine-map.yaml, from `make run STUDY=…`.
 """
 
-import math
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
-from overturning.findings.contrast import compared_records
-from overturning.findings.results import Results, open_results
-from overturning.statistics.bootstrap import Mean
-from overturning.statistics.elements import count_common_falls, mean_contrast
+from overturning.findings.collect import Findings, findings
+from overturning.findings.values import Estimate
+from overturning.report.filters import estimate, share
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL
 from verification.tables import ROOT, markdown, publish
 
 Row = tuple[str, str, int]
@@ -24,16 +21,9 @@ PICTURES: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"
 """Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
-def _row(quantity: str, mean: Mean, *, percent: bool = False) -> Row:
+def _row(quantity: str, one: Estimate, *, percent: bool = False) -> Row:
     """Return a row of the table; without an interval if there are too few earthquakes."""
-
-    def number(value: float) -> str:
-        shown = f"{100 * value:.{0 if value >= 0.1 else 1}f}" if percent else f"{value:.2f}"
-        return shown.lstrip("-") if float(shown) == 0 else shown.replace("-", "−")
-
-    none = math.isnan(mean.low) or mean.low == mean.high
-    interval = "" if none else f" ({number(mean.low)} to {number(mean.high)})"
-    return quantity, f"{number(mean.value)}{interval}{' %' if percent else ''}", mean.n
+    return quantity, (share if percent else estimate)(one, to=" to "), one.earthquakes
 
 
 def _group(name: str) -> str:
@@ -41,31 +31,28 @@ def _group(name: str) -> str:
     return "no pulse" if name.startswith("without") else "velocity pulse"
 
 
-def _direction(results: Results) -> Iterator[Row]:
-    for group, summary in results.axis_summaries.items():
-        yield _row(f"alignment with the fault normal, {_group(group)}", summary.alignment)
+def _direction(found: Findings) -> Iterator[Row]:
+    for group in found.direction.groups:
+        yield _row(f"alignment with the fault normal, {_group(group.group)}", group.alignment)
 
 
-def _reference(results: Results) -> Iterator[Row]:
-    for group, found in results.reference_alignment[0].items():
+def _reference(found: Findings) -> Iterator[Row]:
+    for group in found.reference_alignments:
+        axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
         for name in ("peak velocity", "fault normal"):
-            yield _row(f"alignment with the {name}, {_group(group)}", found.means[name, True][0])
+            yield _row(f"alignment with the {name}, {_group(group.group)}", axes[name].all_b_over_h)
 
 
-def _contrast(results: Results) -> Iterator[Row]:
-    other = results.study.primary.against
-    assert other is not None
-    places = compared_records(results, other)
-    counts = count_common_falls(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
-    found = mean_contrast(counts, results.events[places])
-    yield _row("falls in both", found.both, percent=True)
-    yield _row(f"falls in “{results.study.name}” only", found.only_this, percent=True)
-    yield _row(f"falls in “{other}” only", found.only_other, percent=True)
-    if found.same_way.n:
-        yield _row("falls the same way, where it falls in both", found.same_way, percent=True)
+def _contrast(found: Findings) -> Iterator[Row]:
+    (one,) = (each for each in found.contrasts if each.primary)
+    yield _row("falls in both", one.both_overturn, percent=True)
+    yield _row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
+    yield _row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
+    if one.same_direction.value is not None:
+        yield _row("falls the same way, where it falls in both", one.same_direction, percent=True)
 
 
-STUDIES: Final[dict[str, Callable[[Results], Iterator[Row]]]] = {
+STUDIES: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
     "near-fault": _direction, "in-space": _reference, "three-tier": _contrast, "waiau": _contrast,
 }  # fmt: skip
 
@@ -75,11 +62,10 @@ def main() -> None:
     lines = []
     for name, rows in STUDIES.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")
-        with open_results(ROOT / "results" / name, study) as results:
-            question = f"{study.question} ([{name}](config/{name}.yaml))"
-            for quantity, value, earthquakes in rows(results):
-                lines.append((question, quantity, value, earthquakes))
-                question = ""
+        question = f"{study.question} ([{name}](config/{name}.yaml))"
+        for quantity, value, earthquakes in rows(findings(ROOT / "results" / name, study)):
+            lines.append((question, quantity, value, earthquakes))
+            question = ""
     for picture, study_name in PICTURES.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
         shutil.copyfile(drawn, ROOT / "docs" / "images" / picture)

@@ -1,0 +1,61 @@
+"""Shares of cases that change in a second computation, and axes on two grounds, with known values."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.findings.comparison import changed, second_computations
+from overturning.findings.contrast import turned_axes
+from overturning.study.convergence import (
+    Convergence,
+    ElementChanges,
+    RefinementOfChanges,
+    RerunResult,
+    RigidComparison,
+)
+
+COUNTS = {
+    "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "undivided": 80, "flags_undivided": 1,
+    "sides_undivided": 3, "fallen_undivided": 40, "fallen_agreed": 30, "sides_agreed": 3,
+}  # fmt: skip
+
+
+def test_interval_of_a_share() -> None:
+    """Wilson (1927), written out: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
+    found, n, z = changed(5, 50, sampled=True), 50, 1.959964
+    middle, half = 0.1 + z * z / (2 * n), z * np.sqrt(0.1 * 0.9 / n + z * z / (4 * n * n))
+    assert found.low == pytest.approx((middle - half) / (1 + z * z / n), rel=1e-5)
+    assert found.high == pytest.approx((middle + half) / (1 + z * z / n), rel=1e-5)
+    every = changed(5, 50, sampled=False)
+    assert (every.value, every.low, every.high) == (0.1, None, None), "a count of all cases has no interval"
+    assert changed(0, 0, sampled=True).value is None
+
+
+def test_each_computation_has_its_shares() -> None:
+    one = ElementChanges(element="", **COUNTS)
+    rigid = RigidComparison(element="", cells=102, **COUNTS)
+    found = Convergence(
+        seed=1, wanted=100, chosen=102, at_rest=0, cells=1000, computed=500, study_block_steps=1, cost=1.0, finer_by=8,
+        stiffer_by=4.0, finer=RerunResult(block_steps=1, outcomes=[one]),
+        stiffer=RerunResult(block_steps=0, outcomes=[], refused="too stiff"),
+        settling=RefinementOfChanges(changed=0, looked_at=0, settled=0, chaotic=0, block_steps=0), amplitude=None,
+        rigid=rigid,
+    )  # fmt: skip
+    finer, stiffer, exact = second_computations(found)
+    shares = [finer.falls_or_stands, finer.falls_or_stands_undivided, finer.side, finer.side_agreed]
+    assert [one.value for one in shares] == pytest.approx([0.04, 1 / 80, 0.1, 0.1])
+    assert (stiffer.refused, stiffer.side.value) == ("too stiff", None)
+    assert exact.factor is None
+    assert exact.side.low is None, "all blocks that cannot slide are compared: no interval"
+    assert finer.side.low is not None
+
+
+def test_axes_on_two_grounds_are_compared_where_both_are_clear() -> None:
+    def ground(axes: list[float], rates: list[float], resultants: list[float]) -> xr.Dataset:
+        parts = {"fall_axis": axes, "fall_rate": rates, "fall_resultant": resultants}
+        return xr.Dataset({name: ("record", values) for name, values in parts.items()})
+
+    rock = ground([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
+    soil = ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
+    # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
+    assert turned_axes(soil, rock) == pytest.approx([20.0, 15.0, 90.0])

@@ -1,0 +1,61 @@
+"""Film of a comparison of two settings, from the cubes of a small study."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.figures.drawn_case import DrawnCase, read_cases
+from overturning.figures.illustrative import draw_illustrative_cases
+from overturning.study.cube import open_cube
+from tests.figures.test_film import unpack
+from tests.study.small_study import cube_of, pulse, study
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[DrawnCase]]:
+    """Return the folder of a study with and without vertical motion, and its cases; the ground rises with 0.6 g."""
+    folder = tmp_path_factory.mktemp("contrast")
+    level = pulse("a")
+    shaken = np.where(np.abs(level.north) > 0, 5.9, 0.0)
+    settings = study(
+        records={"use": ["a"]},
+        variants={"level": {"vertical": False}},
+        b_over_h=[0.2, 0.25, 0.3, 0.35, 0.4],
+        primary={"statistic": "share", "against": "level"},
+        asks="vertical",
+    )
+    record = replace(level, up=np.round(shaken, 9))
+    cube, other = (cube_of(settings, [record], folder, name) for name in ("nominal", "level"))
+    draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
+    return folder, read_cases(folder / "cases")
+
+
+def test_first_case_falls_in_one_setting_and_stands_in_the_other(drawn: tuple[Path, list[DrawnCase]]) -> None:
+    folder, cases = drawn
+    first = cases[0]
+    assert first.settings == ("nominal", "level")
+    ratio = float(first.parameters.split("B/H = ")[1].split(",")[0])
+    falls = []
+    for name in ("cube", "cube.level"):
+        with open_cube(folder / f"{name}.nc") as cube:
+            falls.append(bool((np.abs(cube["overturned"].sel(b_over_h=ratio, method="nearest")) == 1).any()))
+    assert sorted(falls) == [False, True]
+    ends = [panel["outcomeTime"] for panel in first.film["panels"]]
+    assert [end is not None for end in ends] == falls, "the film shows what the cubes hold"
+    assert len(set(first.headings)) == 2
+
+
+def test_both_settings_have_the_same_motion_along_the_plane(drawn: tuple[Path, list[DrawnCase]]) -> None:
+    _, cases = drawn
+    along, up = ([unpack(panel["traces"][row]["rows"][0]) for panel in cases[0].film["panels"]] for row in (0, 1))
+    assert along[0] == pytest.approx(along[1])
+    assert np.abs(up[0]).max() == pytest.approx(590, rel=1e-3)
+    assert not up[1].any()
+
+
+def test_strip_of_each_case_is_a_file(drawn: tuple[Path, list[DrawnCase]]) -> None:
+    folder, cases = drawn
+    for case in cases:
+        assert (folder / "cases" / case.strip).stat().st_size > 1000

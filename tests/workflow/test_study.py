@@ -89,7 +89,7 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
         ),
         ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),
-        ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", *LAST}),
+        ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", "findings", *LAST}),
     ],
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )
@@ -143,7 +143,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("", set()),
         ("figures/study.py", {"record_figures_1", "figures", "illustrative", "explore", *LAST}),
         ("dem/kernel/queue.py", {"members", "sweep"} | AFTER_SWEEP),
-        ("report/html.py", LAST),
+        ("report/page.py", LAST),
     ],
 )
 def test_change_of_a_source_runs_what_depends_on_it(
@@ -220,9 +220,10 @@ def test_changed_title_remakes_only_the_report(finished: Checkout, tmp_path: Pat
     kept.rename(gone)
     assert plan.rules == {"illustrative", "explore", "findings", *LAST}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
-    checkout.carry_out([command for command in plan.commands if command.startswith("overturning report")])
+    steps = ("overturning findings", "overturning report")
+    checkout.carry_out([command for command in plan.commands if command.startswith(steps)])
     after = bytes_of(checkout.results)
-    assert {name for name in after if after[name] != before[name]} == {"report.html", "report.pdf"}
+    assert {name for name in after if after[name] != before[name]} == {"findings.json", "report.html", "report.pdf"}
     assert b"Another title" in after["report.html"]
 
 

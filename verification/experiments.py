@@ -134,8 +134,8 @@ def step_and_contact(thin: Thinned) -> Bodies:
             print(*lines[-1], flush=True)
     cells_of = markdown(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
-        f"Each row: {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which the shaking is "
-        "strong enough to move the block."
+        f"Each row of the table has {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which the "
+        "shaking is strong enough to move the block."
     )
     return {"step-and-contact": f"{cells_of}\n\n{about}"}
 
@@ -277,8 +277,8 @@ def damping_ratio(thin: Thinned) -> Bodies:
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
-    standing = f"{rocks.sum()} of these rock and stand, {(rocks & squat).sum()} of them squat."
-    about = f"{firm.sum()} of {firm.size} cells are firm; {standing}"
+    standing = f"{rocks.sum()} rock without falling, and {(rocks & squat).sum()} are squat and rock without falling."
+    about = f"{firm.sum()} of {firm.size} blocks are firm; among the firm blocks, {standing}"
     return {"damping-ratio": markdown(("ξ", *kernels), lines) + f"\n\n{about}"}
 
 
@@ -303,7 +303,7 @@ def most_friction(thin: Thinned) -> Bodies:
             )
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
-    about = f"{far.cases + far.unanswered} cases under {len(motions)} records; steps are relative to the first row."
+    about = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records; steps are relative to row one."
     return {"most-friction": f"{markdown(heads, lines)}\n\n{about}"}
 
 

@@ -134,8 +134,8 @@ def step_and_contact(thin: Thinned) -> Bodies:
             print(*lines[-1], flush=True)
     cells_of = markdown(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
-        f"Each row of the table has {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which the "
-        "shaking is strong enough to move the block."
+        f"Each row of the table has {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which "
+        "the shaking is strong enough to move the block."
     )
     return {"step-and-contact": f"{cells_of}\n\n{about}"}
 
@@ -303,7 +303,7 @@ def most_friction(thin: Thinned) -> Bodies:
             )
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
-    about = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records; steps are relative to row one."
+    about = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records; steps refer to row one."
     return {"most-friction": f"{markdown(heads, lines)}\n\n{about}"}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.figures.film import Film, FilmBody, Panel, vertex_paths, view
-from overturning.figures.film_words import STRIP, STRIP_STANDING
+from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
 from overturning.figures.style import INK, PAGE_WIDTH, caption, grid
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     )
     falls = [panel.outcome_time for panel in film.panels if np.isfinite(panel.outcome_time)]
     if falls:
-        near, names = min(falls), STRIP
+        near, names = min(falls), STRIP if len(falls) == len(film.panels) else STRIP_MIXED
     else:
         near, names = float(film.times[int(angle.argmax())]), STRIP_STANDING
     before = angle[: max(1, int(np.searchsorted(film.times, near)))]

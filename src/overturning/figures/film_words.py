@@ -195,5 +195,8 @@ SPACE_NOTE: Final = "Drag to turn the view."
 STRIP: Final = ("start", "first uplift", "near the fall", "lying")
 """Captions of the four frames of a strip, of a stone that falls."""
 
+STRIP_MIXED: Final = (*STRIP[:3], "end")
+"""Captions of the four frames of a strip in which some stones fall and others stand."""
+
 STRIP_STANDING: Final = ("start", "first uplift", "largest lean", "end")
 """Captions of the four frames of a strip if nothing falls."""

@@ -321,7 +321,7 @@
       event.preventDefault();
     });
     panels.forEach(panel => { if (panel.solid) spaceView.listen(panel.scene, state.view, draw); });
-    window.addEventListener("resize", draw);
+    new ResizeObserver(draw).observe(row);  // also when a folded part of the page is opened
     root.dataset.end = end.toFixed(4);
     setForces(false);
     setEarth(false);

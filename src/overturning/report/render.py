@@ -39,7 +39,7 @@ class Media:
     Attributes
     ----------
     films : sequence
-        Facts about each film, with the attributes ``name``, ``title``, ``block`` and ``outcomes``.
+        Facts about each film, with the attributes ``name``, ``title``, ``block`` and ``panels``.
     chapters : mapping of str to tuple of str
         Names of the figures in the chapter of each record, by record.
     explorer : str

@@ -25,12 +25,12 @@ EXPLORER = "explore.html"
 
 @dataclass(frozen=True)
 class FilmFacts:
-    """Facts about a film: its name in the report, title, block, outcomes, and the rule that chose it."""
+    """Facts about a film: its name in the report, title, block, (heading, outcome) of its panels, and rule."""
 
     name: str
     title: str
     block: str
-    outcomes: tuple[str, ...]
+    panels: tuple[tuple[str, str], ...]
     rule: str
 
 
@@ -65,7 +65,10 @@ def write_report(
         cases = {f"film-{number}": case for number, case in enumerate(read_cases(folder), 1)}
         films = {name: film_element(case.film, folder / case.strip, case.strip_alt) for name, case in cases.items()}
         figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
-        facts = [FilmFacts(name, case.title, case.block, case.outcomes, case.rule) for name, case in cases.items()]
+        facts = [
+            FilmFacts(name, case.title, case.block, tuple(zip(case.headings, case.outcomes, strict=True)), case.rule)
+            for name, case in cases.items()
+        ]
         media = Media(
             films=facts,
             chapters=chapters(figures, [one.id for one in found.records]),

@@ -127,7 +127,13 @@ def corrected(before: float, after: float) -> Corrected:
     nothing = BlockChange(0.0, 0.0, 0.0, 0.0, 0.0)
     step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
     return corner_at_solution.py_func(
-        block, step, there, Corner(0.0, 0.0, before, 1.0), AssumedCorner(0.0, True, False, False, 0.0), nothing, True
+        block,
+        step,
+        there,
+        Corner(0.0, 0.0, before, 1.0),
+        AssumedCorner(0.0, True, False, False, 0.0, 1.0),
+        nothing,
+        True,
     )
 
 

@@ -157,7 +157,7 @@ def apply_contact_law(
     tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
-    drift_x, drift_y, drifts = flat_landing_slip(body, at.arm, s.velocity, s.spin, flat)
+    drift_x, drift_y, drifts, tilting = flat_landing_slip(body, at.arm, s.velocity, s.spin, flat)
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
     landing = (old.landing if was else begun) - body.step * WHOLE
@@ -169,7 +169,8 @@ def apply_contact_law(
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
     shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
-    wrench = Wrench(force, cross_product(at.arm, force), damping, cross_product(at.arm, damping), opened, shortened)
+    lever = Vector(at.arm.x, at.arm.y, tilting * at.arm.z)
+    wrench = Wrench(force, cross_product(lever, force), damping, cross_product(lever, damping), opened, shortened)
     return wrench, VertexHistory(
         sx=kx, sy=ky, x=s.place.x + at.arm.x, y=s.place.y + at.arm.y, depth=depth, normal=n, slid=0.0, landing=landing
     )

@@ -14,6 +14,7 @@ from typing import Final
 
 from numba import njit
 
+from overturning.dem.block.landing import flat_landing_slip, lands_flat
 from overturning.dem.block.state import (
     AssumedCorner,
     AssumedSlip,
@@ -28,8 +29,6 @@ from overturning.dem.block.state import (
     PredictedCorner,
     Sliding,
     corner_position,
-    flat_landing_slip,
-    lands_flat,
 )
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.kernel.ground import motion_at_tick_or_beyond
@@ -125,7 +124,7 @@ def assume_sliding(block: Block, predicted: PredictedCorner, normal_force: float
     excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (assumption.drifts, assumption.drift) if assumption.held else (excess > 0.0, slid)
-    freedom = 1.0 + block.inertia * predicted.arm * (predicted.arm - slid * predicted.drop)
+    freedom = 1.0 + block.inertia * predicted.arm * (predicted.arm - slid * (assumption.tilting * predicted.drop))
     return Sliding(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
@@ -183,22 +182,23 @@ def solve_velocities(
     except for sliding corners, which are made to stick before they reduce it too much.
     """
     half, inertia, left, right = predicted.half, block.inertia, predicted.left, predicted.right
-    held = lands_flat(state, left.depth, right.depth)
+    held = lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
     nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift = flat_landing_slip(block, held, predicted.ex, predicted.ez)
+    drifts, drift, tilting = flat_landing_slip(block, held, predicted.ex, predicted.ez)
+    lever_l, lever_r = tilting * left.drop, tilting * right.drop
     guess_l = assume_sliding(
         block,
         left,
         nl,
-        AssumedCorner(assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift),
+        AssumedCorner(assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift, tilting),
     )
     guess_r = assume_sliding(
         block,
         right,
         nr,
-        AssumedCorner(assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift),
+        AssumedCorner(assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift, tilting),
     )
     slid_l, slides_l = resolve_sliding(guess_l, guess_r, on_r)
     slid_r, slides_r = resolve_sliding(guess_r, guess_l, on_l)
@@ -206,14 +206,14 @@ def solve_velocities(
     q = equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
     hx = predicted.vx + half * (predicted.push - (p.f + q.f))
     hz = predicted.vz + half * ((p.n + q.n) - (GRAVITY + predicted.lift))
-    hw = predicted.vw + half * (inertia * ((left.drop * p.f - left.arm * p.n) + (right.drop * q.f - right.arm * q.n)))
+    hw = predicted.vw + half * (inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n)))
     wl, wr = p.press * left.arm, q.press * right.arm
-    el, er = p.slide * left.drop - wl, q.slide * right.drop - wr
-    gl, gr = p.stick * left.drop, q.stick * right.drop
-    lever = gl + gr
-    a11, a12, a13 = 1.0 + (p.stick + q.stick), -(p.slide + q.slide), (q.slide * right.arm + p.slide * left.arm) - lever
+    el, er = p.slide * lever_l - wl, q.slide * lever_r - wr
+    gl, gr = p.stick * lever_l, q.stick * lever_r
+    sway = p.stick * left.drop + q.stick * right.drop
+    a11, a12, a13 = 1.0 + (p.stick + q.stick), -(p.slide + q.slide), (q.slide * right.arm + p.slide * left.arm) - sway
     a22, a23 = 1.0 + (p.press + q.press), -(wl + wr)
-    a31, a32 = inertia * lever, inertia * (el + er)
+    a31, a32 = inertia * (gl + gr), inertia * (el + er)
     a33 = 1.0 + inertia * ((gl * left.drop - el * left.arm) + (gr * right.drop - er * right.arm))
     both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
     last = (a33 * both + first * a13) - second * a23
@@ -235,7 +235,7 @@ def solve_velocities_without_friction(
 ) -> BlockChange:
     """Solve for a block's velocities without friction, where the horizontal motion is independent."""
     half, inertia, left, right = predicted.half, block.inertia, predicted.left, predicted.right
-    held = lands_flat(state, left.depth, right.depth)
+    held = lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
     nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
     nl, press_l = normal_force_terms(block, left, half, nl, on_l)

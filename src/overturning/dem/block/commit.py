@@ -4,6 +4,7 @@ import math
 
 from numba import njit
 
+from overturning.dem.block.landing import remaining_landing_time
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AcceptedStep,
@@ -20,7 +21,6 @@ from overturning.dem.block.state import (
     PredictedBlock,
     PredictedCorner,
     base_displacement,
-    remaining_landing_time,
 )
 from overturning.dem.kernel.clock import Clock, StepFindings
 from overturning.dem.kernel.lanes import INLINE
@@ -67,13 +67,15 @@ def corner_at_solution(
     found, assumed = sign if slips else 0.0, 0.0 if assumption.fine else assumption.slid
     f = sign * n if slips else f
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
-    damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * ux
+    lever = assumption.tilting * predicted_corner.drop
+    working = ux + (predicted_corner.drop - lever) * (predicted_block.ew + change.vw)
+    damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * working
     sinking = depth - previous.depth
     cut = depth * previous.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
     fresh, loaded = inside & (not was), most > 0.0
     moment, let_go = (
-        predicted_corner.drop * f - predicted_corner.arm * n,
+        lever * f - predicted_corner.arm * n,
         (previous.spring + remaining) * (stretch - remaining),
     )
     return Corrected(

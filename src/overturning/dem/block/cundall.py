@@ -4,6 +4,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
+from overturning.dem.block.landing import flat_landing_slip, lands_flat, remaining_landing_time
 from overturning.dem.block.state import (
     TICKS,
     Block,
@@ -14,9 +15,6 @@ from overturning.dem.block.state import (
     Corner,
     base_displacement,
     corner_position,
-    flat_landing_slip,
-    lands_flat,
-    remaining_landing_time,
 )
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, select
@@ -36,7 +34,7 @@ class CornerForce(NamedTuple):
     arm: float
     """Position of the corner from the centre, along s, m."""
     drop: float
-    """Depth of the corner below the centre, m."""
+    """Lever of the tangential force: depth of the corner below the centre, less in a flat landing, m."""
     corner: Corner
     """State of the corner for the next step."""
     opened: float
@@ -56,13 +54,13 @@ def corner_contact_force(
     state: BlockState,
     previous: Corner,
     dashpot_rate: float,
-    flat_landing: tuple[bool, bool, float],
+    flat_landing: tuple[bool, bool, float, float],
 ) -> CornerForce:
     """Compute the contact force of a corner; `dashpot_rate` is the dashpot over the time step, for displacements.
 
-    `flat_landing` holds whether the block lands flat, and the two results of `flat_landing_slip`.
+    `flat_landing` holds whether the block lands flat, and the results of `flat_landing_slip`.
     """
-    held, drifts, drift = flat_landing
+    held, drifts, drift, tilting = flat_landing
     arm, drop = corner_position(side, block, state.cos, state.sin)
     place, depth = state.x + arm, drop - state.z
     slip, sinking = place - previous.place, depth - previous.depth
@@ -79,7 +77,7 @@ def corner_contact_force(
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = previous.depth if was & (not inside) else 0.0
     return CornerForce(
-        n=n, f=f, arm=arm, drop=drop,
+        n=n, f=f, arm=arm, drop=tilting * drop,
         corner=Corner(remaining, place, depth, 0.0), opened=let_go * let_go,
         shortened=(previous.spring + remaining) * (stretch - remaining),
         damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
@@ -105,11 +103,16 @@ def step_block(
     dt = block.step * WHOLE
     push, lift = motion_at_tick(shaking.push, state.tick), motion_at_tick(shaking.lift, state.tick)
     rate = block.dashpot / dt
-    (_, drop_left), (_, drop_right) = (
+    (arm_left, drop_left), (arm_right, drop_right) = (
         corner_position(-1.0, block, state.cos, state.sin),
         corner_position(1.0, block, state.cos, state.sin),
     )
-    held = lands_flat(state, drop_left - state.z, drop_right - state.z)
+    held = lands_flat(
+        block,
+        state,
+        (drop_left - state.z, state.vz - arm_left * state.vw),
+        (drop_right - state.z, state.vz - arm_right * state.vw),
+    )
     flat = (held, *flat_landing_slip(block, held, state.vx, state.vz))
     left, right = (
         corner_contact_force(-1.0, block, state, state.left, rate, flat),

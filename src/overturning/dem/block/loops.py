@@ -13,6 +13,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
+from overturning.dem.block.landing import flat_landing_slip, lands_flat
 from overturning.dem.block.state import (
     ROWS,
     AcceptedStep,
@@ -26,8 +27,6 @@ from overturning.dem.block.state import (
     BlockState,
     Corners,
     PredictedBlock,
-    flat_landing_slip,
-    lands_flat,
 )
 from overturning.dem.kernel.clock import BLOCK, Attempt, Clock, next_attempt
 from overturning.dem.kernel.lanes import INNER
@@ -97,10 +96,10 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
             fine = length <= centred.FINE * clock.finest
-            held = lands_flat(s, w.left.depth, w.right.depth)
-            drifts, drift = flat_landing_slip(block, held, w.ex + d.vx, w.ez + d.vz)
-            assumed_left = AssumedCorner(d.slid_left, fine, held, drifts, drift)
-            assumed_right = AssumedCorner(d.slid_right, fine, held, drifts, drift)
+            held = lands_flat(block, s, (w.left.depth, w.left.uz), (w.right.depth, w.right.uz))
+            drifts, drift, tilting = flat_landing_slip(block, held, w.ex + d.vx, w.ez + d.vz)
+            assumed_left = AssumedCorner(d.slid_left, fine, held, drifts, drift, tilting)
+            assumed_right = AssumedCorner(d.slid_right, fine, held, drifts, drift, tilting)
             both = Corners(
                 commit.corner_at_solution(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.corner_at_solution(block, w, w.right, s.right, assumed_right, d, with_friction),

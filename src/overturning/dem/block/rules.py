@@ -29,7 +29,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
 from overturning.dem.kernel.ground import Ground, count_skippable_samples, is_rest_check_sample, motion_over_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
-from overturning.dem.kernel.mechanics import LANDING, normalise_cosine_and_sine
+from overturning.dem.kernel.mechanics import LANDING, impact_time, normalise_cosine_and_sine
 from overturning.dem.kernel.queue import Job, path_with_room, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -109,6 +109,8 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
         step=sampling_interval / ticks_per_sample,
         gentle=case.gentle,
         landing=LANDING * case.dashpot / k,
+        together=impact_time(k, case.dashpot),
+        tilting=0.0 if case.friction * h <= b else 1.0,
     )
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)

@@ -4,7 +4,6 @@ Quantities are per mass: stiffness K/m (1/s²), dashpot h/m (1/s), force as acce
 are those of docs/method.md, "The block and its base"; `overturning.dem.kernel.lanes` describes the memory layout.
 """
 
-import math
 from typing import Final, NamedTuple
 
 from numba import njit
@@ -13,7 +12,6 @@ from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import LinearMotion
 from overturning.dem.kernel.lanes import INLINE, Rows
-from overturning.dem.kernel.mechanics import slides_flat
 
 COLUMNS: Final = 48
 """Number of blocks computed side by side: enough to hide the latency of operations, few enough for the L1 cache."""
@@ -66,6 +64,10 @@ class Block(NamedTuple):
     """Largest travel of a corner that opens or closes in a gentle step, m."""
     landing: float
     """Duration of a flat landing after the first touch, s."""
+    together: float
+    """Time within which the touches of both corners count as one impact, s."""
+    tilting: float
+    """Share of the moment of friction that rotates a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
 
 
 class Corner(NamedTuple):
@@ -89,11 +91,13 @@ class AssumedCorner(NamedTuple):
     fine: bool
     """True if the step is fine, so that predicted forces decide instead."""
     held: bool
-    """True if the block lands flat, so that the dashpot may pull; see `lands_flat`."""
+    """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
     drifts: bool
-    """True if the block slides while it lands flat; see `flat_landing_slip`."""
+    """True if the block slides while it lands flat."""
     drift: float
-    """±μ of the friction in a flat landing; see `flat_landing_slip`."""
+    """±μ of the friction in a flat landing."""
+    tilting: float
+    """Share of the moment of friction that rotates the block; 1 except in a flat landing."""
 
 
 class BlockState(NamedTuple):
@@ -313,34 +317,6 @@ def corner_position(side: float, block: Block, cosine: float, sine: float) -> tu
     """Return the position of a lower corner from the centre, along s and downwards, m; side −1 is left, +1 right."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
-
-
-@njit(**INLINE)
-def is_airborne(state: BlockState) -> bool:
-    """True if no corner touched the base at the end of the last step."""
-    return (state.left.depth <= 0.0) & (state.right.depth <= 0.0)
-
-
-@njit(**INLINE)
-def remaining_landing_time(block: Block, state: BlockState, time_step: float) -> float:
-    """Return the remaining time of a flat landing after a step, s; a landing starts only from free flight."""
-    return block.landing if is_airborne(state) else state.landing - time_step
-
-
-@njit(**INLINE)
-def lands_flat(state: BlockState, left_depth: float, right_depth: float) -> bool:
-    """True if both corners land together, from their penetrations at the end of the step, m.
-
-    In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
-    positive as long as the corner is in the ground, so the dashpot may pull (docs/method.md, "A flat landing").
-    """
-    return ((state.landing > 0.0) | is_airborne(state)) & (left_depth > 0.0) & (right_depth > 0.0)
-
-
-@njit(**INLINE)
-def flat_landing_slip(block: Block, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float]:
-    """Return whether a block that lands flat slides, from the velocity of its centre (`slides_flat`), and ±μ."""
-    return is_flat_landing & slides_flat(block.friction, vx, vz), math.copysign(block.friction, vx)
 
 
 @njit(**INLINE)

@@ -77,7 +77,7 @@ def contact_is_deferred(
 
 @njit(**INLINE)
 def base_lands_flat(base_contact: BaseContactState) -> bool:
-    """True if all points of the base land together, so that dashpots may pull; see `dem.block.state.lands_flat`."""
+    """True if all points of the base land together, so that dashpots may pull; see `dem.block.landing`."""
     return base_contact.landing > 0.0
 
 

@@ -122,16 +122,17 @@ def is_fine_step(clock: Clock, attempt: Attempt) -> bool:
 @njit(**INLINE)
 def flat_landing_slip(
     body: BodyConstants, arm: Vector, velocity: Vector, spin: Vector, is_flat: bool
-) -> tuple[float, float, bool]:
+) -> tuple[float, float, bool, float]:
     """Return the direction in which a point slides in a flat landing (unit vector), and True if the point slides.
 
-    See `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
+    The last value is the share of the moment of its friction that tilts the body. See
+    `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
     """
     x, y = velocity.x - spin.z * arm.y, velocity.y + spin.z * arm.x
     square, least = x * x + y * y, body.friction * velocity.z
     drifts = is_flat & (square >= least * least)
     one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
-    return x * one, y * one, drifts
+    return x * one, y * one, drifts, (body.tilting if drifts else 1.0)
 
 
 @njit(**INLINE)
@@ -169,7 +170,7 @@ def predict_contact_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if fine_step else previous.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts = flat_landing_slip(body, arm, predicted.end, predicted.spin, flat)
+    drift_x, drift_y, drifts, tilting = flat_landing_slip(body, arm, predicted.end, predicted.spin, flat)
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
     slides = square > most * most if fine_step else previous.slid > 0.0
     slides = drifts if flat else slides | smooth
@@ -192,6 +193,7 @@ def predict_contact_point(
         dy=dy,
         deferred=1.0 if deferred else 0.0,
         held=1.0 if flat else 0.0,
+        tilting=tilting,
         new_landing=new_landing,
     )
 
@@ -233,19 +235,21 @@ def contact_equations(
     gxx, gyy, gxy = (gxx if on else 0.0), (gyy if on else 0.0), (gxy if on else 0.0)
     gxz, gyz, gzz = (gxz if on else 0.0), (gyz if on else 0.0), (gzz if on else 0.0)
     f = Vector(fx, fy, n)
-    # Rows of G(·× r), and the moments r × column of both; zero terms are left out.
+    # Rows of G(·× r), and the moments r × column of both; zero terms are left out. In a flat landing the moment of
+    # friction has a shorter lever arm.
+    at = Vector(r.x, r.y, point.tilting * r.z)
     bx, by = cross_product(r, Vector(gxx, gxy, gxz)), cross_product(r, Vector(gxy, gyy, gyz))
     bz = Vector(r.y * gzz, -(r.x * gzz), 0.0)
-    cz = cross_product(r, Vector(gxz, gyz, gzz))
-    dx, dy = cross_product(r, Vector(bx.x, by.x, bz.x)), cross_product(r, Vector(bx.y, by.y, bz.y))
-    dz = cross_product(r, Vector(bx.z, by.z, bz.z))
+    cz = cross_product(at, Vector(gxz, gyz, gzz))
+    dx, dy = cross_product(at, Vector(bx.x, by.x, bz.x)), cross_product(at, Vector(bx.y, by.y, bz.y))
+    dz = cross_product(at, Vector(bx.z, by.z, bz.z))
     return ContactEquations(
         f,
-        cross_product(r, f),
+        cross_product(at, f),
         Matrix(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
         Matrix(bx.x, bx.y, bx.z, by.x, by.y, by.z, bz.x, bz.y, bz.z),
         Matrix(
-            -(r.z * gxy), -(r.z * gyy), cz.x, r.z * gxx, r.z * gxy, cz.y,
+            -(at.z * gxy), -(at.z * gyy), cz.x, at.z * gxx, at.z * gxy, cz.y,
             r.x * gxy - r.y * gxx, r.x * gyy - r.y * gxy, cz.z,
         ),
         Matrix(dx.x, dy.x, dz.x, dx.y, dy.y, dz.y, dx.z, dy.z, dz.z),

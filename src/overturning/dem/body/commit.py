@@ -88,12 +88,17 @@ def compute_point_forces(
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
-    drift_x, drift_y, drifts = flat_landing_slip(
-        body, r, plus(predicted.end, change.velocity), plus(predicted.spin, change.spin), point.held > 0.0
+    spin = plus(predicted.spin, change.spin)
+    drift_x, drift_y, drifts, tilting = flat_landing_slip(
+        body, r, plus(predicted.end, change.velocity), spin, point.held > 0.0
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction(hx, hy, tx, ty, most, body.compliance, (point.held > 0.0, drifts))
-    power = (spring - n) * u.z - ((fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y)
+    lever = Vector(r.x, r.y, tilting * r.z)
+    off = r.z - lever.z
+    power = (spring - n) * u.z - (
+        (fx + body.tangential * kx) * (u.x - spin.y * off) + (fy + body.tangential * ky) * (u.y + spin.x * off)
+    )
     let_go = released_spring_energy(body, previous, depth, (point.tx + half * e.x, point.ty + half * e.y), (kx, ky))
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
@@ -106,7 +111,7 @@ def compute_point_forces(
     # In a long step the spring is stretched although the point comes back; the velocity shows this.
     back = carries & slips & ((fx * previous.sx + fy * previous.sy > 0.0) | (fx * u.x + fy * u.y > 0.0))
     force = Vector(fx, fy, n)
-    moment = cross_product(r, force)
+    moment = cross_product(lever, force)
     findings = LargestFindings(
         changed, 1.0 if wrong & (not fine_step) else 0.0, 1.0 if backwards & (not fine_step) else 0.0,
         1.0 if carries & (not slips) else 0.0, 1.0 if back & (not fine_step) else 0.0, 0.0 if n > 0.0 else 1.0, depth,

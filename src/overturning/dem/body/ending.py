@@ -212,7 +212,7 @@ def write_case_results(
     case_result.slip_x, case_result.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     case_result.peak_penetration = peaks.depth
     balance = (body_energy(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
-    case_result.energy_error = abs(balance) / max(account.work, course.barrier)
+    case_result.energy_error = abs(balance) / max(account.work, course.barrier, course.energy)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + limits.reach * limits.reach) ** 1.5)
     case_result.angular_momentum_error = abs(angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
     case_result.qw, case_result.qx, case_result.qy, case_result.qz = s.turn

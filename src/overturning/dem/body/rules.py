@@ -168,6 +168,7 @@ def initialise_lane(
         ends=solid.ends,
         step=sampling_interval / ticks_per_sample,
         landing=LANDING * case.dashpot / case.stiffness,
+        tilting=0.0 if case.friction * solid.foot <= solid.reach else 1.0,
     )
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
     v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), rotation_matrix(turn)

@@ -64,6 +64,8 @@ class BodyConstants(NamedTuple):
     """Length of a tick, s."""
     landing: float
     """Duration of a flat landing after the first touch, s."""
+    tilting: float
+    """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
 
 class BodyState(NamedTuple):
@@ -223,6 +225,8 @@ class PredictedPoint(NamedTuple):
     """1 if the point carries only after the ends of the base rest, else 0."""
     held: float
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
+    tilting: float
+    """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
     new_landing: float
     """Landing time of the point if it touches now, s."""
 

@@ -50,6 +50,25 @@ def slides_flat(friction: float, slip_velocity: float, opening_velocity: float) 
 
 
 @njit(**INLINE)
+def impact_time(stiffness: float, dashpot: float) -> float:
+    """Return the time within which the touches of both ends of a base are one impact, s; arguments per mass.
+
+    It is m/h, in which the dashpot of one end alone stops the mass: the other end touches before the first one has
+    stopped the body. A spring with a weaker dashpot (h² < K m) has no such short time; h/K is then shorter.
+    """
+    return min(1.0 / dashpot, dashpot / stiffness) if dashpot > 0.0 else 0.0
+
+
+@njit(**INLINE)
+def touches_soon(time: float, depth: float, opening: float) -> bool:
+    """True if an end is in contact, or comes into contact within a time (s) at its present velocity.
+
+    `depth` is the penetration, m, `opening` the velocity at which the end rises, m/s.
+    """
+    return depth > time * (opening if opening < 0.0 else 0.0)
+
+
+@njit(**INLINE)
 def updated_maximum(peak: float, value: float) -> float:
     """Return the larger of a peak and a value; NaN leaves the peak unchanged."""
     return select(value > peak, value, peak)

@@ -19,6 +19,7 @@ from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_terms, add_predicted_forces
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
+from overturning.dem.polygon.landing import PairMotion, flat_landing_slip, landing_levers, lands_flat, working_slips
 from overturning.dem.polygon.mechanics import (
     AssumedContact,
     EndForce,
@@ -28,8 +29,6 @@ from overturning.dem.polygon.mechanics import (
     add_pair_force,
     apply_friction,
     carrier_code,
-    flat_landing_slip,
-    lands_flat,
     next_pair_history,
     opening_and_slip_rates,
     relative_velocity,
@@ -40,7 +39,6 @@ from overturning.dem.polygon.state import (
     OPEN,
     CaseState,
     ContactLaw,
-    ElementConstants,
     EndHistory,
     StoredFindings,
     VertexPosition,
@@ -70,14 +68,6 @@ class AssumedEnd(NamedTuple):
     """±μ if the end slides."""
     free: bool
     """True if a normal force pushes the end out while it slides."""
-
-
-class PairMotion(NamedTuple):
-    """Relative motion of the elements of a pair, and their inertia."""
-
-    velocity: RelativeVector
-    a: ElementConstants
-    b: ElementConstants
 
 
 plus = tuple_arithmetic(PairMatrix).plus
@@ -171,15 +161,16 @@ def add_pair_to_equations(
         ends = common_stretch(pair, first.trial.pose, second.trial.pose)
         rows.store_ends(pair_rows, j, ends)
         both = PairMotion(relative_velocity(first.trial.end, second.trial.end), first.inertia, second.inertia)
-        kind = (fine, lands_flat(law, old, ends))
+        kind = (fine, lands_flat(law, old, ends, both))
+        end_1, end_2 = landing_levers(law, ends, both, kind[1])
         g1 = assume_end_state(law, old.one, pair.slid_one, ends.one, ends, both, kind)
         g2 = assume_end_state(law, old.two, pair.slid_two, ends.two, ends, both, kind)
-        p1, f1, slid_1 = end_terms(law, half, ends.one, g1, g2)
-        p2, f2, slid_2 = end_terms(law, half, ends.two, g2, g1)
+        p1, f1, slid_1 = end_terms(law, half, end_1, g1, g2)
+        p2, f2, slid_2 = end_terms(law, half, end_2, g2, g1)
         rows.store_predicted_one(pair_rows, j, AssumedContact(g1.stretch, slid_1))
         rows.store_predicted_two(pair_rows, j, AssumedContact(g2.stretch, slid_2))
         add_pair_terms(submatrices, is_empty, j, plus(p1, p2), half, first.inertia, second.inertia)
-        action, on, by = sum_end_forces(ends.one, ends.two, f1, f2), first.trial.change, second.trial.change
+        action, on, by = sum_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
         on, by = add_predicted_forces(on, by, action, half, first.inertia, second.inertia)
         rows.store_change(a_rows, j, on)
         rows.store_change(b_rows, j, by)
@@ -279,18 +270,20 @@ def compute_solved_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: A
             PairMotion(relative_velocity(on.end, by.end), first.inertia, second.inertia),
             relative_velocity(on.change, by.change),
         )
-        kind = (fine, lands_flat(law, pair.history, ends))
+        kind = (fine, lands_flat(law, pair.history, ends, moves[0]))
+        (u, d), inertia_a, inertia_b = (moves[0].velocity, moves[1]), first.inertia, second.inertia
+        solved = PairMotion(RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b)
+        end_1, end_2 = landing_levers(law, ends, solved, kind[1])
         s1 = end_at_solution(law, pair.history.one, ends.one, step.one, moves, half, kind)
         s2 = end_at_solution(law, pair.history.two, ends.two, step.two, moves, half, kind)
-        on_a, on_b = add_pair_force(
-            first.force, second.force, sum_end_forces(ends.one, ends.two, s1.now.force, s2.now.force)
-        )
+        on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, s1.now.force, s2.now.force))
         rows.store_force(a_rows, j, on_a)
         rows.store_force(b_rows, j, on_b)
         a1, b2 = solved_vertex_positions(ends.now.a1, ends.now.b2, ends.one, s1)
         a2, b1 = solved_vertex_positions(ends.now.a2, ends.now.b1, ends.two, s2)
         rows.store_corrected(pair_rows, j, next_pair_history(
-            pair.history, ends, VertexPositions(a1, a2, b1, b2), (s1.now, s2.now), law, 2.0 * half
+            pair.history, ends, VertexPositions(a1, a2, b1, b2), working_slips(ends, (end_1, end_2), (s1.now, s2.now)),
+            law, 2.0 * half
         ))  # fmt: skip
         pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)

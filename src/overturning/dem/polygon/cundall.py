@@ -12,15 +12,14 @@ from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
+from overturning.dem.polygon.landing import PairMotion, flat_landing_slip, landing_levers, lands_flat, working_slips
 from overturning.dem.polygon.mechanics import (
     EndForce,
     EndResult,
     add_pair_force,
     apply_friction,
     element_acceleration,
-    flat_landing_slip,
     inertial_power,
-    lands_flat,
     next_pair_history,
     pose_after,
     relative_velocity,
@@ -74,16 +73,18 @@ def compute_pair_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any
         pair, first, second = rows.load_pair(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
         case, old = rows.load_case(case_rows, j), pair.history
         ends = common_stretch(pair, first.pose, second.pose)
-        held = lands_flat(pair.law, old, ends)
         u, own_a, own_b = relative_velocity(first.velocity, second.velocity), first.inertia, second.inertia
+        held = lands_flat(pair.law, old, ends, PairMotion(u, own_a, own_b))
+        end_1, end_2 = landing_levers(pair.law, ends, PairMotion(u, own_a, own_b), held)
         flat_one = (held, *flat_landing_slip(pair.law, ends.one, u, own_a, own_b, held))
         flat_two = (held, *flat_landing_slip(pair.law, ends.two, u, own_a, own_b, held))
         one = end_after_step(pair.law, old.one, ends.one, ends, case.rate, flat_one)
         two = end_after_step(pair.law, old.two, ends.two, ends, case.rate, flat_two)
-        on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(ends.one, ends.two, one.force, two.force))
+        on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, one.force, two.force))
         rows.store_force(a_rows, j, on_a)
         rows.store_force(b_rows, j, on_b)
-        rows.store_history(pair_rows, j, next_pair_history(old, ends, ends.now, (one, two), pair.law, case.step))
+        results = working_slips(ends, (end_1, end_2), (one, two))
+        rows.store_history(pair_rows, j, next_pair_history(old, ends, ends.now, results, pair.law, case.step))
 
 
 @njit(**APART)

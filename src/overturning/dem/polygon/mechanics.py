@@ -3,13 +3,12 @@
 An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, and the opposite on the second, b.
 """
 
-import math
 from typing import NamedTuple
 
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, slides_flat, updated_maximum
+from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd
 from overturning.dem.polygon.state import (
     MINE,
@@ -17,7 +16,6 @@ from overturning.dem.polygon.state import (
     THEIRS,
     TRANSFERRED,
     ContactLaw,
-    ElementConstants,
     ElementState,
     EndHistory,
     PairHistory,
@@ -193,20 +191,6 @@ def add_pair_force(
 
 
 @njit(**INLINE)
-def is_landing(previous: EndHistory, end: ContactEnd) -> bool:
-    """True if a contact end is landing, or first touches in this step."""
-    return (previous.landing > 0.0) | ((previous.carrier == OPEN) & (end.faces > 0.0) & (end.depth > 0.0))
-
-
-@njit(**INLINE)
-def lands_flat(contact_law: ContactLaw, previous: PairHistory, both_ends: CommonStretch) -> bool:
-    """True if both ends of a pair land at once, so that a dashpot may pull while its end is in contact."""
-    return (
-        (contact_law.landing > 0.0) & is_landing(previous.one, both_ends.one) & is_landing(previous.two, both_ends.two)
-    )
-
-
-@njit(**INLINE)
 def relative_velocity(velocity_a: PlanarVector, velocity_b: PlanarVector) -> RelativeVector:
     """Return the velocity of element a relative to element b, with the angular velocities of both."""
     return RelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
@@ -217,29 +201,6 @@ def opening_and_slip_rates(end: ContactEnd, velocity: RelativeVector) -> tuple[f
     """Return the velocities (m/s) at which the faces of a contact end open and slip."""
     opening = (end.nx * velocity.x + end.nz * velocity.z) + (velocity.a * end.a.n - velocity.b * end.b.n)
     return opening, (end.nz * velocity.x - end.nx * velocity.z) + (velocity.a * end.a.t - velocity.b * end.b.t)
-
-
-@njit(**INLINE)
-def flat_landing_slip(
-    contact_law: ContactLaw,
-    end: ContactEnd,
-    velocity: RelativeVector,
-    inertia_a: ElementConstants,
-    inertia_b: ElementConstants,
-    is_flat: bool,
-) -> tuple[bool, float]:
-    """Return True if an end in a flat landing slides (`slides_flat`), and ±μ of its friction.
-
-    Decided by the velocities without the rotation of one element relative to the other, as if both were one body.
-    """
-    total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
-    w = (velocity.a * inertia_b.inverse_inertia + velocity.b * inertia_a.inverse_inertia) / (
-        total if total > 0.0 else 1.0
-    )
-    opening, slipping = opening_and_slip_rates(end, RelativeVector(velocity.x, velocity.z, w, w))
-    return is_flat & slides_flat(contact_law.friction, slipping, opening), -math.copysign(
-        contact_law.friction, slipping
-    )
 
 
 @njit(**INLINE)

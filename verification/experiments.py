@@ -17,7 +17,7 @@ import typer
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rigid import simulate_rigid_rocking
+from overturning.dem.block.rigid import rocking
 from overturning.dem.block.state import MAX_FRICTION
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
@@ -260,7 +260,7 @@ def damping_ratio(thin: Thinned) -> Bodies:
         "3-D kernel": run_three_d,
     }
     weaker, exact, stronger = (
-        [simulate_rigid_rocking(motion.times(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
+        [rocking(motion.times(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
     )
     side, peak = (np.concatenate(part) for part in zip(*exact, strict=True))
     firm = np.all([np.concatenate([one.overturned for one in other]) == side for other in (weaker, stronger)], axis=0)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.block.rigid import simulate_rigid_rocking
+from overturning.dem.block.rigid import rocking
 from overturning.dem.faces import simulate_with_face_planes
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
@@ -72,7 +72,7 @@ def of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: An
 
 
 def of_rigid(up: bool, order: int) -> dict[str, Any]:
-    return simulate_rigid_rocking(ground(up), drawn(60, 4, tilted=True), order)._asdict()
+    return rocking(ground(up), drawn(60, 4, tilted=True), order)._asdict()
 
 
 def of_faces() -> dict[str, Any]:

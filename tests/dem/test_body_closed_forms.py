@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body, InitialState
+from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
@@ -180,7 +180,7 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
     tilt = 0.45 * alpha
     cosine, sine, out = np.cos(turn), np.sin(turn), a - radius * np.sin(alpha - tilt)
-    start = InitialState(
+    start = Start(
         (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
@@ -277,7 +277,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     inertia = Rectangle().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory(
         level(1.0),
-        Body("rectangle", start=InitialState((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
+        Body("rectangle", start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
         orientation_deg=0.0,
         height=0.6,
         b_over_h=0.4,
@@ -329,7 +329,7 @@ def test_a_body_dropped_flat_while_it_moves_stays_flat(
 
 def dropped(b_over_h: float, friction: float, along: float, down: float, damping_ratio: float) -> xr.Dataset:
     """Return the outcome of a prism 0.6 m high that is dropped flat while it moves north; velocities in m/s."""
-    start = InitialState(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
+    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
     contact = VertexContact(damping_ratio=damping_ratio, static_penetration=2e-6)
     body, quiet = Body("rectangle", contact, start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)

@@ -67,7 +67,7 @@ def direction_weight(
 
 
 @dataclass(frozen=True)
-class InitialState:
+class Start:
     """Initial position and velocity of a 3-D body that does not start at rest, in axes rotated to its orientation.
 
     Parameters
@@ -97,7 +97,7 @@ class Body(Model):
         "rectangle", "circle", the number of sides of a regular prism, or a polyhedron.
     contact : VertexContact
         Springs and dashpots at each vertex.
-    start : InitialState, optional
+    start : Start, optional
         Initial state; at rest if not given.
 
     Raises
@@ -108,7 +108,7 @@ class Body(Model):
 
     shape: Shape = field(default_factory=Rectangle)
     contact: VertexContact = field(default_factory=VertexContact)
-    start: InitialState | None = None
+    start: Start | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", shape_of(self.shape))

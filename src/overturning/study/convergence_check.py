@@ -246,9 +246,9 @@ class _SampleReruns:
 
 def rigid_reference(motion: Motion, cases: Cases) -> Any:
     """Simulate the exact rigid block; no outcome if the ground accelerates down by g or more, as it cannot lift."""
-    from overturning.dem.block.rigid import simulate_rigid_rocking  # imported lazily: imports Numba
+    from overturning.dem.block.rigid import rocking  # imported lazily: imports Numba
 
-    found, lowest = simulate_rigid_rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
+    found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
     left = np.asarray(cases.amplitude) * lowest <= -STANDARD_GRAVITY
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 

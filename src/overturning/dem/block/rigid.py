@@ -287,7 +287,7 @@ def _simulate_blocks(
 cache_compiled_kernel(_simulate_blocks)
 
 
-def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
+def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
     """Simulate rigid blocks that rock without sliding or bouncing, whatever their friction.
 
     Parameters

@@ -129,7 +129,10 @@ def cemetery(results: Results) -> str:
         )
         for one in found.by_intensity
     ]
-    text = f"- Fall rate under the records as they are: median {middle:.0f} %, middle half {low:.0f} to {high:.0f} %."
+    text = wrap_text(
+        f"The median fall rate under the records at amplitude 1 is {middle:.0f} %; half of the records give "
+        f"{low:.0f} to {high:.0f} %. The next table gives the median fall rate over records and amplitudes."
+    )
     table = markdown(("JMA intensity", "median fall rate", "motions", "records", "earthquakes"), rows)
     return f"{text}\n\n{table}\n"
 

@@ -38,9 +38,9 @@ def periods(results: Results) -> str:
 
 
 def ground_name(one: SiteFallRates) -> str:
-    """Return the layers of a ground, from the surface down."""
+    """Return the layers of a ground, from the surface down; "rock" without layers."""
     layers = (f"{layer.thickness_m:g} m of soil ({layer.velocity_m_s:g} m/s)" for layer in one.layers)
-    return " over ".join(layers) or "as recorded"
+    return " over ".join(layers) or "rock"
 
 
 def bodies(results: Results) -> dict[str, str]:
@@ -55,13 +55,22 @@ def bodies(results: Results) -> dict[str, str]:
             (f"{one.amplitude:g}", ground_name(one), f"{pga:.2f}", *rates, one.records_with_half_fallen, turned)
         )
         if one.amplitude == 1.0:
-            answers.append(f"Fall rate, mean over records, {ground_name(one)}: {rates[0]}; axes turned by: {turned}.")
+            text = f"The mean fall rate over the records on the ground “{ground_name(one)}” is {rates[0]}."
+            if one.axis_turned_deg is not None:
+                text += (
+                    f" Compared with rock, the axis of falls turns by {one.axis_turned_deg:.0f}° "
+                    f"(median over {one.axes_compared} records)."
+                )
+            answers.append(text)
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
-    text = f"The soil computation converged for all motions but {len(failed)}."
+    text = (
+        f"The soil computation converged for all surface motions except {len(failed)}. The fundamental periods of the "
+        f"layers at small strain are {periods(results)}."
+    )
     return {
         "soft-ground": markdown((*heads, "axis turned, median (records)"), rows),
         "soft-ground-answer": "\n".join(wrap_text(sentence, "- ") for sentence in answers),
-        "soft-ground-convergence": wrap_text(f"{text} Fundamental periods at small strain: {periods(results)}."),
+        "soft-ground-convergence": wrap_text(text),
     }
 
 

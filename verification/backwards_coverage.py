@@ -236,7 +236,9 @@ def ruin(threads: int) -> str:
     result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The p-value of the check whether any motion fits the survey is {result.fit:.2g}."
-    tree = parse_markdown(render_markdown(SurveyText(motions=[inferred_motion(result, stones)]), name="motions"))
+    tree = parse_markdown(
+        render_markdown(SurveyText(inferred_motions=[inferred_motion(result, stones)]), name="motions")
+    )
     return "\n".join(wrap_text(text, "- ") for text in (*paragraphs_of(tree), fit))
 
 

@@ -15,6 +15,7 @@ from jinja2 import meta
 from syrupy.assertion import SnapshotAssertion
 
 from overturning.findings.collect import Findings
+from overturning.findings.surveys import SurveyText
 from overturning.report.render import LANGUAGES, environment, parse_markdown, render_markdown
 from overturning.report.terminal import plain_lines
 from tests.report.by_hand import MOTION, STUDIES, SURVEY, findings_by_hand
@@ -134,11 +135,13 @@ def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion
     assert render_markdown(findings_by_hand(study)) == snapshot
 
 
-def test_the_commands_print_from_the_same_templates() -> None:
-    from overturning.findings.surveys import SurveyText
-
-    found = SurveyText.model_validate({"surveys": [SURVEY], "motions": []})
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("template", "parts"), [("survey", {"surveys": [SURVEY]}), ("motions", {"inferred_motions": [MOTION]})]
+)
+def test_the_commands_print_from_the_same_templates(template: str, parts: dict[str, Any], language: str) -> None:
+    found = SurveyText.model_validate(parts)
     known = list(values(found.model_dump(mode="json")))
-    printed = NUMBER.findall(text_of(found, "en", "survey"))
+    printed = NUMBER.findall(text_of(found, language, template))
+    assert len(printed) >= 8
     assert [text for text in printed if text not in CONSTANTS and not any(is_rounding_of(text, v) for v in known)] == []
-    assert MOTION["strengths"]

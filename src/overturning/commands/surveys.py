@@ -122,7 +122,7 @@ def backwards(
 
     responses = Responses(library, kinds, threads=threads, progress=progress)
     result = Inversion(responses, background, fixed).invert_survey(stones.name, rows)
-    text = render_markdown(SurveyText(motions=[inferred_motion(result, rows)]), name="motions")
+    text = render_markdown(SurveyText(inferred_motions=[inferred_motion(result, rows)]), name="motions")
     print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
         write_inversion(result, output)

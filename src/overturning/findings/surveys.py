@@ -269,4 +269,4 @@ class SurveyText(Finding):
     """Results of the commands `overturning survey` and `overturning backwards`."""
 
     surveys: list[SurveyFindings] = Field(default_factory=list)
-    motions: list[InferredMotion] = Field(default_factory=list)
+    inferred_motions: list[InferredMotion] = Field(default_factory=list)

@@ -35,11 +35,11 @@ class SecondComputation(Finding):
     falls_or_stands: Changed
     """Cases that fall in one computation and stand in the other."""
     falls_or_stands_undivided: Changed
-    """The same, only cases in which all runs of the ensemble agree whether the block falls."""
+    """Share of `falls_or_stands` among the cases whose ensemble agrees whether the block falls."""
     side: Changed
-    """Of the cases that fall in both: those that fall to another side (in space: 30° or more apart)."""
+    """Cases that fall in both computations, but to different sides (in 3-D: 30° or more apart)."""
     side_agreed: Changed
-    """The same, only cases in which all runs of the ensemble fall to one side."""
+    """Share of `side` among the cases whose ensemble falls to one side only."""
 
 
 def changed(count: int, compared: int, sampled: bool) -> Changed:

@@ -82,6 +82,7 @@ def drawn(one: Estimate) -> DrawnEstimate:
 
 
 def _references(found: Findings) -> "Figure":
+    """Draw the alignment of the falls with the axis of each reference."""
     groups = {}
     for group in found.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
@@ -90,6 +91,7 @@ def _references(found: Findings) -> "Figure":
 
 
 def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
+    """Draw the shares of the cases that fall under both settings, over all cases and by B/H, and their difference."""
     shapes = one.by_b_over_h if len(one.by_b_over_h) > 1 else []
     rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
     here = [
@@ -108,6 +110,7 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
 
 
 def _maps(results: Results, found: Findings) -> "Figure":
+    """Draw the polar maps of the chosen records on one radial scale."""
     ids = [name.id for name in results.record_names]
     places = [ids.index(one.record) for one in found.maps.records]
     block = results.cube.sel(first_shown_block(results.cube, results.study))
@@ -117,6 +120,7 @@ def _maps(results: Results, found: Findings) -> "Figure":
 
 
 def _fall_rate(results: Results) -> "Figure":
+    """Draw the fall rates of the study's population by peak velocity and by JMA intensity."""
     found = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
     rates, jma = found["fall_rate"].to_numpy(), record_jma_intensities(found, results.intensity)

@@ -147,6 +147,7 @@ def address(name: str) -> str:
 
 
 def _unknown(value: float | None) -> bool:
+    """True if a number is not known: None or NaN."""
     return value is None or math.isnan(value)
 
 

@@ -129,10 +129,12 @@ class _Page:
 
 
 def _caption(label: str, text: str) -> str:
+    """Return a caption as HTML, with the number of its figure or table in bold if it has one."""
     return f"<b>{label}.</b> {text}" if label else text
 
 
 def _anchor(node: SyntaxTreeNode) -> str:
+    """Return the attribute ``id`` of an element whose node has an anchor."""
     return f' id="{escape(str(node.attrs["id"]))}"' if "id" in node.attrs else ""
 
 

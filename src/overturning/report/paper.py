@@ -116,7 +116,7 @@ def _inline(node: SyntaxTreeNode) -> list[dict[str, Any]]:
         if one.type in ("strong", "em"):
             parts.append({"kind": one.type, "parts": _inline(one)})
         elif one.type == "link":
-            # A place on the page, or a file beside it, is not on paper.
+            # A place on the page, or another file, cannot be reached from paper: the text of the link remains.
             parts += _inline(one)
         elif one.type == "code_inline":
             parts.append({"kind": "code", "text": one.content})

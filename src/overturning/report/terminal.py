@@ -29,6 +29,7 @@ def paragraphs_of(tree: SyntaxTreeNode) -> Iterator[str]:
 
 
 def _blocks(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
+    """Yield the lines of each paragraph, heading, table and block of code; figures are left out."""
     for node in nodes:
         if container_of(node)[0] in LEFT_OUT or picture_of(node):
             continue

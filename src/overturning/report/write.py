@@ -35,7 +35,7 @@ class FilmFacts:
 
 
 def write_report(
-    results: Path, path: Path, pdf: Path | None = None, beside: Study | None = None, language: str = "en"
+    results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str = "en"
 ) -> None:
     """Write the report of a study's folder of results as an HTML page, and as PDF, the same bytes each time.
 
@@ -45,7 +45,7 @@ def write_report(
         Folder of the results.
     path, pdf : Path
         Page, and PDF if it is wanted.
-    beside : Study, optional
+    study : Study, optional
         Study from which title, question, surveys, population and settings of figures are taken; not given: that of
         the cube.
     language : str, default "en"
@@ -56,7 +56,7 @@ def write_report(
     ResultError
         If a result or a figure is missing, or if there are no templates of the language.
     """
-    with open_results(results, beside) as opened, tempfile.TemporaryDirectory() as drawings:
+    with open_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found = read_findings(results / FINDINGS)
         figures = study_figures(results / "figures")
         figures |= {f"survey-{n + 1}": results / "survey" / f"{n + 1}.svg" for n in range(len(opened.surveys))}

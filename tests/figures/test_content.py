@@ -75,7 +75,7 @@ def test_axes_need_a_fault_strike_but_roses_do_not(strong: Path) -> None:
 def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     cube = space_cube().assign_coords(pulse=("record", [1, 1]))
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
-    monkeypatch.setattr(plot, "_measures", lambda _: unknown)
+    monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
     with refused(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
         plot.follow(stands)

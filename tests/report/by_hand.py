@@ -47,6 +47,7 @@ def contrast(**changes: Any) -> dict[str, Any]:
         "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
         "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
         "both_overturn": estimate(0.109, 0.037, 0.247), "same_direction": estimate(0.86, 0.74, 0.92),
+        "opposite_share": 0.14,
         "earlier_in_study": estimate(0.57, 0.48, 0.69), "by_b_over_h": [], "rate_here": None, "rate_there": None,
         "primary_difference": estimate(0.268, 0.137, 0.391),
     }  # fmt: skip
@@ -82,7 +83,7 @@ DIRECTION: dict[str, Any] = {
     "study": {
         "name": "by-hand", "title": "By hand", "question": "Which way?", "question_kind": "direction",
         "primary_statistic": "alignment", "primary_compared_with": None, "model": "planes",
-        "free_elements": ["stone"], "variants": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.3],
+        "free_elements": ["stone"], "variants": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.6],
         "friction": [0.5, 0.8], "directions": 72, "amplitude": [1.0], "ensemble_members": 24, "vertical_motion": False,
     },
     "extent": {
@@ -198,7 +199,8 @@ def kind(name: str, **study: Any) -> dict[str, Any]:
 
 ELEMENT = {"variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880,
            "share_overturned": 0.403, "falls_first": 4711, "median_fall_time_s": 4.95}  # fmt: skip
-SITE = {"variant": "other", "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}], "amplitude": 1.5,
+SITE = {"variant": "other", "equivalent_linear": True,
+        "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}], "amplitude": 1.5,
         "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28, "records_with_half_fallen": 9,
         "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
 RATES = {"rate_here": estimate(0.31, 0.22, 0.43), "rate_there": estimate(0.47, 0.33, 0.59),

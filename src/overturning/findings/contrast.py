@@ -46,6 +46,8 @@ class VariantContrast(Finding):
     """Share of the cases that overturn in both."""
     same_direction: Estimate
     """Share of the falls in both that go within 45° of each other."""
+    opposite_share: Number
+    """Share of the falls in both that go more than 45° apart; None without such falls."""
     earlier_in_study: Estimate
     """Share of the falls in both that are earlier in the study."""
     by_b_over_h: list["SharesAtBOverH"]
@@ -107,6 +109,8 @@ class SiteFallRates(Finding):
     """Name of the variant that sets the soil; "nominal" for the study itself."""
     layers: list[SoilLayer]
     """Layers from the surface down; empty for the records without soil."""
+    equivalent_linear: bool
+    """True if a layer softens with strain (equivalent-linear computation), False if all layers are linear."""
     amplitude: float
     """Factor on the motion."""
     median_pga_m_s2: Number
@@ -202,6 +206,7 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
         same_direction=estimate_from_mean(
             found.same_way, "share of the falls in both that go within 45° of each other"
         ),
+        opposite_share=1.0 - found.same_way.value if found.same_way.n else float("nan"),
         earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
         by_b_over_h=by_shape,
         rate_here=estimate_from_mean(share_over_earthquakes(rates[0], events), FALL_RATE) if rates else None,
@@ -269,6 +274,7 @@ def site_fall_rates(results: Results) -> list[SiteFallRates]:
                 SiteFallRates(
                     variant=name,
                     layers=[SoilLayer(thickness_m=one.thickness_m, velocity_m_s=one.velocity_m_s) for one in layers],
+                    equivalent_linear=any(layer.curve for layer in layers),
                     amplitude=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),

@@ -73,7 +73,7 @@ def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
         return names if found.study.vertical_motion else names[::-1]
     if found.study.question_kind == "scene":
         return one.scene_here, one.scene_there
-    return "this study", one.variant
+    return "ground as recorded", f"soil of {one.variant}"
 
 
 def drawn(one: Estimate) -> DrawnEstimate:
@@ -106,6 +106,10 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
         drawn(one.share_difference),
         *(drawn(each.share_difference) for each in shapes),
     ]
+    if one.rate_here is not None and one.rate_there is not None and one.primary_difference != one.share_difference:
+        rows = ["stones of a cemetery", *rows]
+        here, there = [drawn(one.rate_here), *here], [drawn(one.rate_there), *there]
+        differences = [drawn(one.primary_difference), *differences]
     return contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
 
 

@@ -14,6 +14,7 @@ from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.alignment import earthquake_alignment_figure
+from overturning.figures.answer import DrawnEstimate
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film_of_trajectory import outcome
 from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
@@ -23,7 +24,8 @@ from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import Site, Station, site_map
-from overturning.figures.style import PAGE_WIDTH, style
+from overturning.figures.style import FALLS, PAGE_WIDTH, style
+from overturning.figures.survey import OCTANT, DrawnSurvey, survey_figure
 from overturning.figures.write import has_overlapping_text, save
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
@@ -31,9 +33,6 @@ from overturning.motion.motion import Motion
 from overturning.statistics.boundary import overturning_boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_overturning
-from overturning.surveys.comparison import compare_survey
-from overturning.surveys.rose import draw_survey_rose
-from overturning.surveys.stones import Stone
 
 AZIMUTH = np.arange(0, 360, 15)
 
@@ -115,9 +114,13 @@ def paths() -> list[xr.Dataset]:
     return [trajectory(motion(), azimuth_deg=a, **block) for a in (0, 120)]
 
 
-def survey() -> Figure:
-    stones = [Stone(True, float(a), False) for a in (20, 40, 41, 60, 200)]
-    return draw_survey_rose(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
+OBSERVED, COMPUTED = np.array([0.0, 3, 1, 0, 0, 1, 0, 0]), np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1])
+
+
+def survey(count: int = 1) -> Figure:
+    share, computed = DrawnEstimate(0.6, 0.36, 0.81), DrawnEstimate(0.35, 0.2, 0.5)
+    one = DrawnSurvey("survey.csv, S$1", OBSERVED, COMPUTED, 41.0, 250.0, share, computed)
+    return survey_figure([one] * count)
 
 
 @cache
@@ -138,6 +141,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "response": responses,
     "spectra": lambda: spectra_figure(motion(), [0.0, 60.0], "Station"),
     "survey": survey,
+    "surveys": lambda: survey(5),
 }
 
 
@@ -241,6 +245,42 @@ def test_plane_points_match_cube_and_intensity() -> None:
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
     assert 0 < falls.mean() < 1
+
+
+def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
+    """Sectors and outline have areas in proportion to numbers, north up; shares and means are at their values."""
+    with style():
+        figure = survey()
+        rose, shares = figure.axes
+        bars = [(bar.get_x() + bar.get_width() / 2, bar.get_height()) for bar in rose.patches]
+        outline, *means = rose.lines
+        azimuth, radius = outline.get_data()
+        lines = {tuple(np.round(line.get_xdata(), 6)) for line in shares.lines}
+        words = [text.get_text() for text in shares.texts]
+        numbers = [text.get_text() for text in rose.texts]
+        assert (rose.get_theta_direction(), rose.get_theta_offset()) == (-1, pytest.approx(np.pi / 2))
+        plt.close(figure)
+    assert np.array(bars) == pytest.approx(np.stack([np.arange(8) * OCTANT, np.sqrt(OBSERVED)], axis=1))
+    middle = [radius[np.argmin(np.abs(azimuth - place * OCTANT))] ** 2 for place in range(8)]
+    assert middle == pytest.approx(COMPUTED)
+    assert azimuth[-1] - azimuth[0] == pytest.approx(2 * np.pi)
+    marks = {line.get_markerfacecolor(): np.degrees(line.get_xdata()[0]) for line in means}
+    assert marks == {FALLS: pytest.approx(41.0), "white": pytest.approx(250.0)}
+    assert lines >= {(60.0,), (36.0, 81.0), (35.0,), (20.0, 50.0)}
+    assert words == ["60 (36 to 81)", "35 (20 to 50)"]
+    assert numbers == ["3", "1", "1"]
+
+
+def test_a_survey_without_a_direction_or_a_standing_stone_has_no_mark_of_them() -> None:
+    nothing, unknown = np.zeros(8), DrawnEstimate(None)
+    with style():
+        figure = survey_figure([DrawnSurvey("a", nothing, nothing, None, None, unknown, DrawnEstimate(0.4))])
+        rose, shares = figure.axes
+        assert len(rose.lines) == 1
+        assert [text.get_text() for text in rose.texts] == ["no fall in a\nknown direction"]
+        assert [text.get_text() for text in shares.texts] == ["not known", "40"]
+        assert len(figure.legends[0].get_texts()) == 2
+        plt.close(figure)
 
 
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])

@@ -45,6 +45,7 @@ def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "6 stones fell, 1 stood" in text
     assert "For 5 of 6 falls" in text
     assert "2 stones of known face" in text
+    assert "Share that fell: 86\u00a0% (42 to 100), computed" in text  # 6 of 7
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
 
 

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import chisquare
+from scipy.stats import binomtest, chisquare
 
 from overturning.errors import ArgumentError
 from overturning.findings.surveys import survey_findings
 from overturning.settings import Population
+from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import SurveyResult, compare_survey
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SIDES, SitePrediction, observed_side_index
@@ -305,6 +306,74 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(si
     assert only.octant_observed.sum() == 0
     doubted = survey_findings(SurveyResult("x", "", "site", only, ("x: radians?",)))
     assert (doubted.doubts, doubted.octant_falls) == (["x: radians?"], 0)
+
+
+def by_friction_and_height(azimuth, height, slender, friction):
+    """Every plane falls up to B/H 0.3; at the low friction only blocks of 1.2 m do."""
+    return np.where(azimuth < 180, 1, -1) * (slender < 0.35) * ((friction > 0.5) | (height > 1))
+
+
+STANDS = Stone(False, math.nan, False, b_over_h=0.2, face_azimuth_deg=0.0)
+
+
+@pytest.mark.parametrize(
+    ("stones", "mean", "low", "high"),
+    [
+        # Four blocks of the grid: one of them stands.
+        ([fallen(0, b_over_h=0.2)], 0.75, 0.0, 1.0),
+        ([STANDS], 0.75, 0.0, 1.0),
+        ([fallen(0, b_over_h=0.4)], 0.0, 0.0, 0.0),
+        # Half-way between a B/H that falls and one that stands.
+        ([fallen(0, b_over_h=0.35, face_azimuth_deg=0.0)], 0.75 * 0.75, 0.0, 0.75),
+        # Known heights; of 0.9 m half falls at the low friction, and outside the grid the nearest height counts.
+        ([fallen(0, b_over_h=0.2, height=1.2)], 1.0, 1.0, 1.0),
+        ([fallen(0, b_over_h=0.2, height=0.9)], 0.75, 0.5, 1.0),
+        ([fallen(0, b_over_h=0.2, height=3.0), fallen(0, b_over_h=0.2, height=0.2)], 0.75, 0.5, 1.0),
+        # Without sizes: three of five B/H fall.
+        ([fallen(0)], 0.6 * 0.75, 0.0, 0.6),
+        ([fallen(0, count=3), fallen(0, b_over_h=0.5)], 0.75 * 0.6 * 0.75, 0.0, 0.75 * 0.6),
+    ],
+)
+def test_the_computed_share_of_falls(make_cube, stones: list[Stone], mean: float, low: float, high: float) -> None:
+    found = compare_survey(stones, make_cube(by_friction_and_height), random_survey_count=1)
+    share = (found.computed_fall_share, found.computed_fall_share_low, found.computed_fall_share_high)
+    assert share == pytest.approx((mean, low, high))
+    assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
+
+
+def test_the_computed_share_counts_one_orientation_or_all(make_cube, sector) -> None:
+    """Falls within 30° of 60° and 240°: squares fall if either plane does, in 60°/90° of the orientations."""
+    site = make_cube(sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
+    shares = [
+        compare_survey([stone], site, random_survey_count=1).computed_fall_share
+        for stone in (fallen(60, b_over_h=0.3), facing(60), facing(105), facing(150), fallen(60))
+    ]
+    assert shares == pytest.approx([61 / 90, 1, 0, 1, 61 / 90], abs=1e-9)
+    single = compare_survey([facing(60)], site, random_survey_count=1)
+    assert math.isnan(single.computed_fall_share_low)  # one height and friction have no range
+    assert math.isnan(single.computed_fall_share_high)
+
+
+def test_the_share_that_fell_and_the_mean_of_the_prediction(site) -> None:
+    """14 of 20: the exact interval of SciPy. Falls within 30° of 60° have their mean there, of length sin δ/δ."""
+    stones = [fallen(60, count=14), Stone(False, math.nan, False, count=6)]
+    found = survey_findings(SurveyResult("", "", "", compare_survey(stones, site, background=0.0)))
+    exact = binomtest(14, 20).proportion_ci(method="exact")
+    assert found.observed_fall_share is not None
+    observed = found.observed_fall_share
+    assert (observed.value, observed.low, observed.high) == pytest.approx((0.7, exact.low, exact.high))
+    half = np.radians(31)
+    assert found.predicted_mean_direction_deg == pytest.approx(60)
+    assert found.predicted_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
+    only = compare_survey(stones[:1], site)
+    assert survey_findings(SurveyResult("", "", "", only)).observed_fall_share is None, "perhaps the fallen ones alone"
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 9), (9, 9), (1, 9), (40, 41), (0, 1)])
+def test_exact_interval_of_a_share(count: int, total: int) -> None:
+    assert exact_share_interval(count, total) == pytest.approx(
+        tuple(binomtest(count, total).proportion_ci(method="exact"))
+    )
 
 
 @pytest.mark.parametrize(("azimuth", "side"), [(60, 1), (104, 1), (106, 2), (240, 3), (330, 4), (16, 1), (14, 4)])

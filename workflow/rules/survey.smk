@@ -25,7 +25,7 @@ rule survey:
         content=lambda wildcards: content(survey_of(wildcards).stones),
         record=lambda wildcards: survey_of(wildcards).record,
         background=lambda wildcards: survey_of(wildcards).background,
-        sources=sources("surveys", "statistics", *NUMERICS),
+        sources=sources(*DRAWING, "findings", "report"),
     shell:
         "overturning survey {input.stones:q} --cube {input.cube} --record {params.record}"
         " --background {params.background} --figure {output.figure} --output {output.comparison} > {log} 2>&1"

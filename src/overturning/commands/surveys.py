@@ -43,17 +43,15 @@ def survey(
         print(note)
     if gaps:
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
-    text = render_markdown(SurveyText(surveys=[survey_findings(result)]), name="survey")
+    found = survey_findings(result)
+    text = render_markdown(SurveyText(surveys=[found]), name="survey")
     print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
         write_result(result, output)
     if figure is not None:
-        from overturning.figures.style import style
-        from overturning.figures.write import save
-        from overturning.surveys.rose import draw_survey_rose
+        from overturning.report.drawings import draw_surveys
 
-        with style():
-            save(draw_survey_rose(comparison, f"{stones.name}, {against}"), figure)
+        draw_surveys([found], figure)
         print(f"figure: {figure}")
 
 

@@ -68,7 +68,7 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
             axes.axvspan(mean.low, mean.high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
         at = len(ordered) + 0.25
         axes.axhline(len(ordered) - 0.4, color=INK, linewidth=0.6)
-        _draw_estimate(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
+        draw_estimate(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
         axes.set_yticks(
             [*range(len(ordered)), at], [*(name for name, _ in ordered), "mean"], fontsize=8, parse_math=False
         )
@@ -105,7 +105,7 @@ def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figu
         look = _marker_style(place)
         for row, name in enumerate(names):
             dot, at = of_group.get(name, DrawnEstimate(None)), row + apart * (place - (len(groups) - 1) / 2)
-            _draw_estimate(axes, dot, at, look, 1.6)
+            draw_estimate(axes, dot, at, look, 1.6)
             text = format_estimate(dot) if _is_finite(dot.value) else "not known"
             axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_BESIDE)
         count = max((dot.n for dot in of_group.values()), default=0)
@@ -140,8 +140,8 @@ def contrast_figure(
     for place, (setting, dots) in enumerate(rates.items()):
         look = _marker_style(place)
         for row, dot in enumerate(dots):
-            share = _scale_estimate(dot, 100.0)
-            _draw_estimate(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
+            share = scale_estimate(dot, 100.0)
+            draw_estimate(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
             text = format_estimate(DrawnEstimate(share.value), 1) if _is_finite(share.value) else "–"
             left.annotate(text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_BESIDE)
         left.plot([], [], **look, label=setting)
@@ -150,8 +150,8 @@ def contrast_figure(
             ends = [100.0 * _nan_if_none(dot.value) for dot in pair]
             left.plot(ends, [row - 0.14, row + 0.14], color="#bbbbbb", linewidth=1.2, zorder=1)
     for row, dot in enumerate(differences):
-        points = _scale_estimate(dot, 100.0)
-        _draw_estimate(right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4)
+        points = scale_estimate(dot, 100.0)
+        draw_estimate(right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4)
         if _is_finite(points.value):
             right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_BESIDE)
     right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
@@ -196,7 +196,7 @@ def _set_axis_from_minus_1_to_1(axes: Any, names: tuple[str, str, str], margin: 
     axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=TEXT)
 
 
-def _draw_estimate(axes: Any, estimate: DrawnEstimate, row: float, look: dict[str, Any], width: float) -> None:
+def draw_estimate(axes: Any, estimate: DrawnEstimate, row: float, look: dict[str, Any], width: float) -> None:
     """Draw an estimate as a marker and its interval as a line; draw nothing if the estimate is not known."""
     if not _is_finite(estimate.value):
         return
@@ -222,7 +222,7 @@ def _marker_style(group_index: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _scale_estimate(estimate: DrawnEstimate, factor: float) -> DrawnEstimate:
+def scale_estimate(estimate: DrawnEstimate, factor: float) -> DrawnEstimate:
     """Multiply an estimate and the ends of its interval by a factor."""
     value, low, high = (factor * _nan_if_none(end) if _is_finite(end) else None for end in estimate[:3])
     return DrawnEstimate(value, low, high, estimate.n)

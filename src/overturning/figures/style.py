@@ -158,7 +158,7 @@ def legend_patch(appearance: Any, label: str) -> Any:
     from matplotlib.patches import Patch
 
     own = appearance if isinstance(appearance, dict) else {"facecolor": appearance, "edgecolor": "#777777"}
-    return Patch(linewidth=0.4, label=label, **own)
+    return Patch(label=label, **({"linewidth": 0.4} | own))
 
 
 def labels(axes: Any, x_label: str, y_label: str, which: str = "major") -> None:

@@ -8,6 +8,7 @@ from pydantic import Field
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.settings import Population
+from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import SurveyResult
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
 from overturning.surveys.posterior import LEVEL, InversionResult
@@ -27,6 +28,30 @@ class TestFinding(Finding):
     """Test statistic."""
     p_value: Number
     """p-value."""
+
+
+class ObservedShare(Finding):
+    """Share of the stones of a survey that fell, with its exact binomial interval (as if each fell independently)."""
+
+    value: Number
+    """Share, 0 to 1."""
+    low: Number
+    """Lower end of the interval."""
+    high: Number
+    """Upper end of the interval."""
+    level: float = 0.95
+    """Probability of the interval."""
+
+
+class ComputedShare(Finding):
+    """Share of stones that fall in the study, over heights and frictions of its grid."""
+
+    value: Number
+    """Mean over the grid; None if no outcome is known."""
+    low: Number
+    """Smallest share of a height and friction; None if the grid has one height and one friction."""
+    high: Number
+    """Largest share of a height and friction; None if the grid has one height and one friction."""
 
 
 class SurveyFindings(Finding):
@@ -52,6 +77,19 @@ class SurveyFindings(Finding):
     """Mean fall direction."""
     resultant: Number
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
+    predicted_mean_direction_deg: Number
+    """Mean of the predicted directions of the stones that fell; None without falls of known direction."""
+    predicted_resultant: Number
+    """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
+    observed_fall_share: ObservedShare | None
+    """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen."""
+    computed_fall_share: ComputedShare
+    """Share computed for the survey's stones under the record.
+
+    A stone counts with its face, B/H and height, as far as the survey gives them (outside the grid: the nearest grid
+    values). A stone without B/H has the mean over all B/H of the grid, one without height the mean over all heights,
+    and one without face the mean over all azimuths. `share_in_random_direction` is not included.
+    """
     observed_by_octant: dict[str, Number]
     """Number of fallen stones in each octant of fall direction."""
     predicted_by_octant: dict[str, Number]
@@ -82,6 +120,8 @@ class SurveyFindings(Finding):
     """Number of stones whose B/H is not known."""
     stones_beyond_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
+    stones_beyond_heights: int
+    """Number of stones with a height outside the grid; their `computed_fall_share` is that of its nearest height."""
     share_in_random_direction: float
     """Assumed share of the stones that fall in a random direction."""
 
@@ -195,6 +235,12 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
         octant_falls=found.directed,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
+        predicted_mean_direction_deg=found.predicted_mean_direction_deg,
+        predicted_resultant=found.predicted_resultant,
+        observed_fall_share=_observed_share(found.fallen, found.stood) if found.stood else None,
+        computed_fall_share=ComputedShare(
+            value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
+        ),
         observed_by_octant=by_octant(found.octant_observed.tolist()),
         predicted_by_octant=by_octant(found.octant_predicted.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
@@ -210,8 +256,14 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
         stones_without_face=found.without_face,
         stones_without_b_over_h=found.without_b_over_h,
         stones_beyond_grid=found.beyond,
+        stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
     )
+
+
+def _observed_share(fell: int, stood: int) -> ObservedShare:
+    low, high = exact_share_interval(fell, fell + stood)
+    return ObservedShare(value=fell / (fell + stood), low=low, high=high)
 
 
 def inferred_motions(results: Results) -> list[InferredMotion]:

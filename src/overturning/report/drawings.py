@@ -1,26 +1,31 @@
 """Figures of a report: those of the study by name, and those that the report draws from its findings and cubes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from overturning.arrays import FloatArray
 from overturning.figures.answer import DrawnEstimate, contrast_figure, references_figure
 from overturning.figures.fall_rate import fall_rate_figure
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.style import style
+from overturning.figures.survey import DrawnSurvey, survey_figure
 from overturning.figures.write import save
 from overturning.findings.collect import Findings
 from overturning.findings.contrast import VariantContrast
 from overturning.findings.results import Results
+from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
+from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.study.cube import first_shown_block
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import record_intensities, record_jma_intensities
 from overturning.surveys.posterior import InversionResult
+from overturning.surveys.stones import OCTANTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,6 +62,8 @@ def draw_report_figures(results: Results, found: Findings, folder: Path) -> dict
         draw["scene"] = partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes])
     if found.population is not None:
         draw["fall-rate"] = partial(_fall_rate, results)
+    if found.surveys:
+        draw["surveys"] = partial(_surveys, found.surveys)
     for number, inferred in enumerate(results.inferred_motions, 1):
         draw[f"backwards-{number}"] = partial(posterior, inferred)
     paths = {name: folder / f"{name}.svg" for name in draw}
@@ -111,6 +118,38 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
         here, there = [drawn(one.rate_here), *here], [drawn(one.rate_there), *there]
         differences = [drawn(one.primary_difference), *differences]
     return contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
+
+
+def _surveys(surveys: Sequence[SurveyFindings]) -> "Figure":
+    def mean(direction: float | None, resultant: float | None) -> float | None:
+        return direction if resultant is not None and resultant >= LEAST_RESULTANT else None
+
+    def counts(by_octant: dict[str, float | None]) -> FloatArray:
+        return np.array([by_octant.get(octant) or 0.0 for octant in OCTANTS])
+
+    def share(one: Any) -> DrawnEstimate:
+        return DrawnEstimate(None) if one is None else DrawnEstimate(one.value, one.low, one.high)
+
+    return survey_figure(
+        [
+            DrawnSurvey(
+                name=f"{one.stones}, {one.record}",
+                observed=counts(one.observed_by_octant),
+                computed=counts(one.predicted_by_octant),
+                observed_mean_deg=mean(one.mean_direction_deg, one.resultant),
+                computed_mean_deg=mean(one.predicted_mean_direction_deg, one.predicted_resultant),
+                observed_share=share(one.observed_fall_share),
+                computed_share=share(one.computed_fall_share),
+            )
+            for one in surveys
+        ]
+    )
+
+
+def draw_surveys(surveys: Sequence[SurveyFindings], path: Path) -> None:
+    """Draw observed next to computed falls of surveys into a file."""
+    with style():
+        save(_surveys(surveys), path)
 
 
 def _maps(results: Results, found: Findings) -> "Figure":

@@ -59,7 +59,6 @@ def write_report(
     with open_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found = read_findings(results / FINDINGS)
         figures = study_figures(results / "figures")
-        figures |= {f"survey-{n + 1}": results / "survey" / f"{n + 1}.svg" for n in range(len(opened.surveys))}
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_cases(folder), 1)}

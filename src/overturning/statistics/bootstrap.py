@@ -191,6 +191,22 @@ def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interva
     return None
 
 
+def exact_share_interval(count: int, total: int, level: float = 0.95) -> Interval:
+    """Return the exact interval of a share of independent cases (Clopper & Pearson 1934, Biometrika 26); 0 to 1 for 0.
+
+    Parameters
+    ----------
+    count, total : int
+        Number of cases with the property, and of all cases.
+    level : float
+        Probability of the interval.
+    """
+    tail = (1.0 - level) / 2.0
+    low = scipy.special.betaincinv(count, total - count + 1, tail) if count else 0.0
+    high = scipy.special.betaincinv(count + 1, total - count, 1.0 - tail) if count < total else 1.0
+    return Interval(float(low), float(high))
+
+
 def _known_means_by_earthquake(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
     """Compute the `means_by_earthquake` of the earthquakes that have a known value."""
     known = np.isfinite(values)

@@ -36,6 +36,12 @@ class SurveyComparison:
         Number of stones.
     mean_direction_deg, resultant : float
         Mean direction of the observed falls, degrees, and mean resultant length.
+    predicted_mean_direction_deg, predicted_resultant : float
+        The same of the predicted directions of the fallen stones; NaN without falls.
+    computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
+        Share of the survey's stones (fallen and standing) that fall in the study: mean, smallest and largest over the
+        heights and frictions of its grid; a single one has no smallest and largest (NaN). See
+        `SitePrediction.fall_probability` for stones without size or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant.
     log_likelihood_ratio : float
@@ -58,6 +64,8 @@ class SurveyComparison:
         Fallen stones with unknown direction; they count in `fallen`, but in no statistic of directions.
     beyond : int
         Stones with a B/H outside the grid of the study, whose nearest value is used.
+    beyond_heights : int
+        Stones with a height outside the grid of the study; their `computed_fall_share` is that of the nearest height.
     background : float
         Assumed share of stones that fall in a random direction.
     never : int
@@ -69,6 +77,11 @@ class SurveyComparison:
     stood: int
     mean_direction_deg: StoredFloat
     resultant: StoredFloat
+    predicted_mean_direction_deg: StoredFloat
+    predicted_resultant: StoredFloat
+    computed_fall_share: StoredFloat
+    computed_fall_share_low: StoredFloat
+    computed_fall_share_high: StoredFloat
     octant_observed: StoredFloats
     octant_predicted: StoredFloats
     log_likelihood_ratio: StoredFloat
@@ -83,6 +96,7 @@ class SurveyComparison:
     without_b_over_h: int
     without_direction: int
     beyond: int
+    beyond_heights: int
     background: float
     never: int = 0
 
@@ -144,11 +158,19 @@ def compare_survey(
         _fall_azimuth_distribution(site, density, stone.azimuth_deg) for stone, density, _ in fallen if not stone.octant
     ]
     mean, length = resultant(azimuth)
+    density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
+    predicted_mean, predicted_length = resultant(site.azimuth, density)
+    share_mean, share_low, share_high = _computed_fall_share(site, stones)
     ratio, p_value = _direction_likelihood_ratio(site, fallen, random_survey_count, seed)
     return SurveyComparison(
         **_stone_counts(site, stones),
         mean_direction_deg=mean,
         resultant=length,
+        predicted_mean_direction_deg=predicted_mean,
+        predicted_resultant=predicted_length,
+        computed_fall_share=share_mean,
+        computed_fall_share_low=share_low,
+        computed_fall_share_high=share_high,
         octant_observed=observed,
         octant_predicted=predicted,
         log_likelihood_ratio=ratio,
@@ -176,6 +198,18 @@ def _fallen_stones(site_prediction: SitePrediction, stones: Sequence[Stone]) -> 
     return fallen
 
 
+def _computed_fall_share(site_prediction: SitePrediction, stones: Sequence[Stone]) -> tuple[float, float, float]:
+    """Return mean, smallest and largest over the blocks of the cube of the share of the stones that falls."""
+    falls = np.array([site_prediction.fall_probability(stone) for stone in stones])
+    weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
+    known = weight.sum(axis=0) > 0
+    if not known.any():
+        return math.nan, math.nan, math.nan
+    share = (np.nan_to_num(falls) * weight).sum(axis=0)[known] / weight.sum(axis=0)[known]
+    low, high = (share.min(), share.max()) if share.size > 1 else (math.nan, math.nan)
+    return float(share.mean()), float(low), float(high)
+
+
 def _stone_counts(site_prediction: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
     """Return the numbers of stones of a comparison, by the attributes of `SurveyComparison`."""
 
@@ -191,6 +225,7 @@ def _stone_counts(site_prediction: SitePrediction, stones: Sequence[Stone]) -> d
         "without_b_over_h": count(lambda stone: stone.has_direction and math.isnan(stone.slenderness[0])),
         "without_direction": count(lambda stone: stone.fell and not stone.has_direction),
         "beyond": count(site_prediction.is_outside_grid),
+        "beyond_heights": count(site_prediction.is_outside_heights),
         "never": count(lambda stone: stone.has_direction and site_prediction.never_falls(stone)),
     }
 

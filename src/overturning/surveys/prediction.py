@@ -47,10 +47,12 @@ class SitePrediction:
         dims = ("azimuth", "b_over_h", "height", "friction")
         self.background = background
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
+        self.height: FloatArray = site["height"].values.astype(np.float64)
         self.azimuth: FloatArray = falls_towards(site)["azimuth"].values.astype(np.float64)
         self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, divide_gaps=True)
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
+        self._fall_probabilities: dict[str, FloatArray] = {}
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
         site = extend_to_full_circle(site)
@@ -159,6 +161,12 @@ class SitePrediction:
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
         """Return the probabilities of `SIDES` for n face azimuths, without background; NaN if unknown."""
+        return _mean_of_known(self._side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1)
+
+    def _side_probabilities_by_block(
+        self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
+    ) -> FloatArray:
+        """Return the probabilities of `SIDES` for each block and n face azimuths, shape (5, blocks, n), NaN unknown."""
         planes = [self._interpolate_falls(face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(slenderness)]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
@@ -168,9 +176,40 @@ class SitePrediction:
         for ends, falls in zip(p, over, strict=True):
             both = ends.sum(axis=0)
             model += list(falls * np.divide(ends, both, out=np.full(ends.shape, 0.5), where=both > 0))
-        stood, forwards, backwards, right, left = (np.where(known, one, 0.0).sum(axis=0) for one in model)
-        with np.errstate(invalid="ignore"):
-            return np.stack([stood, forwards, right, backwards, left]) / known.sum(axis=0)
+        stood, forwards, backwards, right, left = model
+        return np.where(known, np.stack([stood, forwards, right, backwards, left]), math.nan)
+
+    def fall_probability(self, stone: Stone) -> FloatArray:
+        """Return the computed probability that a stone falls, for each block of the cube, without background.
+
+        A stone of known height has the probability interpolated to it (outside the grid: that of the nearest height).
+        A stone without face has the mean over all face azimuths. A stone without B/H has the mean over all B/H of the
+        grid, with a square footprint.
+
+        Returns
+        -------
+        ndarray, shape (heights, frictions)
+            Probability, 0 to 1; NaN if unknown.
+        """
+        shape, face = stone.slenderness, stone.face_azimuth_deg
+        key = f"{face} {_shape_key(*shape)}"
+        if key not in self._fall_probabilities:
+            shapes = [(one, one) for one in self.b_over_h.tolist()] if math.isnan(shape[0]) else [shape]
+            faces = np.array([face]) if math.isfinite(face) else self.azimuth
+            weight = np.ones(1) if math.isfinite(face) else self.share
+            # Shape (blocks, B/H, faces).
+            falls = 1.0 - np.stack([self._side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1)
+            found = _mean_of_known(falls, axis=(1, 2), weight=weight)
+            self._fall_probabilities[key] = found.reshape(self.height.size, -1)
+        found = self._fall_probabilities[key]
+        if math.isnan(stone.height):
+            return found
+        at_height = np.array([np.interp(stone.height, self.height, column) for column in found.T])
+        return np.asarray(np.broadcast_to(at_height, found.shape))
+
+    def is_outside_heights(self, stone: Stone) -> bool:
+        """True if the height of a stone is known and lies outside the grid of the cube."""
+        return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
 
     def octant_probabilities(self, sector_probability: FloatArray) -> FloatArray:
         """Return the probability of each compass octant from probabilities of the azimuth sectors of the cube."""
@@ -183,6 +222,14 @@ class SitePrediction:
 def _shape_key(b_over_h: float, b_over_h_side: float) -> str:
     """Return a dictionary key for two B/H values; a text, since NaN does not equal itself."""
     return f"{b_over_h} {b_over_h_side}"
+
+
+def _mean_of_known(values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None) -> FloatArray:
+    """Return the mean over axes of the values that are not NaN, with weights along the last; NaN if all are NaN."""
+    known = np.isfinite(values)
+    weights = known if weight is None else known * weight
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.where(known, values, 0.0) * weights).sum(axis=axis) / weights.sum(axis=axis))
 
 
 def has_known_face(stone: Stone) -> bool:

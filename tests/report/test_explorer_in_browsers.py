@@ -72,6 +72,9 @@ const {seen: doubtful} = await onPhone(
 document.body.dispatchEvent(new KeyboardEvent("keydown", {key: "Escape", bubbles: true}));
 seen.released = location.hash;
 point("pointermove", 180, 0.5); seen.free = answer();
+location.hash = "#record=r1";  // as the report has it
+await until(() => document.querySelector("select[data-name=record]").value === "1");
+seen.linked = [answer(), document.querySelector(".doubts").textContent];
 location.hash = "#record=r1&azimuth=240&b_over_h=0.35&height=1.2&friction=0.3";
 await until(() => answer().includes("S60°W"));
 seen.changed = [...document.querySelectorAll("select")].map((one) => one.value);
@@ -267,6 +270,9 @@ def test_an_address_shows_its_cell(seen: dict[str, Any]) -> None:
     assert "32" in doubts
     assert "lots" in doubts
     assert colour == "time"
+    _, shape = explorer_data(cube())["records"][1]["clear"]
+    assert f"B/H = {cube()['b_over_h'].to_numpy()[shape]:g}: " in found["linked"][0], "its clear case"
+    assert found["linked"][1] == ""
     assert found["changed"][:4] == ["1", "1", "0", "0"], "record, height, aspect, friction of the new address"
     assert found["copied"] == [found["href"] + found["pinned"][1]], "a cube without a study has no command to copy"
 

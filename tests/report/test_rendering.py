@@ -3,6 +3,7 @@
 import html.parser
 from pathlib import Path
 from typing import Any
+from urllib.parse import parse_qs
 
 import pytest
 
@@ -70,6 +71,19 @@ def test_a_name_changes_no_element_of_the_page_and_is_shown_as_it_is(name: str) 
     found, expected = elements(page_of(text)), elements(page_of(usual))
     assert [tag for tag, _ in found] == [tag for tag, _ in expected]
     assert "".join(name.split()) in "".join("".join(plain_lines(parse_markdown(text))).split())
+
+
+@pytest.mark.parametrize("name", ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *EVIL])
+def test_the_chapter_of_a_record_leads_to_it_in_the_explorer(name: str) -> None:
+    """The explorer reads the part behind # as a query string (URLSearchParams), as `parse_qs` does."""
+    media = Media(chapters={name: ("polar/x",)}, explorer="explore.html")
+    found = elements(page_of(render_markdown(named(name, "S", "E"), media=media)))
+    (address,) = {str(a["href"]) for tag, a in found if tag == "a" and "explore.html#" in str(a["href"])}
+    page, _, fragment = address.partition("#")
+    assert page == "explore.html"
+    assert parse_qs(fragment, strict_parsing=True) == {"record": [name]}
+    bare = elements(page_of(render_markdown(named(name, "S", "E"), media=Media(chapters=media.chapters))))
+    assert not any("explore" in str(a.get("href")) for tag, a in bare)
 
 
 @pytest.mark.parametrize("name", EVIL)

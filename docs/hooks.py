@@ -1,4 +1,4 @@
-"""Hooks of the documentation site: tables from the package, formulas, and the executed notebook.
+"""Hooks of the documentation site: tables, formulas, the executed notebook, a film and the explorer of a small study.
 
 `python docs/hooks.py` runs the notebook and keeps in it what its cells show.
 """
@@ -10,19 +10,66 @@ import html
 import io
 import json
 import re
+import tempfile
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parent
 NOTEBOOK = DOCS / "first-look.ipynb"
+RECORD = "wtmc"
+FILM = f"overturning one --record {RECORD} --azimuth 332 --b-over-h 0.3 --friction 1"
+STUDY: dict[str, Any] = {
+    "title": "Blocks at Te Mara Farm, Kaikoura 2016",
+    "question": "Towards which azimuths do blocks fall under this record?",
+    "azimuth": {"step": 10}, "b_over_h": {"start": 0.15, "stop": 0.6, "step": 0.05}, "height": [0.6, 1.2],
+    "friction": [0.6], "ensemble": {"members": 4},
+}  # fmt: skip
+"""Study of the site's explorer."""
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add the notebook as a page."""
+    """Add the notebook as a page, and the pages of a film and of the explorer."""
     from mkdocs.structure.files import File
 
     files.append(File.generated(config, "first-look.md", content=notebook_page(NOTEBOOK)))
+    for name, page in (("film.html", film_page), ("explore.html", explorer_page)):
+        files.append(File.generated(config, name, content=page()))
     return files
+
+
+def film_page() -> str:
+    """Return the page of the film of `FILM`, a stone under the record that the package contains."""
+    from overturning.cli import main
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+        path = Path(folder) / "film.html"
+        with contextlib.suppress(SystemExit):
+            main([*FILM.split()[1:], "--animate", str(path)])
+        return path.read_text(encoding="utf-8")
+
+
+def explorer_page() -> str:
+    """Return the explorer of a small study of the record that the package contains; it takes seconds."""
+    import overturning
+    from overturning.figures.explore import write_explorer
+
+    cube = overturning.run_study([RECORD], threads=2, **STUDY)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "explore.html"
+        write_explorer(cube, path)
+        return path.read_text(encoding="utf-8")
+
+
+def film() -> str:
+    """Return the frame of the film, for the first page."""
+    fit = "try { this.style.height = this.contentDocument.body.offsetHeight + 'px' } catch {}"
+    frame = f'<iframe class="film" src="film.html" title="{FILM}" onload="{fit}"></iframe>'
+    return f"{frame}\n\nMade by `{FILM} --animate film.html`."
+
+
+def explorer() -> str:
+    """Return a link to the explorer."""
+    return '<p><a class="md-button" href="explore.html">Look at every case of a small study</a></p>'
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -111,7 +158,15 @@ def _table(every: Any) -> str:
     return "\n".join(["| variable | type | unit | meaning |", "|---|---|---|---|", *rows])
 
 
-TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": variables, "space": space}
+TABLES = {
+    "film": film,
+    "explorer": explorer,
+    "commands": commands,
+    "keys": keys,
+    "columns": columns,
+    "variables": variables,
+    "space": space,
+}
 
 
 def executed(path: Path) -> dict[str, Any]:

@@ -181,6 +181,19 @@ def test_the_references_are_filled_in(hooks):
     assert "`figures.dpi`" in hooks.TABLES["keys"]()
 
 
+def test_the_first_page_has_a_film_and_the_site_an_explorer(hooks):
+    first = hooks.on_page_markdown((DOCS / "index.md").read_text(encoding="utf-8"))
+    assert first.index('src="film.html"') < first.index("rotates strong-motion records") < first.index('"explore.html"')
+    assert f"`{hooks.FILM} --animate film.html`" in first
+    film, explorer = hooks.film_page(), hooks.explorer_page()
+    assert 'class="film"' in film
+    assert hooks.STUDY["question"] in explorer
+    (data,) = re.findall(r'<script type="application/json">(.*?)</script>', explorer, flags=re.DOTALL)
+    cells = json.loads(data)
+    assert [record["id"] for record in cells["records"]] == [hooks.RECORD]
+    assert cells["height"] == hooks.STUDY["height"]
+
+
 @pytest.mark.parametrize("command", ["records check", "one --record wtmc --azimuth 332"])
 def test_the_tutorial_shows_what_its_command_prints(command, monkeypatch, capsys):
     tutorial = (DOCS / "tutorial.md").read_text(encoding="utf-8")

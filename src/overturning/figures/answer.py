@@ -72,8 +72,8 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
         axes.set_yticks(
             [*range(len(ordered)), at], [*(name for name, _ in ordered), "mean"], fontsize=8, parse_math=False
         )
-        axes.set_ylim(at + 0.7, -0.7)
-        _set_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.42)
+        axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
+        _set_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
         axes.set_title(
             f"{group}, {_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}", fontsize=8.5, parse_math=False
         )

@@ -11,7 +11,7 @@ from overturning.errors import ResultError
 from overturning.findings.collect import Findings
 from overturning.report.page import report_page
 from overturning.report.paper import report_paper
-from overturning.report.render import Media, escape_markdown, parse_markdown, render_markdown
+from overturning.report.render import LANGUAGES, Media, escape_markdown, parse_markdown, render_markdown
 from overturning.report.terminal import plain_lines
 from overturning.report.write import FilmFacts
 from tests.report.by_hand import RECORD, STUDIES, changed, findings_by_hand
@@ -112,6 +112,14 @@ def test_figures_and_tables_are_numbered_outside_folds(tmp_path: Path) -> None:
         page_of(text, {"a": figures["a"]})
 
 
+def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
+    text = '![one](a "A")\n\n::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n'
+    page = report_page(parse_markdown(text), "題", "ja", None, {})
+    assert "<b>図1.</b> A" in page
+    assert "<b>表1.</b> Sizes" in page
+    assert "<title>題</title>" in page
+
+
 def test_an_anchor_and_a_link(tmp_path: Path) -> None:
     page = page_of("{#here}\n## Title\n\n[to *it*](#here) and **bold**\n\n- one\n- two\n")
     assert '<h2 id="here">Title</h2>' in page
@@ -134,8 +142,9 @@ def test_the_terminal_shows_sentences_and_aligned_tables() -> None:
     assert list(plain_lines(parse_markdown(text))) == ["One sentence.", "", "  name   n", "  a      1", "  bcd   23"]
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDIES)
-def test_every_report_is_well_formed_without_cube_and_figures(study: str) -> None:
+def test_every_report_is_well_formed_without_cube_and_figures(study: str, language: str) -> None:
     film = FilmFacts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
     media = Media(
         films=[film, film],
@@ -145,8 +154,9 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str) -> Non
         rose=True,
         posteriors=True,
     )
-    tree = parse_markdown(render_markdown(findings_by_hand(study), media=media))
-    page = report_page(tree, study, "en", None, {})
+    tree = parse_markdown(render_markdown(findings_by_hand(study), language, media))
+    page = report_page(tree, study, language, None, {})
+    assert f'<html lang="{language}">' in page
     found = elements(page)
     anchors = {attrs["id"] for _, attrs in found if "id" in attrs}
     targets = [str(attrs["href"]) for tag, attrs in found if tag == "a"]

@@ -15,15 +15,24 @@ from jinja2 import meta
 from syrupy.assertion import SnapshotAssertion
 
 from overturning.findings.collect import Findings
+from overturning.findings.population import JMA_DEGREES
 from overturning.findings.surveys import SurveyText
-from overturning.report.render import LANGUAGES, environment, parse_markdown, render_markdown
+from overturning.model.status import Status
+from overturning.report.render import LANGUAGES, environment, label, parse_markdown, read_labels, render_markdown
 from overturning.report.terminal import plain_lines
+from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
+from overturning.statistics.falls import BLOCK_RULES
 from tests.report.by_hand import MOTION, STUDIES, SURVEY, findings_by_hand
 
 CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "95", "10", "180"}
 """Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
 
-NUMBER = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*")
+NUMBER = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
+"""Number of a text; letters of other scripts may stand next to it."""
+
+RULE_NAMES = [one.name.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")]
+CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY]
+STATUS_NAMES = [one.name.lower().replace("_", " ") for one in Status]
 
 ALLOWED = (
     *("Template", "Output", "TemplateData", "Name", "Getattr", "Getitem", "Const", "List", "Slice", "If", "For"),
@@ -107,6 +116,63 @@ def test_a_changed_value_changes_the_report(
     after = text_of(Findings.model_validate(data), language)
     assert shown not in NUMBER.findall(before)
     assert shown in NUMBER.findall(after)
+
+
+SENTENCE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}[,;]? [A-Za-z]{2,}")
+"""Three English words in a row, the second one in small letters: part of a sentence, and no name."""
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_a_japanese_report_has_no_english_sentence(study: str) -> None:
+    assert SENTENCE.search("the mean axis of falls")
+    assert not SENTENCE.search("計算には overturning を用いた Upper Vale")
+    assert SENTENCE.findall(text_of(findings_by_hand(study), "ja")) == []
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_no_line_of_a_japanese_paragraph_ends_in_a_break(study: str) -> None:
+    """A break would be shown as a space, which Japanese has not."""
+    for node in parse_markdown(render_markdown(findings_by_hand(study), "ja")).walk():
+        if node.type == "inline":
+            assert not any(one.type == "softbreak" for one in node.children), node.content
+            # "**" next to a closing bracket and a letter does not end the bold text.
+            assert not any("**" in one.content for one in node.children if one.type == "text"), node.content
+
+
+def shown_labels() -> set[str]:
+    """Return the names in findings by hand that English templates show through their labels."""
+    names: set[str] = set()
+    usual = environment("en").filters["label"]
+
+    def note(text: str) -> str:
+        names.add(text)
+        return str(usual(text))
+
+    try:
+        environment("en").filters["label"] = note
+        for study in STUDIES:
+            render_markdown(findings_by_hand(study))
+    finally:
+        environment("en").filters["label"] = usual
+    return names
+
+
+PROPER = {"other", "By hand", "Which way?", "vale"}
+"""Names of the user of a study, which no language translates."""
+
+
+def test_every_name_in_findings_by_hand_has_a_japanese_label() -> None:
+    names = shown_labels() - PROPER
+    assert len(names) >= 15
+    labels = read_labels("ja")
+    assert [name for name in names if label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
+    assert {*RULE_NAMES, *CRITERION_NAMES, *STATUS_NAMES, *(d for d, *_ in JMA_DEGREES if " " in d)} <= {*labels}
+
+
+def test_numbers_of_a_name_are_kept_in_its_label() -> None:
+    labels = {"B/H {} to {}": "B/H {}～{}"}
+    assert label("B/H 0.1 to 0.25", labels) == "B/H 0.1～0.25"
+    assert label("{odd} 7 {name}", labels) == "{odd} 7 {name}"
 
 
 def test_all_languages_print_the_same_numbers() -> None:

@@ -13,7 +13,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.figures.page import film_player_script, read_template
-from overturning.report.render import container_of, parse_inline, picture_of
+from overturning.report.render import container_of, parse_inline, picture_of, read_labels
 
 LAZY: Final = "fold"
 """Container whose figures are images, which a browser reads when they come into view."""
@@ -53,7 +53,7 @@ def report_page(
         If the text uses a figure that does not exist.
     """
     style, script = (read_template(name, "report") for name in ("report.css", "report.js"))
-    body = "\n".join(_Page(figures, films).blocks(tree.children))
+    body = "\n".join(_Page(figures, films, read_labels(language)).blocks(tree.children))
     return (
         f'<!DOCTYPE html>\n<html lang="{language}">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -69,10 +69,12 @@ class _Page:
     ----------
     figures, films : mapping
         Files of the figures, and elements of the films, by name.
+    labels : mapping
+        Words of the language; see `overturning.report.render.read_labels`.
     """
 
-    def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str]) -> None:
-        self.figures, self.films, self.inlined = figures, films, count(1)
+    def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:
+        self.figures, self.films, self.labels, self.inlined = figures, films, labels, count(1)
 
     def blocks(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
         """Yield the HTML of blocks."""
@@ -106,7 +108,7 @@ class _Page:
             yield f"<details{_anchor(node)}><summary>{_inline(parse_inline(text))}</summary>\n{inner}\n</details>"
         elif name in ("table", "sortable"):
             number = node.meta["table"]
-            caption = _caption(f"Table {number}" if number else "", _inline(parse_inline(text)))
+            caption = self.caption("table", number, _inline(parse_inline(text)))
             kind = ' class="sortable"' if name == "sortable" else ""
             yield inner.replace("<table>", f"<table{kind}{_anchor(node)}>\n<caption>{caption}</caption>", 1)
         elif name == "film":
@@ -116,21 +118,20 @@ class _Page:
         else:
             yield f'<div class="{name}">\n{inner}\n</div>'
 
+    def caption(self, kind: str, number: int | None, text: str) -> str:
+        """Return a caption as HTML, with the number of its figure or table in bold if it has one."""
+        return f"<b>{self.labels[kind].format(number)}</b> {text}" if number else text
+
     def figure(self, image: SyntaxTreeNode, number: int | None, lazy: bool) -> str:
         """Return the HTML of a figure with its number and caption."""
         name = unquote(str(image.attrs["src"]))
-        caption = _caption(f"Figure {number}" if number else "", escape(str(image.attrs.get("title", ""))))
+        caption = self.caption("figure", number, escape(str(image.attrs.get("title", ""))))
         if self.figures is None:
             return f"<figure>{escape(image.content)}<figcaption>{caption}</figcaption></figure>"
         if name not in self.figures or not self.figures[name].is_file():
             raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
         shown = _picture(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"
-
-
-def _caption(label: str, text: str) -> str:
-    """Return a caption as HTML, with the number of its figure or table in bold if it has one."""
-    return f"<b>{label}.</b> {text}" if label else text
 
 
 def _anchor(node: SyntaxTreeNode) -> str:

@@ -12,7 +12,7 @@ from urllib.parse import unquote
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
-from overturning.report.render import container_of, parse_inline, picture_of
+from overturning.report.render import container_of, parse_inline, picture_of, read_labels
 
 LEFT_OUT: Final = ("fold", "page")
 """Containers that paper does not show."""
@@ -46,7 +46,14 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
     package, fonts = FONTS.get(language, ("", ()))
     if fonts and not set(fonts) & set(typst.Fonts(include_system_fonts=True).families()):
         raise ResultError(f"PDF in the language {language}: no font for it; install the Debian package {package}")
-    data = {"title": title, "language": language, "fonts": fonts, "blocks": _blocks(tree.children, files)}
+    words = {kind: read_labels(language)[kind] for kind in ("figure", "table")}
+    data = {
+        "title": title,
+        "language": language,
+        "fonts": fonts,
+        "words": words,
+        "blocks": _blocks(tree.children, files),
+    }
     with tempfile.TemporaryDirectory() as name, resources.as_file(resources.files("overturning")) as room:
         folder = Path(name)
         shutil.copyfile(room / "report" / "templates" / "report.typ", folder / "report.typ")

@@ -1,6 +1,7 @@
 """Text of the report: from findings through the templates of a language to Markdown and its tokens."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
@@ -20,13 +21,16 @@ from pydantic import BaseModel
 from overturning.errors import ResultError
 from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
 
-LANGUAGES: Final = ("en",)
+LANGUAGES: Final = ("en", "ja")
 """Languages of the templates, by their code of ISO 639-1."""
 
 CONTAINERS: Final = (
     "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
 )  # fmt: skip
 """Containers of the Markdown (``::: name text``): how a part of the text looks, or on which medium it is shown."""
+
+NUMBER: Final = re.compile(r"\d+(?:\.\d+)?")
+"""Number inside a name."""
 
 SPECIAL: Final = frozenset("\\`*_{}[]<>#|~!&$\"'^:")
 """Characters with a meaning in Markdown."""
@@ -104,9 +108,19 @@ def environment(language: str) -> jinja2.Environment:
     )
     loaded.filters |= FILTERS
     loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
-    loaded.filters["label"] = lambda text: labels.get(text, text)
+    loaded.filters["label"] = partial(label, labels=labels)
     loaded.tests["infinite"] = math.isinf
     return loaded
+
+
+def label(text: str, labels: Mapping[str, str]) -> str:
+    """Return the words of a language for a name, or the name if there are none.
+
+    Numbers of a name may be left open: "B/H {} to {}" is the entry of "B/H 0.1 to 0.2".
+    """
+    if text in labels:
+        return labels[text]
+    return labels.get(NUMBER.sub("{}", text), text.replace("{", "{{").replace("}", "}}")).format(*NUMBER.findall(text))
 
 
 @cache

@@ -13,7 +13,7 @@ from overturning.findings.results import open_results
 from overturning.report.drawings import chapters, draw_report_figures, study_figures
 from overturning.report.page import report_page
 from overturning.report.paper import report_paper
-from overturning.report.render import Media, parse_markdown, render_markdown
+from overturning.report.render import Media, label, parse_markdown, read_labels, render_markdown
 from overturning.study.schema import Study
 
 FINDINGS = "findings.json"
@@ -76,13 +76,14 @@ def write_report(
             posteriors=bool(opened.inferred_motions),
             rose="rose" in figures and bool(found.cases.share_overturned),
         )
+        title = label(found.study.title, read_labels(language))
         tree = parse_markdown(render_markdown(found, language, media))
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
         with atomic_write(path) as part:
-            page = report_page(tree, found.study.title, language, figures, films)
+            page = report_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")
         if pdf is not None:
-            pages = report_paper(tree, found.study.title, language, figures)
+            pages = report_paper(tree, title, language, figures)
             with atomic_write(pdf) as part:
                 part.write_bytes(pages)

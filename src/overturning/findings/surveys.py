@@ -9,6 +9,7 @@ from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.settings import Population
 from overturning.statistics.bootstrap import exact_share_interval
+from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.surveys.comparison import SurveyResult
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
 from overturning.surveys.posterior import LEVEL, InversionResult
@@ -78,7 +79,7 @@ class SurveyFindings(Finding):
     resultant: Number
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: Number
-    """Mean of the predicted directions of the stones that fell; None without falls of known direction."""
+    """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
     predicted_resultant: Number
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
     observed_fall_share: ObservedShare | None
@@ -235,7 +236,9 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
         octant_falls=found.directed,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
-        predicted_mean_direction_deg=found.predicted_mean_direction_deg,
+        predicted_mean_direction_deg=(
+            found.predicted_mean_direction_deg if found.predicted_resultant >= LEAST_RESULTANT else math.nan
+        ),
         predicted_resultant=found.predicted_resultant,
         observed_fall_share=_observed_share(found.fallen, found.stood) if found.stood else None,
         computed_fall_share=ComputedShare(

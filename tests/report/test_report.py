@@ -4,6 +4,8 @@ import json
 import re
 from pathlib import Path
 
+from overturning.report.write import write_report
+from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.recheck import recheck
 from tests.report.conftest import report_of
 
@@ -21,6 +23,21 @@ def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> No
     assert set(re.findall(r'(?:src|href)="(?!#|data:)([^"]*)', page)) == {"explore.html"}
     for script in re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL):
         json.loads(script)
+
+
+def test_the_language_of_a_study_and_of_the_command(rendered: tuple[str, bytes], hostile: Path, tmp_path: Path) -> None:
+    with open_cube(hostile / "cube.nc") as cube:
+        study = study_of_cube(cube)
+    assert study.language == "en"
+    japanese, other = tmp_path / "ja.html", tmp_path / "other.html"
+    write_report(hostile, japanese, tmp_path / "ja.pdf", study.model_copy(update={"language": "ja"}))
+    write_report(hostile, other, language="ja")
+    page = japanese.read_text(encoding="utf-8")
+    assert page == other.read_text(encoding="utf-8")
+    assert '<html lang="ja">' in page
+    assert "<b>図1.</b>" in page
+    assert (tmp_path / "ja.pdf").read_bytes().startswith(b"%PDF")
+    assert '<html lang="en">' in rendered[0]
 
 
 def test_recheck(hostile: Path, tmp_path: Path) -> None:

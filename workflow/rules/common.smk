@@ -108,7 +108,7 @@ SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 # Keys that do not affect the cube; the report reads them from the study.
 REPORT_KEYS = (
-    *("title", "question", "asks", "primary"),
+    *("title", "question", "asks", "language", "primary"),
     *("population", "surveys", "figures", "crate"),
 )
 # Keys that define the cases and their computation.

@@ -264,12 +264,13 @@ def report(
     output: Annotated[Path, typer.Option(help="page to write (HTML)")],
     pdf: Annotated[Path | None, typer.Option(help="PDF file of the report")] = None,
     study: StudySettings = None,
+    language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
     """Write the report of a study."""
     from overturning.report.write import write_report
     from overturning.study.load import load_study_from_text
 
-    write_report(results, output, pdf, load_study_from_text(study) if study else None)
+    write_report(results, output, pdf, load_study_from_text(study) if study else None, language)
 
 
 def crate(

@@ -214,7 +214,7 @@ class Results:
         return _reference_cube(self.study, variant, self.cubes[variant])
 
 
-REPORT_KEYS = ("title", "question", "asks", "primary", "figures", "population", "crate")
+REPORT_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
 """Keys of a study on which the cube does not depend."""
 
 B_OVER_H_RANGES = 3

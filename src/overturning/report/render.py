@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib import resources
 from itertools import count
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import jinja2
 import yaml
@@ -20,8 +20,9 @@ from pydantic import BaseModel
 
 from overturning.errors import ResultError
 from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
+from overturning.study.evaluation import Language
 
-LANGUAGES: Final = ("en", "ja")
+LANGUAGES: Final[tuple[str, ...]] = get_args(Language)
 """Languages of the templates, by their code of ISO 639-1."""
 
 CONTAINERS: Final = (

@@ -35,7 +35,7 @@ class FilmFacts:
 
 
 def write_report(
-    results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str = "en"
+    results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str | None = None
 ) -> None:
     """Write the report of a study's folder of results as an HTML page, and as PDF, the same bytes each time.
 
@@ -48,8 +48,8 @@ def write_report(
     study : Study, optional
         Study from which title, question, surveys, population and settings of figures are taken; not given: that of
         the cube.
-    language : str, default "en"
-        Language of the templates; see `overturning.report.render.LANGUAGES`.
+    language : str, optional
+        Language of the templates, one of `overturning.report.render.LANGUAGES`; not given: that of the study.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def write_report(
         If a result or a figure is missing, or if there are no templates of the language.
     """
     with open_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
-        found = read_findings(results / FINDINGS)
+        found, language = read_findings(results / FINDINGS), language or opened.study.language
         figures = study_figures(results / "figures")
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"

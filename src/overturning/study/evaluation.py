@@ -74,6 +74,9 @@ class Published(StrictModel):
 Asks = Literal["direction", "reference", "vertical", "scene", "site", "survey"]
 """Kinds of questions."""
 
+Language = Literal["en", "ja"]
+"""Languages of a report, by their code of ISO 639-1."""
+
 CONTRASTS: Final = ("vertical", "scene", "site")
 """Questions that compare a variant with the study, named after the setting that the variant changes."""
 

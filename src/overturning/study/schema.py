@@ -23,7 +23,7 @@ from overturning.quantities import Density, Metre
 from overturning.records.site import Site
 from overturning.records.steps import Steps
 from overturning.settings import Ensemble, Population
-from overturning.study.evaluation import Asks, Crate, Figures, Primary, Published, Survey
+from overturning.study.evaluation import Asks, Crate, Figures, Language, Primary, Published, Survey
 from overturning.study.misfits import incompatible_settings
 from overturning.study.sections import (
     BodySettings,
@@ -58,6 +58,7 @@ class Study(StrictModel):
         "`scene`, `site`: effect of vertical motion, of another scene or of another site, case by case, compared with "
         "the variant `primary.against`. `survey`: comparison of the study with a survey or a publication",
     )
+    language: Language = Field(default="en", description="language of the report: English (`en`) or Japanese (`ja`)")
     primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
     processing: Steps | None = Field(

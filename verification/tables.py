@@ -151,7 +151,7 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     bodies : mapping of str to str
         Markdown by marker.
     root : Path
-        Folder of README.md and docs/*.md.
+        Folder of README*.md and docs/*.md.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     """
     missing = set(bodies)
     with exclusive_access(root):
-        for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
+        for page in (*sorted(root.glob("README*.md")), *sorted((root / "docs").glob("*.md"))):
             if page.is_file():
                 old = text = page.read_text(encoding="utf-8")
                 for mark, body in bodies.items():

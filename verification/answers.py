@@ -23,7 +23,9 @@ PICTURES: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"
 
 def _row(quantity: str, one: Estimate, *, percent: bool = False) -> Row:
     """Return a row of the table; without an interval if there are too few earthquakes."""
-    return quantity, (share if percent else estimate)(one, to=" to "), one.earthquakes
+    digits = 1 if one.value is not None and one.value < 0.1 else 0
+    shown = share(one, digits, to=" to ") if percent else estimate(one, to=" to ")
+    return quantity, shown, one.earthquakes
 
 
 def _group(name: str) -> str:

@@ -23,6 +23,7 @@ from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_motion
 from overturning.report.drawings import draw_fall_rates
+from overturning.report.filters import percent
 from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
@@ -149,7 +150,7 @@ def criteria_tables(results: Results) -> dict[str, str]:
     assert found is not None
     shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
-        (one.criterion, one.rule, f"{100 * (one.hit_rate or 0):.0f} %", f"{100 * (one.false_alarm_rate or 0):.0f} %",
+        (one.criterion, one.rule, percent(one.hit_rate), percent(one.false_alarm_rate),
          number(one.skill), number(one.skill_within_block_shape))
         for one in found.scores
     ]  # fmt: skip

@@ -170,7 +170,7 @@ SURVEY: dict[str, Any] = {
 
 MOTION: dict[str, Any] = {
     "stones": "ruin", "fell": 22, "stood": 7, "velocity_axis_deg": 122.0, "velocity_axis_arc_deg": 86.0,
-    "strengths": [{"measure": "PGV", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
+    "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
                    "prior_high": 340.0}],
     "everything_fell": False, "axis_half_arc_deg": 43.0, "stronger_than_library": 0.07, "weaker_than_library": 0.0,
     "weakest_level_cm_s": 6.0, "strongest_level_cm_s": 400.0, "fixed": 0.02, "fit_p_value": 0.33, "fits": True,

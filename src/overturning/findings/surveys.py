@@ -131,7 +131,9 @@ class InferredStrength(Finding):
     """Credible interval of an intensity measure before (prior) and after (posterior) the survey."""
 
     measure: str
-    """Intensity measure."""
+    """Intensity measure, such as PGV."""
+    unit: str
+    """Unit of the bounds."""
     posterior_low: Number
     """Lower end of the interval after the survey."""
     posterior_high: Number
@@ -280,7 +282,14 @@ def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> Inf
     for name, values in found.strengths.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
-            InferredStrength(measure=name, posterior_low=low, posterior_high=high, prior_low=least, prior_high=most)
+            InferredStrength(
+                measure=name.split(", ")[0],
+                unit=name.split(", ")[1],
+                posterior_low=low,
+                posterior_high=high,
+                prior_low=least,
+                prior_high=most,
+            )
         )
     middle, width = found.axis_arc
     weakest, strongest = (float(share) for share in one.outer_level_probabilities())

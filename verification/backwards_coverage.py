@@ -205,10 +205,10 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         "more than nine tenths fell, not all": shown[(shown["fell"] > 0.9) & (shown["fell"] < 1.0)],
         "every stone fell": shown[shown["fell"] == 1.0],
         "12 to 35 stones": shown[few], "36 to 60 stones": shown[~few],
-        **{f"all, power {power:g}": rows[rows["power"] == power] for power in POWERS},
+        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in POWERS},
     }  # fmt: skip
     head = (
-        "surveys", "number", "earthquakes", "power", "PGV covered", "PGA covered", "axis covered", "no upper bound",
+        "surveys", "number", "earthquakes", "exponent", "PGV covered", "PGA covered", "axis covered", "no upper bound",
         "no lower bound", "PGV, upper/lower", "PGA, upper/lower", "axis, width",
     )  # fmt: skip
     held = [100 * shown[each].mean() for each in HOLDS]
@@ -221,7 +221,7 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         "the arc of the axis is the arc before the survey. Widths are medians of 90 % intervals; a missing bound is "
         "replaced by the end of the library. Before a survey, the upper end divided by the lower end of the 90 % "
         f"interval is {rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the "
-        f"arc of the axis is 162° of 180°. With the shipped power {POWER:g}, the check of fit rejects "
+        f"arc of the axis is 162° of 180°. With the default exponent {POWER:g}, the check of fit rejects "
         f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}

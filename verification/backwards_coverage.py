@@ -19,17 +19,17 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run
-from overturning.findings.surveys import SurveyText, inferred_motion
+from overturning.findings.surveys import SurveyCommandResults, inferred_motion
 from overturning.model.cases import Cases
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.drawings import draw_posterior
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.report.terminal import paragraphs_of
-from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
-from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, Inversion
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap, unanimous_share_interval
+from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
-from overturning.surveys.posterior import Posterior
-from overturning.surveys.responses import LEVELS, Responses, StoneKind
+from overturning.surveys.posterior import MotionPosterior
+from overturning.surveys.responses import LEVELS, StoneKind, StoneResponses
 from overturning.surveys.stones import Stone, read_survey
 from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, wrap_text, write_csv
 
@@ -102,7 +102,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
     return Truth(motion, level, (motion.axis + turn) % 180, stones)
 
 
-def check_intervals(one: Posterior, truth: Truth) -> dict[str, float]:
+def check_intervals(one: MotionPosterior, truth: Truth) -> dict[str, float]:
     """Return for each interval whether it contains the true value, and its width."""
     found: dict[str, float] = {}
     pga = one.pga[:, None] * one.pgv
@@ -126,7 +126,7 @@ def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
     events = sorted({one.event for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(surveys)]
     kinds = [StoneKind.from_stone(stone) for truth in truths for stone in truth.stones]
-    inversion, rows = Inversion(Responses(library, kinds, threads=threads)), []
+    inversion, rows = SurveyInversion(StoneResponses(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
         logs = inversion.log_likelihood(truth.stones)
@@ -157,7 +157,7 @@ def cross_validated(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
 
-def share_interval(rows: pd.DataFrame, name: str) -> Interval:
+def share_interval(rows: pd.DataFrame, name: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap`), each with all its
@@ -230,14 +230,14 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
 def ruin(threads: int) -> str:
     """Return the estimated motion of the invented ruin as a list, and draw its figure."""
     stones = read_survey(RUIN)
-    inversion = Inversion(
-        Responses(candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads)
+    inversion = SurveyInversion(
+        StoneResponses(candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads)
     )
     result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The p-value of the check whether any motion fits the survey is {result.fit:.2g}."
     tree = parse_markdown(
-        render_markdown(SurveyText(inferred_motions=[inferred_motion(result, stones)]), name="motions")
+        render_markdown(SurveyCommandResults(inferred_motions=[inferred_motion(result, stones)]), name="motions")
     )
     return "\n".join(wrap_text(text, "- ") for text in (*paragraphs_of(tree), fit))
 

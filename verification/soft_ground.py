@@ -7,7 +7,7 @@ from typing import Final
 
 import pandas as pd
 
-from overturning.findings.contrast import SiteFallRates, not_converged_of, site_fall_rates
+from overturning.findings.contrast import SiteFallRates, site_fall_rates, unconverged_soil_analyses
 from overturning.findings.results import Results, open_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, variant_settings
@@ -45,7 +45,7 @@ def ground_name(one: SiteFallRates) -> str:
 
 def bodies(results: Results) -> dict[str, str]:
     """Return tables and sentences on soft ground as Markdown, by marker."""
-    found, failed = site_fall_rates(results), not_converged_of(results)
+    found, failed = site_fall_rates(results), unconverged_soil_analyses(results)
     rows, answers = [], []
     for one in found:
         turned = "–" if one.axis_turned_deg is None else f"{one.axis_turned_deg:.0f}° ({one.axes_compared})"

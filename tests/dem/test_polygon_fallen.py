@@ -9,7 +9,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.dem.trajectory import trajectory
-from overturning.figures.film_of_trajectory import outcome
+from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements, reference_element_size
 from overturning.model.results import Results
@@ -287,8 +287,8 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() 
     assert path["overturned"][1:].to_numpy().tolist() == [0, 0, 0]
     turned = np.degrees(np.abs(path["rotation"][:, 1:]).max("time"))
     np.testing.assert_allclose(path["peak_rotation"][1:], turned, rtol=0.05, atol=1e-4)
-    assert "α" not in outcome(path)
-    assert "°" in outcome(path)
+    assert "α" not in outcome_sentence(path)
+    assert "°" in outcome_sentence(path)
 
 
 def test_an_arch_falls_only_after_it_starts_to_move() -> None:

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.film_of_trajectory import film_of
+from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.model.geometry import place_elements
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
@@ -93,7 +93,7 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dat
 
 
 def test_the_film_shows_forces_in_weights_at_their_points_of_action(path: xr.Dataset) -> None:
-    film = film_of([path], pulse(6.0), "film")
+    film = film_of_trajectories([path], pulse(6.0), "film")
     panel = film.panels[0]
     assert panel.force is not None
     assert panel.force_point is not None
@@ -111,4 +111,4 @@ def test_a_scene_that_stays_at_rest_has_no_forces() -> None:
     path = trajectory(pulse(0.1), shipped("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
-    assert film_of([path], pulse(0.1), "still").panels[0].force is None
+    assert film_of_trajectories([path], pulse(0.1), "still").panels[0].force is None

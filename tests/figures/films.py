@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.film import Film, FilmBody, Panel
+from overturning.figures.film import Film, FilmBody, FilmPanel
 from overturning.motion.motion import Motion
 
 
@@ -38,7 +38,7 @@ def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = 
     contacts = (point, force) if forces else (None, None)
     ground = 0.1 * np.stack([np.sin(np.pi * time), 0 * time], axis=1)
     panels = (
-        Panel(
+        FilmPanel(
             name, outcome, at, (BASE, block(rotation)), acceleration, 0.01, ("N240°E", name), *contacts, ground=ground
         )
         for name, rotation, outcome, at in (

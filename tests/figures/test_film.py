@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, Panel, vertex_paths, view
+from overturning.figures.film import Film, FilmPanel, free_body_extent, vertex_paths
 from overturning.figures.film_movie import write_film_movie
 from overturning.figures.page import film_page, write_film_page
 from tests.figures.films import BASE, block, two_panels
@@ -40,7 +40,7 @@ def test_positive_rotation_turns_towards_the_right() -> None:
 
 
 def test_the_view_holds_all_free_bodies() -> None:
-    left, right, bottom, top = view(two_panels())
+    left, right, bottom, top = free_body_extent(two_panels())
     assert left < -0.12
     assert 0.12 + 0.6 < right < 2, "the fallen block lies to the right of its corner, and the wide base does not count"
     assert bottom < 0 < 0.6 < top
@@ -60,7 +60,7 @@ def test_page_is_small_reproducible_and_self_contained(tmp_path: Path) -> None:
 def test_thinned_motion_keeps_its_peak() -> None:
     acceleration = np.zeros(4000)
     acceleration[1237] = 7.0
-    panel = Panel("p", "stands", np.nan, (BASE, block(np.zeros(100))), acceleration, 0.0005)
+    panel = FilmPanel("p", "stands", np.nan, (BASE, block(np.zeros(100))), acceleration, 0.0005)
     ((motion,),) = (trace["rows"] for trace in Film("f", 0.0, 0.02, (panel,)).data()["panels"][0]["traces"])
     assert unpack(motion).max() == pytest.approx(700, rel=1e-3)
     assert len(unpack(motion)) < 250
@@ -70,7 +70,7 @@ def test_invalid_films_are_refused() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
         Film("f", 0.0, 0.02, ())
     with pytest.raises(ArgumentError, match="not finite"):
-        Film("f", 0.0, 0.02, (Panel("p", "", np.nan, (block(np.array([0.0, np.nan])),), np.zeros(3), 0.1),))
+        Film("f", 0.0, 0.02, (FilmPanel("p", "", np.nan, (block(np.array([0.0, np.nan])),), np.zeros(3), 0.1),))
 
 
 @pytest.mark.long

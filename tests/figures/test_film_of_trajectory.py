@@ -10,10 +10,10 @@ import xarray as xr
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.film import vertex_paths, view
+from overturning.figures.film import free_body_extent, vertex_paths
 from overturning.figures.film_movie import write_film_movie
 from overturning.figures.film_of_body import faces_of
-from overturning.figures.film_of_trajectory import AFTERMATH, film_of, movement_interval, outcome
+from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories, movement_interval, outcome_sentence
 from overturning.figures.page import film_page
 from overturning.figures.response import axis_figure
 from overturning.figures.style import style
@@ -46,8 +46,8 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     assert side != 0
     cell = simulate_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
     assert float(stone(path)["overturning_time"]) == cell["overturning_time"].item()
-    assert outcome(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
-    film = film_of([path], motion, "pulse")
+    assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
+    film = film_of_trajectories([path], motion, "pulse")
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
@@ -61,20 +61,20 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
 def test_films_of_opposite_azimuths_mirror_each_other(motion: Motion) -> None:
     one, other = (trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 180))
     assert int(stone(one)["overturned"]) == -int(stone(other)["overturned"])
-    assert outcome(one) == outcome(other)
+    assert outcome_sentence(one) == outcome_sentence(other)
 
 
 def test_film_without_movement_shows_the_peak_of_the_motion(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=90, **BLOCK)
     assert movement_interval(path) is None
-    assert outcome(path).startswith("stands")
-    film = film_of([path], motion, "nothing")
+    assert outcome_sentence(path).startswith("stands")
+    film = film_of_trajectories([path], motion, "nothing")
     assert film.frames > 10
 
 
 def test_panels_play_synchronously(motion: Motion) -> None:
     paths = [trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 90)]
-    film = film_of(paths, motion, "two")
+    film = film_of_trajectories(paths, motion, "two")
     assert film.end < 6  # it stops at the fall
     assert [panel.title.split()[-1] for panel in film.panels] == ["N", "E"]
     assert len(film_page(film).encode()) < 300_000
@@ -83,7 +83,7 @@ def test_panels_play_synchronously(motion: Motion) -> None:
 def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion) -> None:
     """A frame has the pose of the path at its time, and the ground the displacement of a sine pulse, in closed form."""
     path = trajectory(motion, azimuth_deg=0, **BLOCK)
-    film = film_of([path], motion, "pulse")
+    film = film_of_trajectories([path], motion, "pulse")
     panel, one = film.panels[0], stone(path)
     frame = 40
     assert film.times[frame] == pytest.approx(film.start + 0.8)
@@ -96,7 +96,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
-    left, right, _, _ = view(film, moving=True)
+    left, right, _, _ = free_body_extent(film, moving=True)
     seen = (vertex_paths(panel.bodies[1]) + panel.ground[:, None])[..., 0]
     assert left < seen.min() < seen.max() < right
 
@@ -106,7 +106,7 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     motion = Motion.sine(7.0, 0.8)
     given = {"azimuth_deg": 0.0, "friction": 0.7}
     cut, path = (trajectory(motion, load_scene("three-tier"), **given, aftermath=time) for time in (0.0, AFTERMATH))
-    film = film_of([path], motion, "stack")
+    film = film_of_trajectories([path], motion, "stack")
     speed = np.hypot(path["velocity_x"], path["velocity_z"]).max("element")
     assert float(speed.interp(time=float(cut["time"][-1]))) > 0.1
     assert float(speed.interp(time=film.end)) < 0.01
@@ -119,7 +119,7 @@ def test_two_settings_share_one_clock() -> None:
     up = 4.0 * np.sin(2 * np.pi * 5.0 * np.arange(level.samples) * level.sampling_interval)
     shaken = Motion(*level.horizontal, up, sampling_interval=level.sampling_interval)
     paths = [trajectory(each, azimuth_deg=0, **BLOCK) for each in (shaken, level)]
-    film = film_of(paths, [shaken, level], "both", headings=["with", "without"])
+    film = film_of_trajectories(paths, [shaken, level], "both", headings=["with", "without"])
     assert [panel.title for panel in film.panels] == ["with", "without"]
     data = film.data()
     assert data["frames"] == len(film.times)
@@ -212,7 +212,7 @@ def test_rotation_of_a_leaning_stone_is_in_degrees() -> None:
     oblique = {"name": "stone", "width": 0.3, "height": 0.6, "stands_on": "ground", "rotation_deg": 10}
     scene = check_scene({"name": "oblique", "reference": "stone", "elements": [ground, oblique]})
     quiet = Motion.sine(0.01, 1.0)
-    text = outcome(trajectory(quiet, scene, azimuth_deg=0))
+    text = outcome_sentence(trajectory(quiet, scene, azimuth_deg=0))
     assert re.fullmatch(r"stands; rotates by up to 1\d(\.\d)?°", text), text
 
 
@@ -225,13 +225,13 @@ def test_rolling_cylinder_is_not_reported_at_rest() -> None:
     short, long = (trajectory(each, "circle", **given) for each in (motion, later))
     assert abs(float(short.residual_twist) - float(long.residual_twist)) > 30
     for path in (short, long):
-        assert outcome(path).endswith("cm by the end, where it still rocks or rolls")
-    assert outcome(trajectory(later, "rectangle", **given)).endswith("by the end")
+        assert outcome_sentence(path).endswith("cm by the end, where it still rocks or rolls")
+    assert outcome_sentence(trajectory(later, "rectangle", **given)).endswith("by the end")
 
 
 def test_film_without_trajectory_is_refused() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
-        film_of([], Motion(np.zeros(2), np.zeros(2), sampling_interval=0.01), "none")
+        film_of_trajectories([], Motion(np.zeros(2), np.zeros(2), sampling_interval=0.01), "none")
 
 
 @pytest.fixture(scope="module")
@@ -256,7 +256,7 @@ def test_box_has_six_outward_faces() -> None:
 
 
 def test_body_corners_start_on_the_base_and_end_at_the_fall(bodies: list, pulse: Motion) -> None:
-    film = film_of(bodies, pulse, "title")
+    film = film_of_trajectories(bodies, pulse, "title")
     panel = film.panels[0]
     (body,) = panel.bodies
     rest = body.vertices
@@ -272,12 +272,12 @@ def test_body_corners_start_on_the_base_and_end_at_the_fall(bodies: list, pulse:
     assert azimuth == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=15)
     assert panel.outcome.startswith("falls towards ")
     assert "slipped" in film.panels[1].outcome
-    assert "stands" in outcome(bodies[1])
+    assert "stands" in outcome_sentence(bodies[1])
     assert len(film.data()["panels"][0]["traces"][0]["rows"]) == 2
 
 
 def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
-    film = film_of(bodies, pulse, "title")
+    film = film_of_trajectories(bodies, pulse, "title")
     with pytest.raises(ArgumentError, match=r"use the extension \.html"):
         write_film_movie(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())

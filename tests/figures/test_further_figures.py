@@ -16,14 +16,14 @@ from overturning.dem.trajectory import trajectory
 from overturning.figures.alignment import earthquake_alignment_figure
 from overturning.figures.answer import DrawnEstimate
 from overturning.figures.boundary import boundary_figure
-from overturning.figures.film_of_trajectory import outcome
+from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
 from overturning.figures.intensity_plane import intensity_plane_figure, intensity_plane_points
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import Site, Station, site_map
+from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, site_map
 from overturning.figures.style import FALLS, PAGE_WIDTH, style
 from overturning.figures.survey import OCTANT, DrawnSurvey, survey_figure
 from overturning.figures.write import has_overlapping_text, save
@@ -92,9 +92,11 @@ def axes() -> Figure:
 
 
 def stations() -> Figure:
-    known = Station("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
+    known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
-    return site_map([Site("Western $Tottori", [known, Station("S$1", 35.3, 133.2)], (35.27, 133.35), trace)])
+    return site_map(
+        [EarthquakeOnMap("Western $Tottori", [known, StationOnMap("S$1", 35.3, 133.2)], (35.27, 133.35), trace)]
+    )
 
 
 def responses() -> Figure:
@@ -105,7 +107,7 @@ def test_missing_outcome_is_not_labelled_as_standing() -> None:
     one = paths()[0].copy()
     one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), np.nan * one["overturned"]
     told = [response_figure([path], "A block").axes[0].get_title().partition(": ")[2] for path in (one, *paths())]
-    assert told == ["no outcome", *(outcome(path).split()[0].rstrip(";") for path in paths())]
+    assert told == ["no outcome", *(outcome_sentence(path).split()[0].rstrip(";") for path in paths())]
 
 
 @cache
@@ -139,7 +141,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "axes": axes,
     "map": stations,
     "response": responses,
-    "spectra": lambda: spectra_figure(motion(), [0.0, 60.0], "Station"),
+    "spectra": lambda: spectra_figure(motion(), [0.0, 60.0], "StationOnMap"),
     "survey": survey,
     "surveys": lambda: survey(5),
 }

@@ -15,12 +15,12 @@ from obspy.geodetics import gps2dist_azimuth
 from overturning.errors import ArgumentError
 from overturning.figures.site_map import (
     MOST_SITES,
-    Site,
-    Station,
+    EarthquakeOnMap,
+    StationOnMap,
+    earthquakes_on_map,
     local_km,
     site_map,
     site_maps,
-    sites_of,
 )
 from overturning.figures.style import style
 from overturning.study.cube import open_cube
@@ -29,7 +29,7 @@ from tests.study.small_study import cube_of, pulse, study
 EPICENTRE = (35.0, 133.0)
 
 
-def drawn(*sites: Site) -> Figure:
+def drawn(*sites: EarthquakeOnMap) -> Figure:
     with style():
         figure = site_map(sites)
         figure.canvas.draw()
@@ -61,7 +61,7 @@ def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], o
 
 def test_stations_stand_where_they_are() -> None:
     """A degree of latitude is 111.2 km; in pixels both directions have the same scale, and north is up."""
-    figure = drawn(Site("A", [Station("n", 35.1, 133.0), Station("e", 35.0, 133.2)], EPICENTRE))
+    figure = drawn(EarthquakeOnMap("A", [StationOnMap("n", 35.1, 133.0), StationOnMap("e", 35.0, 133.2)], EPICENTRE))
     north, east = named(figure, "station")
     assert north[0] == pytest.approx([0, 11.12], abs=0.01)
     assert east[0] == pytest.approx([0.2 * 111.19 * math.cos(math.radians(35)), 0], abs=0.02)
@@ -80,7 +80,7 @@ def test_stations_stand_where_they_are() -> None:
 @pytest.mark.parametrize("axis", [0.0, 30.0, 90.0, 150.0, 179.0])
 def test_arrows_point_along_the_axis_to_both_sides(axis: float) -> None:
     """An axis of 30° is an arrow towards N30°E and S30°W about the station, and the strike a line likewise."""
-    figure = drawn(Site("A", [Station("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE))
+    figure = drawn(EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE))
     ((head, tail),) = arrows(figure)
     assert (head + tail) / 2 == pytest.approx(named(figure, "station")[0][0])
     along = figure.axes[0].transData.transform(head) - figure.axes[0].transData.transform(tail)
@@ -91,7 +91,7 @@ def test_arrows_point_along_the_axis_to_both_sides(axis: float) -> None:
 
 
 def test_what_is_unknown_is_neither_drawn_nor_in_the_legend() -> None:
-    figure = drawn(Site("A", [Station("a", 35.1, 133.0), Station("b", 35.0, 133.2)]))
+    figure = drawn(EarthquakeOnMap("A", [StationOnMap("a", 35.1, 133.0), StationOnMap("b", 35.0, 133.2)]))
     assert not arrows(figure)
     assert not any(named(figure, kind) for kind in ("strike", "trace", "epicentre"))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["station"]
@@ -100,7 +100,7 @@ def test_what_is_unknown_is_neither_drawn_nor_in_the_legend() -> None:
 def test_the_nearest_part_of_the_trace_is_in_the_frame() -> None:
     """A trace 20 km north of a station 2 km from the epicentre: its ends may be outside."""
     trace = (((35.2, 132.0), (35.2, 134.0)),)
-    figure = drawn(Site("A", [Station("a", 35.02, 133.0)], EPICENTRE, trace))
+    figure = drawn(EarthquakeOnMap("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
     assert figure.axes[0].get_ylim()[1] > 22.3 > 20
     assert figure.axes[0].get_xlim()[1] < 90
     assert named(figure, "trace")[0] == pytest.approx(
@@ -111,7 +111,11 @@ def test_the_nearest_part_of_the_trace_is_in_the_frame() -> None:
 def test_each_name_is_nearest_to_its_station() -> None:
     """Stations as close as those of Northridge 1994."""
     places = {"north": (34.326, -118.444), "middle": (34.281, -118.478), "south": (34.249, -118.479)}
-    figure = drawn(Site("A", [Station(name, *place, 122.0, 0.0) for name, place in places.items()], (34.21, -118.55)))
+    figure = drawn(
+        EarthquakeOnMap(
+            "A", [StationOnMap(name, *place, 122.0, 0.0) for name, place in places.items()], (34.21, -118.55)
+        )
+    )
     at = [figure.axes[0].transData.transform(one[0]) for one in named(figure, "station")]
     points = dict(zip(places, at, strict=True))
     boxes = {text.get_text(): text.get_window_extent() for text in figure.axes[0].texts if text.get_text() in places}
@@ -129,20 +133,22 @@ def test_each_name_is_nearest_to_its_station() -> None:
 @pytest.mark.parametrize(
     ("site", "words"),
     [
-        (Site("A", []), "A: no station"),
-        (Site("A", [Station("s", 95.0, 133.0)]), "A, s: latitude 95"),
-        (Site("A", [Station("s", 35.0, math.nan)]), "A, s: .* longitude nan"),
-        (Site("A", [Station("s", 35.0, 133.0)], (35.0, 200.0)), "A, epicentre: .* longitude 200"),
+        (EarthquakeOnMap("A", []), "A: no station"),
+        (EarthquakeOnMap("A", [StationOnMap("s", 95.0, 133.0)]), "A, s: latitude 95"),
+        (EarthquakeOnMap("A", [StationOnMap("s", 35.0, math.nan)]), "A, s: .* longitude nan"),
+        (EarthquakeOnMap("A", [StationOnMap("s", 35.0, 133.0)], (35.0, 200.0)), "A, epicentre: .* longitude 200"),
     ],
 )
-def test_places_off_the_globe_are_refused(site: Site, words: str) -> None:
+def test_places_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
     with style(), pytest.raises(ArgumentError, match=words):
         site_map([site])
     plt.close("all")
 
 
 def test_many_earthquakes_are_on_several_figures() -> None:
-    sites = [Site(str(number), [Station("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)]
+    sites = [
+        EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)
+    ]
     with style():
         panels = [[axes.get_title() for axes in one.axes if axes.get_visible()] for one in site_maps(sites)]
     plt.close("all")
@@ -179,7 +185,7 @@ def with_sources(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
 def test_sites_of_a_cube(cube: xr.Dataset) -> None:
     """An earthquake with one station and no epicentre has no map; a station without coordinates is not on one."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
-    (site,) = sites_of(with_sources(cube, two=trace))
+    (site,) = earthquakes_on_map(with_sources(cube, two=trace))
     assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
     assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
     assert [one.strike for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
@@ -188,14 +194,16 @@ def test_sites_of_a_cube(cube: xr.Dataset) -> None:
 
 def test_a_station_whose_place_has_no_source_is_off_the_map(cube: xr.Dataset) -> None:
     """The record table states its coordinates, but no source; those of the others are of their files or have one."""
-    (site,) = sites_of(with_sources(cube, one={"coordinates_source": ""}, two={"coordinates_source": "survey"}))
+    (site,) = earthquakes_on_map(
+        with_sources(cube, one={"coordinates_source": ""}, two={"coordinates_source": "survey"})
+    )
     assert [one.name for one in site.stations] == ["two"]
     none = {name: {"coordinates_source": ""} for name in ("one", "two", "three")}
-    assert sites_of(with_sources(cube, **none)) == []
+    assert earthquakes_on_map(with_sources(cube, **none)) == []
 
 
 def test_falls_without_a_clear_axis_have_no_arrow(cube: xr.Dataset) -> None:
     """All stand."""
     names = ("overturned", "probability_towards", "probability_away")
-    (site,) = sites_of(cube.assign({name: xr.zeros_like(cube[name]) for name in names}))
+    (site,) = earthquakes_on_map(cube.assign({name: xr.zeros_like(cube[name]) for name in names}))
     assert all(math.isnan(one.axis) for one in site.stations)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.findings.comparison import changed, second_computations
-from overturning.findings.contrast import turned_axes
+from overturning.findings.comparison import second_computations, share_of_changed_cases
+from overturning.findings.contrast import fall_axis_rotations
 from overturning.study.convergence import (
     Convergence,
     ElementChanges,
@@ -22,13 +22,13 @@ COUNTS = {
 
 def test_interval_of_a_share() -> None:
     """Wilson (1927), written out: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
-    found, n, z = changed(5, 50, sampled=True), 50, 1.959964
+    found, n, z = share_of_changed_cases(5, 50, sampled=True), 50, 1.959964
     middle, half = 0.1 + z * z / (2 * n), z * np.sqrt(0.1 * 0.9 / n + z * z / (4 * n * n))
     assert found.low == pytest.approx((middle - half) / (1 + z * z / n), rel=1e-5)
     assert found.high == pytest.approx((middle + half) / (1 + z * z / n), rel=1e-5)
-    every = changed(5, 50, sampled=False)
+    every = share_of_changed_cases(5, 50, sampled=False)
     assert (every.value, every.low, every.high) == (0.1, None, None), "a count of all cases has no interval"
-    assert changed(0, 0, sampled=True).value is None
+    assert share_of_changed_cases(0, 0, sampled=True).value is None
 
 
 def test_each_computation_has_its_shares() -> None:
@@ -58,4 +58,4 @@ def test_axes_on_two_grounds_are_compared_where_both_are_clear() -> None:
     rock = ground([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
     soil = ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
     # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
-    assert turned_axes(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
+    assert fall_axis_rotations(soil, rock) == pytest.approx([20.0, 15.0, 90.0])

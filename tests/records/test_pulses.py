@@ -84,7 +84,7 @@ def test_sine_and_cosine():
 
 def test_ricker_is_the_second_derivative_of_a_gaussian():
     time, a, pulse = along("ricker amplitude_gal=100 period_s=1 sampling_interval_s=0.001")
-    middle = 0.5 * pulse.length
+    middle = 0.5 * pulse.duration
     gauss = np.exp(-((np.pi * (time - middle)) ** 2))
     second = -np.gradient(np.gradient(gauss, 0.001), 0.001) / (2 * np.pi**2)
     np.testing.assert_allclose(a[2:-2], second[2:-2], atol=2e-5)
@@ -106,12 +106,12 @@ def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(
         f"mavroeidis-papageorgiou amplitude_gal=100 period_s=1.3 gamma={gamma} phase_deg={phase} "
         "sampling_interval_s=0.0005"
     )
-    inside = (time > 0.01) & (time < pulse.length - 0.01)
+    inside = (time > 0.01) & (time < pulse.duration - 0.01)
     moment = time[inside]
     h = 1e-5
     derivative = (velocity(pulse, moment + h) - velocity(pulse, moment - h)) / (2 * h)
     np.testing.assert_allclose(a[inside], derivative, atol=1e-8)
-    assert abs(velocity(pulse, np.array([0.0, pulse.length]))).max() < 1e-12
+    assert abs(velocity(pulse, np.array([0.0, pulse.duration]))).max() < 1e-12
     # Peak velocity of the symmetric pulse: V at its middle.
     if phase == 0:
         assert np.abs(velocity(pulse, time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)

@@ -8,7 +8,7 @@ import pytest
 
 from overturning.figures.drawn_case import read_cases
 from overturning.figures.film import Film
-from overturning.figures.film_of_trajectory import film_of
+from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page
 from overturning.motion.motion import Motion
 from tests.figures.films import falling_body, two_panels
@@ -107,7 +107,7 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
         "film": (film_page(two_panels(duration=1.2, title=NAME)), FILM),
         "fall": (film_page(two_panels(forces=False)), FALL),
         "three": (film_page(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
-        "space": (film_page(film_of([path], motion, "title")), SPACE),
+        "space": (film_page(film_of_trajectories([path], motion, "title")), SPACE),
         "report": (rendered[0], REPORT),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"

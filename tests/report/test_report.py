@@ -42,7 +42,7 @@ def test_the_language_of_a_study_and_of_the_command(rendered: tuple[str, bytes],
 
 def test_recheck(hostile: Path, tmp_path: Path) -> None:
     found = recheck(hostile / "cube.nc", cell_count=40)
-    assert found.same
+    assert found.is_identical
     assert found.cells == 40
     assert found.ensemble_cells > 0
     changed = tmp_path / "cube.nc"

@@ -16,7 +16,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from overturning.findings.collect import Findings
 from overturning.findings.population import JMA_DEGREES
-from overturning.findings.surveys import SurveyText
+from overturning.findings.surveys import SurveyCommandResults
 from overturning.model.status import Status
 from overturning.report.render import LANGUAGES, environment, label, parse_markdown, read_labels, render_markdown
 from overturning.report.terminal import plain_lines
@@ -206,7 +206,7 @@ def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion
     ("template", "parts"), [("survey", {"surveys": [SURVEY]}), ("motions", {"inferred_motions": [MOTION]})]
 )
 def test_the_commands_print_from_the_same_templates(template: str, parts: dict[str, Any], language: str) -> None:
-    found = SurveyText.model_validate(parts)
+    found = SurveyCommandResults.model_validate(parts)
     known = list(values(found.model_dump(mode="json")))
     printed = NUMBER.findall(text_of(found, language, template))
     assert len(printed) >= 8

@@ -18,7 +18,7 @@ from overturning.statistics.criteria import (
     PULSE_VALID,
     SLENDERNESS_ONLY,
     CriteriaScores,
-    Score,
+    PredictionScore,
     direct_pulse_acceleration,
     frequency_parameter,
     ishiyama_velocity,
@@ -101,7 +101,7 @@ def test_every_criterion_needs_the_acceleration_of_rocking() -> None:
 
 
 def test_score_by_hand() -> None:
-    found = Score(2, 1, 1, 1)
+    found = PredictionScore(2, 1, 1, 1)
     assert found.hit_rate == pytest.approx(2 / 3)
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
 

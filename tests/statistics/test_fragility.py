@@ -14,7 +14,12 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from overturning.errors import ArgumentError
-from overturning.statistics.fragility import Fragility, fit_fragility, lognormal_fit, variance_share_between_records
+from overturning.statistics.fragility import (
+    FittedFragilityCurve,
+    fit_fragility,
+    lognormal_fit,
+    variance_share_between_records,
+)
 from overturning.statistics.fragility_files import measure_file_name, write_fragility_csv, write_openquake
 from tests.statistics.conftest import lognormal_curve
 
@@ -75,7 +80,7 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
 
-def functions_of(curves: list[Fragility], folder: Path) -> list[ElementTree.Element]:
+def functions_of(curves: list[FittedFragilityCurve], folder: Path) -> list[ElementTree.Element]:
     """Return the functions of curves as OpenQuake reads them."""
     write_openquake(curves, folder / "f.xml", "gravestones")
     return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")

@@ -9,7 +9,7 @@ from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.gather import merge_parts
 from overturning.study.load import check_study
-from overturning.study.parts import WHOLE, Chunk, part_paths
+from overturning.study.parts import WHOLE, SweepChunk, part_paths
 from overturning.study.schema import Study
 from overturning.study.sweep import sweep_record
 
@@ -41,7 +41,7 @@ def cube_of(
     kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
     parts = part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
-        chunk = Chunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
+        chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
         sweep_record(settings, kept[number // chunks], part, variant, chunk=chunk)
     path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
     merge_parts(settings, kept, parts, path, variant)

@@ -78,7 +78,7 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
 
 def test_a_recheck_finds_every_factor_the_same_and_a_sample_is_as_recorded(cubes: dict[str, Path]) -> None:
     found = recheck(cubes["three"], cell_count=72)
-    assert (found.of, found.cells, found.same) == (72, 72, True)
+    assert (found.of, found.cells, found.is_identical) == (72, 72, True)
     samples = [read_sample(cubes[name], Verification(at_least=12)) for name in ("one", "three")]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
 

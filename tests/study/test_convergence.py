@@ -31,7 +31,7 @@ from overturning.study.convergence_check import check_convergence, rerun_functio
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
 from overturning.study.load import check_study
-from overturning.study.sample import Sample, choose_random_cells, read_rigid, read_sample
+from overturning.study.sample import CellSample, choose_random_cells, read_rigid, read_sample
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
@@ -97,9 +97,9 @@ class Swept:
     """A study's own answers, without files."""
 
     records: list[Record]
-    sample: Sample
+    sample: CellSample
 
-    def saying(self, overturned: Any, divided: Any = None) -> Sample:
+    def saying(self, overturned: Any, divided: Any = None) -> CellSample:
         """The sample with other flags in the study's answers."""
         answers = self.sample.answers.copy()
         answers["overturned"] = overturned
@@ -225,7 +225,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
-    sample = Sample(np.zeros(2, np.int64), index, empty_outcomes(2, 1), none, sure, sure, np.ones(2), 36, 0)
+    sample = CellSample(np.zeros(2, np.int64), index, empty_outcomes(2, 1), none, sure, sure, np.ones(2), 36, 0)
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused

@@ -27,7 +27,7 @@ from overturning.study.cube import open_cube
 from overturning.study.ensemble import (
     BATCH,
     CellEnsemble,
-    Members,
+    EnsembleMembers,
     cells_to_run,
     draw_members,
     probabilities_converged,
@@ -55,7 +55,7 @@ def nominal(motion: Motion) -> dict[str, np.ndarray]:
     return simulate_arrays(motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.names[1:]})
 
 
-def run(motion: Motion, nominal: dict[str, np.ndarray], members: Members, everywhere: bool = True, **more):
+def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, everywhere: bool = True, **more):
     def members_of(cases: Cases, progress: Progress | None) -> Results:
         return run_cases(motion, cases, progress=progress, threads=2)
 
@@ -82,7 +82,7 @@ def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         draw_members(Ensemble(seed=seed)).write(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
-    members, again = draw_members(Ensemble()), Members.read(tmp_path / "a")
+    members, again = draw_members(Ensemble()), EnsembleMembers.read(tmp_path / "a")
     for name in ("scramble", "amplitude", "azimuth_deg", "initial_tilt"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
@@ -95,7 +95,7 @@ def test_a_wrong_table(tmp_path: Path) -> None:
     ):
         (tmp_path / "members.csv").write_text(text)
         with pytest.raises(ResultError, match=r"members\.csv"):
-            Members.read(tmp_path / "members.csv")
+            EnsembleMembers.read(tmp_path / "members.csv")
 
 
 def test_cells_near_a_change() -> None:

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import overturning
-from overturning.figures.film_of_trajectory import film_of, outcome
+from overturning.figures.film_of_trajectory import film_of_trajectories, outcome_sentence
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 
@@ -77,5 +77,5 @@ def test_a_case_over_its_budget_is_nan(model: str | None) -> None:
         assert found["overturned"].isnull().all()
         assert np.isnan(float(abs(found["overturned"]).mean()))
     assert path["overturned"].dtype == path["status"].dtype == np.float32
-    assert outcome(path) == "no outcome: the simulation is not valid"
-    assert film_of([path], motion, "over its budget").panels
+    assert outcome_sentence(path) == "no outcome: the simulation is not valid"
+    assert film_of_trajectories([path], motion, "over its budget").panels

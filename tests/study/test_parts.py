@@ -7,7 +7,7 @@ import pytest
 
 from overturning.errors import ArgumentError
 from overturning.study.netcdf import chunk_shape
-from overturning.study.parts import Chunk, grid_of_chunk
+from overturning.study.parts import SweepChunk, grid_of_chunk
 from overturning.study.scenes import variant_grid
 from tests.study.small_study import cube_of, pulse, study
 
@@ -37,7 +37,7 @@ def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str,
 def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> None:
     settings = study(**keys)
     grid = variant_grid(settings)
-    pieces = [grid_of_chunk(settings, grid, Chunk(number, chunks)) for number in range(1, chunks + 1)]
+    pieces = [grid_of_chunk(settings, grid, SweepChunk(number, chunks)) for number in range(1, chunks + 1)]
     directions = np.concatenate([piece.directions for piece in pieces])
     np.testing.assert_array_equal(np.sort(directions), grid.directions)
     for piece in pieces:
@@ -48,7 +48,7 @@ def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
     settings = study(**PLANES | {"azimuth": {"step": 10}})
     sizes = []
     for number in range(1, 6):
-        azimuth = grid_of_chunk(settings, variant_grid(settings), Chunk(number, 5))["azimuth"]
+        azimuth = grid_of_chunk(settings, variant_grid(settings), SweepChunk(number, 5))["azimuth"]
         assert set((azimuth + 180) % 360) == set(azimuth)
         sizes.append(azimuth.size)
     assert sorted(sizes) == [6, 6, 8, 8, 8], "eighteen such pairs, shared out as evenly as they can be"
@@ -57,7 +57,7 @@ def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
 @pytest.mark.parametrize("text", ["", "3", "0-of-2", "3-of-2", "1-of-0", "a-of-b"])
 def test_a_text_that_names_no_chunk_is_refused(text: str) -> None:
     with pytest.raises(ArgumentError, match=r"chunk: .*; write a number and that of all chunks, 3-of-8"):
-        Chunk.parse(text)
+        SweepChunk.parse(text)
 
 
 @pytest.mark.parametrize(

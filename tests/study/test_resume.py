@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.settings import Ensemble
-from overturning.study.ensemble import Members, draw_members
+from overturning.study.ensemble import EnsembleMembers, draw_members
 from overturning.study.resume import (
     backup_cubes,
     lock_folder,
@@ -50,11 +50,11 @@ def test_members_are_checked_too(tmp_path: Path) -> None:
     path = tmp_path / "members.csv"
     drawn = draw_members(Ensemble(members=16))
     drawn.write(path)
-    np.testing.assert_array_equal(Members.read(path).friction, drawn.friction)
+    np.testing.assert_array_equal(EnsembleMembers.read(path).friction, drawn.friction)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("1.", "2.", 1), encoding="utf-8")
     with pytest.raises(ResultError, match="damaged"):
-        Members.read(path)
+        EnsembleMembers.read(path)
 
 
 def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:

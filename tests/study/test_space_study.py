@@ -151,7 +151,7 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
 
 def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
     found = recheck(cube_file, cell_count=12)
-    assert found.same
+    assert found.is_identical
     assert found.ensemble_cells == 12
 
 

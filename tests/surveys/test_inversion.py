@@ -16,7 +16,7 @@ from overturning.records.store import write_motion
 from overturning.report.drawings import draw_posterior
 from overturning.settings import Population
 from overturning.surveys import responses as computed
-from overturning.surveys.inversion import Inversion, matching_direction_bins
+from overturning.surveys.inversion import SurveyInversion, matching_direction_bins
 from overturning.surveys.library import (
     CandidateMotion,
     candidate_motions,
@@ -31,8 +31,8 @@ from overturning.surveys.responses import (
     LEVELS,
     SHAPES,
     STOOD,
-    Responses,
     StoneKind,
+    StoneResponses,
     count_uncached_cases,
     stone_kinds_of_survey,
 )
@@ -62,10 +62,10 @@ def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], thr
 
 
 @pytest.fixture
-def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Inversion:
+def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
     monkeypatch.setattr(computed, "compute_outcomes", ruled)
     kinds = [StoneKind(*size, 0.0) for size in SIZES]
-    return Inversion(Responses([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
+    return SurveyInversion(StoneResponses([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
 
 
 def column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
@@ -85,13 +85,13 @@ def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
     ]
 
 
-def test_probabilities_of_a_stone_add_up(inversion: Inversion) -> None:
+def test_probabilities_of_a_stone_add_up(inversion: SurveyInversion) -> None:
     chances = inversion.outcome_probabilities(column(SIZES[0]))
     assert chances.shape == (2, LEVELS.size, TURNS, DIRECTION_BINS + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
 
-def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: Inversion) -> None:
+def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: SurveyInversion) -> None:
     one = inversion.posterior(inversion.log_likelihood([]))
     assert one.probability == pytest.approx(one.prior)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
@@ -103,7 +103,7 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: 
     assert one.credible_interval(one.pgv) == (0.0, math.inf)
 
 
-def test_stones_bound_the_motion_from_both_sides(inversion: Inversion) -> None:
+def test_stones_bound_the_motion_from_both_sides(inversion: SurveyInversion) -> None:
     """By the rule the columns fall from 0.57, 0.82 and 1.14 m/s on."""
     stones = [column(SIZES[0], 0, 8), column(SIZES[1], 0, 8), column(SIZES[2], count=8)]
     one = inversion.posterior(inversion.log_likelihood(stones))
@@ -115,7 +115,7 @@ def test_stones_bound_the_motion_from_both_sides(inversion: Inversion) -> None:
     assert inversion.posterior(logs, power=1.0).axis_arc()[1] < inversion.posterior(logs, power=0.1).axis_arc()[1]
 
 
-def test_turning_the_survey_turns_the_axis(inversion: Inversion) -> None:
+def test_turning_the_survey_turns_the_axis(inversion: SurveyInversion) -> None:
     def arc(turn: float) -> tuple[float, float]:
         stones = [column(size, (way + turn) % 360, 4) for size, way in zip(SIZES, (0, 10, 180), strict=True)]
         return inversion.posterior(inversion.log_likelihood(stones)).axis_arc()
@@ -126,14 +126,14 @@ def test_turning_the_survey_turns_the_axis(inversion: Inversion) -> None:
     assert (turned[0] - first[0]) % 180 == pytest.approx(70)
 
 
-def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: Inversion) -> None:
+def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: SurveyInversion) -> None:
     octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
     assert (matching_direction_bins(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [inversion.log_likelihood([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(25, 70, 5)]
     assert inversion.log_likelihood([octant]).sum(axis=0) == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
 
 
-def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: Inversion) -> None:
+def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: SurveyInversion) -> None:
     lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
     ways = [inversion.log_likelihood([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(0, 360, 5)]
     fell = inversion.log_likelihood([lost])
@@ -147,7 +147,7 @@ def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: Invers
     assert answers[0].fit > 0.1
 
 
-def test_survey_with_only_falls_has_no_upper_bound(inversion: Inversion) -> None:
+def test_survey_with_only_falls_has_no_upper_bound(inversion: SurveyInversion) -> None:
     asked = inversion.invert_survey("ruin.csv", [column(size, 0, 6) for size in SIZES])
     low, high = asked.posterior.credible_interval(asked.posterior.pgv)
     assert low > 0.6
@@ -158,7 +158,7 @@ def test_survey_with_only_falls_has_no_upper_bound(inversion: Inversion) -> None
     assert inferred_motion(stood).beyond_library_below
 
 
-def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
+def test_survey_with_only_falls_has_no_axis(inversion: SurveyInversion) -> None:
     """Its directions agree closely, and yet simulated ones held the truth no more often than arcs laid at random.
 
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
@@ -178,7 +178,7 @@ def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
     assert not nothing.everything_fell
 
 
-def test_a_survey_that_no_motion_explains_does_not_fit(inversion: Inversion) -> None:
+def test_a_survey_that_no_motion_explains_does_not_fit(inversion: SurveyInversion) -> None:
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
     odd = inversion.invert_survey("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
     assert odd.fit < 0.01
@@ -188,7 +188,7 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion: Inversion) -> 
     assert inferred_motion(even).fits
 
 
-def test_missing_sizes_are_reported_and_drawn_at_random(inversion: Inversion) -> None:
+def test_missing_sizes_are_reported_and_drawn_at_random(inversion: SurveyInversion) -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
     answer = inversion.invert_survey("x.csv", [column(SIZES[0], 0)])
     assert not inferred_motion(answer, [column(SIZES[0])]).sizes_assumed
@@ -199,7 +199,7 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion: Inversion) ->
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
 
 
-def test_a_survey_without_background_has_an_answer(inversion: Inversion) -> None:
+def test_a_survey_without_background_has_an_answer(inversion: SurveyInversion) -> None:
     """As `surveys: [{background: 0}]` asks for: nothing is impossible, since stones written down alike differ."""
     stones = [column(SIZES[0], 0, 8), column(SIZES[2], 180, 1), column(SIZES[2], count=8)]
     logs = replace(inversion, background=0.0).log_likelihood(stones)
@@ -208,9 +208,9 @@ def test_a_survey_without_background_has_an_answer(inversion: Inversion) -> None
     assert one.credible_interval(one.pgv) == pytest.approx(other.credible_interval(other.pgv), rel=0.3)
 
 
-def test_fixed_stones_carry_less_information(inversion: Inversion) -> None:
+def test_fixed_stones_carry_less_information(inversion: SurveyInversion) -> None:
     stones = [column(size, count=4) for size in SIZES]
-    loose = Inversion(inversion.responses, fixed=0.8)
+    loose = SurveyInversion(inversion.responses, fixed=0.8)
     bound, less = (one.posterior(one.log_likelihood(stones)) for one in (inversion, loose))
     assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
 
@@ -231,7 +231,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     one = candidate(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
-    asked = Inversion(Responses([one], [StoneKind.from_stone(north)], folder=tmp_path))
+    asked = SurveyInversion(StoneResponses([one], [StoneKind.from_stone(north)], folder=tmp_path))
     level = int(np.argmin(np.abs(LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
     stands = [asked.outcome_probabilities(stone)[0, level, 0, STOOD] for stone in (north, east)]
     assert stands[0] < 0.3
@@ -257,7 +257,9 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
         column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
         for i in range(24)
     ]
-    asked = Inversion(Responses(others, [StoneKind.from_stone(stone) for stone in stones], folder=tmp_path, threads=2))
+    asked = SurveyInversion(
+        StoneResponses(others, [StoneKind.from_stone(stone) for stone in stones], folder=tmp_path, threads=2)
+    )
     low, high = (one := asked.posterior(asked.log_likelihood(stones))).credible_interval(one.pgv)
     assert low < factors.mean() * truth.pgv < high
     assert high / low < 8  # before the survey 15
@@ -272,17 +274,17 @@ def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(computed, "compute_outcomes", counting)
     one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
-    first = Responses([one], [kind], folder=tmp_path).table(kind)
-    assert np.array_equal(Responses([one], [kind], folder=tmp_path).table(kind), first)
+    first = StoneResponses([one], [kind], folder=tmp_path).table(kind)
+    assert np.array_equal(StoneResponses([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    Responses([one], [kind, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
-    Responses([candidate(0.8)], [kind], folder=tmp_path)
+    StoneResponses([one], [kind, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
+    StoneResponses([candidate(0.8)], [kind], folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
     for path in tmp_path.iterdir():
         path.write_bytes(path.read_bytes()[:100])
-    assert np.array_equal(Responses([one], [kind], folder=tmp_path).table(kind), first)
+    assert np.array_equal(StoneResponses([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 4
 
 
@@ -314,14 +316,14 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(computed, "compute_outcomes", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
     cases, seconds = count_uncached_cases(motions, kinds, tmp_path)
-    Responses(motions, kinds, folder=tmp_path)
+    StoneResponses(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(computed.CASE_S * cases / 2 * sum(lasts))
     assert count_uncached_cases(motions, kinds, tmp_path) == (0, 0.0)
     more, _ = count_uncached_cases(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
     asked.clear()
-    Responses(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
+    StoneResponses(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
 
 
@@ -337,8 +339,10 @@ def test_the_library_has_each_motion_once() -> None:
         candidate_motions(only_user_records=True)
 
 
-def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: Inversion) -> None:
-    asked = Inversion(inversion.responses, fixed=0.1).invert_survey("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])])
+def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: SurveyInversion) -> None:
+    asked = SurveyInversion(inversion.responses, fixed=0.1).invert_survey(
+        "ruin.csv", [column(SIZES[0], 0), column(SIZES[1])]
+    )
     write_inversion(asked, tmp_path / "motion.nc")
     back = read_inversion(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)

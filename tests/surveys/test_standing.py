@@ -14,7 +14,7 @@ from overturning.cli import main
 from overturning.statistics.fragility_files import write_fragility_csv
 from overturning.surveys.standing import (
     CurveRow,
-    Hazard,
+    HazardCurve,
     estimate_survival,
     read_fragility_curves,
     read_hazard_curves,
@@ -23,9 +23,9 @@ from overturning.surveys.standing import (
 from tests.statistics.conftest import lognormal_curve
 
 
-def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> Hazard:
+def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> HazardCurve:
     level = np.geomspace(low, high, count)
-    return Hazard("PGA", "g", level, k0 * level**-k)
+    return HazardCurve("PGA", "g", level, k0 * level**-k)
 
 
 def curve(median: float, spread: float, **more: float) -> CurveRow:
@@ -45,7 +45,7 @@ def test_a_lognormal_fragility_under_a_power_law(k: float, median: float, spread
 
 def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
     level, rate = np.array([0.05, 0.2, 0.5, 1.0]), np.array([2e-2, 2e-3, 3e-4, 2e-5])
-    hazard = Hazard("PGA", "g", level, rate)
+    hazard = HazardCurve("PGA", "g", level, rate)
 
     def density(x: float, a: float, one: float, k: float) -> float:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))

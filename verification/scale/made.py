@@ -16,7 +16,7 @@ from overturning.records.record import Record
 from overturning.records.store import round_as_stored, write_motion
 from overturning.study.gather import describe_cube, merge_parts
 from overturning.study.load import check_study
-from overturning.study.parts import Chunk, grid_of_chunk, part_path, write_part
+from overturning.study.parts import SweepChunk, grid_of_chunk, part_path, write_part
 from overturning.study.scenes import NOMINAL, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables
@@ -104,7 +104,7 @@ def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str 
     grid, variables, paths = variant_grid(study, variant), cube_variables(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
-            chunk = Chunk(part, chunks)
+            chunk = SweepChunk(part, chunks)
             piece = grid_of_chunk(study, grid, chunk, variant)
             values = {
                 variable.name: synthetic_values(

@@ -115,7 +115,7 @@ def recheck(
         f"{result.cells} of {result.of} cells computed again{with_ensemble}: "
         + ("all identical, bit for bit" if not result.differences else f"{len(result.differences)} values differ")
     )
-    if not result.same:
+    if not result.is_identical:
         raise typer.Exit(1)
 
 

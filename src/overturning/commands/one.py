@@ -65,7 +65,7 @@ def one(
     if output_options.animate is not None:
         from overturning.figures.film_case import filmed_case
         from overturning.figures.film_movie import write_film_movie
-        from overturning.figures.film_of_trajectory import film_of
+        from overturning.figures.film_of_trajectory import film_of_trajectories
         from overturning.figures.film_words import case_title, place_text
         from overturning.figures.page import write_film_page
 
@@ -77,7 +77,7 @@ def one(
             amplitude=motion_options.amplitude,
             level=motion.up is None and record.up is not None,
         )
-        film = film_of(found.paths, _motion_in_file_time(motion, shift), case_title(facts))
+        film = film_of_trajectories(found.paths, _motion_in_file_time(motion, shift), case_title(facts))
         write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
         write(film, output_options.animate)
         print(f"film: {output_options.animate}")
@@ -143,7 +143,7 @@ def _simulate_planar(
     """Simulate a scene along each azimuth; ``time_shift``, s, added to times of the motion gives those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_of_trajectory import AFTERMATH, outcome
+    from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_name
     from overturning.model.geometry import reference_element_size
     from overturning.model.planes import Planes
@@ -167,7 +167,7 @@ def _simulate_planar(
     ]  # fmt: skip
     lines = []
     for path in paths:
-        text, shown = outcome(path), path["element"].to_numpy() == stones.default_element
+        text, shown = outcome_sentence(path), path["element"].to_numpy() == stones.default_element
         if path["overturned"].to_numpy()[shown] == 0:
             name = f" ({stones.default_element})" if len(stones.free_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
@@ -185,7 +185,7 @@ def _simulate_body(
     """Simulate a body at each orientation; ``time_shift``, s, added to times of the motion gives those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_of_trajectory import heading_of, outcome
+    from overturning.figures.film_of_trajectory import heading_of_trajectory, outcome_sentence
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
     from overturning.model.mesh import read_mesh
@@ -217,7 +217,7 @@ def _simulate_body(
     sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.has_free_aspect else ""
     return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
-        [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
+        [*level, *(f"{heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
         paths,
         Body(shape, contact),
         {name: float(sizes[name]) for name in ("height", "b_over_h")}

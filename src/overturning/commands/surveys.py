@@ -20,7 +20,7 @@ def survey(
 ) -> None:
     """Compare the observed fall directions of a survey with those that the cube predicts."""
     from overturning.files import check_output_path
-    from overturning.findings.surveys import SurveyText, survey_findings
+    from overturning.findings.surveys import SurveyCommandResults, survey_findings
     from overturning.labels import azimuth_gap_label, variant_label
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
@@ -44,7 +44,7 @@ def survey(
     if gaps:
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_findings(result)
-    text = render_markdown(SurveyText(surveys=[found]), name="survey")
+    text = render_markdown(SurveyCommandResults(surveys=[found]), name="survey")
     print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
         write_result(result, output)
@@ -81,16 +81,16 @@ def backwards(
     import time
 
     from overturning.files import check_output_path
-    from overturning.findings.surveys import SurveyText, inferred_motion
+    from overturning.findings.surveys import SurveyCommandResults, inferred_motion
     from overturning.report.drawings import draw_posterior
     from overturning.report.filters import counted
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
     from overturning.study.preflight import format_time
-    from overturning.surveys.inversion import Inversion
+    from overturning.surveys.inversion import SurveyInversion
     from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
     from overturning.surveys.posterior import write_inversion
-    from overturning.surveys.responses import Responses, count_uncached_cases, stone_kinds_of_survey
+    from overturning.surveys.responses import StoneResponses, count_uncached_cases, stone_kinds_of_survey
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png")
@@ -118,9 +118,9 @@ def backwards(
             computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the percentage
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
-    responses = Responses(library, kinds, threads=threads, progress=progress)
-    result = Inversion(responses, background, fixed).invert_survey(stones.name, rows)
-    text = render_markdown(SurveyText(inferred_motions=[inferred_motion(result, rows)]), name="motions")
+    responses = StoneResponses(library, kinds, threads=threads, progress=progress)
+    result = SurveyInversion(responses, background, fixed).invert_survey(stones.name, rows)
+    text = render_markdown(SurveyCommandResults(inferred_motions=[inferred_motion(result, rows)]), name="motions")
     print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
         write_inversion(result, output)

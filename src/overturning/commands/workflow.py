@@ -134,14 +134,14 @@ def sweep(
 ) -> None:
     """Simulate all cases of one record, or one chunk of them."""
     from overturning.records.store import read_motion
-    from overturning.study.ensemble import Members
+    from overturning.study.ensemble import EnsembleMembers
     from overturning.study.load import load_study_from_text
-    from overturning.study.parts import Chunk
+    from overturning.study.parts import SweepChunk
     from overturning.study.scenes import numerics_of_study
     from overturning.study.sweep import sweep_record
 
-    settings, part = load_study_from_text(study), Chunk.parse(chunk)
-    record, drawn = read_motion(motion), Members.read(members) if members else None
+    settings, part = load_study_from_text(study), SweepChunk.parse(chunk)
+    record, drawn = read_motion(motion), EnsembleMembers.read(members) if members else None
     numerics = numerics_of_study(settings, threads, _percent_progress())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 

@@ -10,13 +10,13 @@ from matplotlib.patches import Rectangle
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, grid, labels, set_logarithmic_ticks
 from overturning.motion.jma_intensity import SURVEY_RULE
-from overturning.statistics.fragility import Fragility
+from overturning.statistics.fragility import FittedFragilityCurve
 
 INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
 
-def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: Fragility, jma: FloatArray) -> Figure:
+def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: FittedFragilityCurve, jma: FloatArray) -> Figure:
     """Draw the fraction overturned against an intensity measure with its fragility curve, and against JMA intensity.
 
     Parameters
@@ -25,7 +25,7 @@ def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: Fragility, jm
         Fractions overturned under each record and factor, NaN if unknown.
     levels : array, shape (record, a)
         Values of the measure of the curve, in its unit, NaN if unknown.
-    curve : Fragility
+    curve : FittedFragilityCurve
         Fragility curve of the whole population; it is drawn with the 95 % interval of its median if it has one.
     jma : array, shape (record, a)
         JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
@@ -42,7 +42,7 @@ def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: Fragility, jm
     return figure
 
 
-def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: Fragility) -> None:
+def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: FittedFragilityCurve) -> None:
     """Draw the rates, and the curve over the range of the data with a band from the interval of its median."""
     panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3, label="a record and factor")
     if math.isfinite(curve.median):

@@ -59,7 +59,7 @@ class FilmBody:
 
 
 @dataclass(frozen=True)
-class Panel:
+class FilmPanel:
     """One simulation of a film."""
 
     title: str  # heading, for instance the azimuth
@@ -123,7 +123,7 @@ class Film:
     title: str  # heading
     start: float  # time of the first frame, s after the record's start
     frame_interval: float  # s
-    panels: tuple[Panel, ...]  # a panel with fewer frames than another stays at its last frame
+    panels: tuple[FilmPanel, ...]  # a panel with fewer frames than another stays at its last frame
     note: str = ""  # line below the film
     frames: int = field(init=False)
 
@@ -166,8 +166,8 @@ class Film:
             "start": round(self.start, 6),
             "interval": self.frame_interval,
             "frames": self.frames,
-            "view": [round(float(edge), 4) for edge in view(self)],
-            "earthView": [round(float(edge), 4) for edge in view(self, moving=True)],
+            "view": [round(float(edge), 4) for edge in free_body_extent(self)],
+            "earthView": [round(float(edge), 4) for edge in free_body_extent(self, moving=True)],
             "peak": round(self.peak / GAL, 3),
             "note": self.note,
             "words": PLAYER,
@@ -196,13 +196,13 @@ def vertex_paths(body: FilmBody) -> FloatArray:
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
-def view(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
+def free_body_extent(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
     """Return the extent (left, right, bottom, top), m, that contains the free polygons of all panels and frames.
 
     With a `moving` ground it is the extent as seen from the earth.
     """
     places = [
-        vertex_paths(body) + (shift_of(panel, len(body.position))[:, None] if moving else 0.0)
+        vertex_paths(body) + (ground_shift_at_frames(panel, len(body.position))[:, None] if moving else 0.0)
         for panel in film.panels
         for body in panel.bodies
         if body.free and not panel.in_space
@@ -215,7 +215,7 @@ def view(film: Film, *, moving: bool = False) -> tuple[float, float, float, floa
     return left - margin, right + margin, bottom - 1.5 * margin, top + margin
 
 
-def shift_of(panel: Panel, frames: int) -> FloatArray:
+def ground_shift_at_frames(panel: FilmPanel, frames: int) -> FloatArray:
     """Return the displacement of the ground of a panel in a number of frames, m; zero if the panel has none."""
     width = 3 if panel.in_space else 2
     return np.zeros((frames, width)) if panel.ground is None else panel.ground[:frames]

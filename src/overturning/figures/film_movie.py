@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, vertex_paths, view
+from overturning.figures.film import Film, free_body_extent, vertex_paths
 from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
 from overturning.figures.film_words import SPEEDS, movie_title
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
@@ -72,7 +72,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
     columns = len(film.panels)
     figure, panels = grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
     caption(figure, movie_title(film.title, SPEEDS[SPEED]))
-    left, right, bottom, top = view(film)
+    left, right, bottom, top = free_body_extent(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
     for panel, scene, trace in zip(film.panels, *panels, strict=True):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, Panel, columns_at, ground_displacement
+from overturning.figures.film import FilmBody, FilmPanel, columns_at, ground_displacement
 from overturning.figures.film_words import fall_text, tilt_text
 from overturning.motion.motion import Motion
 
@@ -16,32 +16,34 @@ STILL = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
-def space_outcome(path: "xr.Dataset") -> str:
+def space_outcome(trajectory: "xr.Dataset") -> str:
     """Return the outcome of a 3-D body as a sentence without a full stop."""
-    if float(path["overturned"]) == 1:
-        return fall_text(round(float(path["fall_azimuth"])), float(path["overturning_time"]))
-    slip = float(np.hypot(path["residual_slip_north"], path["residual_slip_east"]))
-    # A cylinder may roll for minutes: its place of rest is not known at the end of the path.
-    tilt_at_end = np.hypot(float(path["tilt_north"][-1]), float(path["tilt_east"][-1]))
-    moves = max(tilt_at_end, float(np.abs(path["angular_velocity"][-1]).max())) > STILL
-    return tilt_text(float(path["peak_tilt"]), float(path["residual_twist"]), slip, moves=bool(moves))
+    if float(trajectory["overturned"]) == 1:
+        return fall_text(round(float(trajectory["fall_azimuth"])), float(trajectory["overturning_time"]))
+    slip = float(np.hypot(trajectory["residual_slip_north"], trajectory["residual_slip_east"]))
+    # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
+    tilt_at_end = np.hypot(float(trajectory["tilt_north"][-1]), float(trajectory["tilt_east"][-1]))
+    moves = max(tilt_at_end, float(np.abs(trajectory["angular_velocity"][-1]).max())) > STILL
+    return tilt_text(float(trajectory["peak_tilt"]), float(trajectory["residual_twist"]), slip, moves=bool(moves))
 
 
-def space_poses(path: "xr.Dataset") -> FloatArray:
+def space_poses(trajectory: "xr.Dataset") -> FloatArray:
     """Return tilt, quaternion and position, shape (time, 9)."""
-    return np.column_stack([path["tilt_north"], path["tilt_east"], path["quaternion"], path["place"]])
+    return np.column_stack(
+        [trajectory["tilt_north"], trajectory["tilt_east"], trajectory["quaternion"], trajectory["place"]]
+    )
 
 
-def space_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
+def space_panel(trajectory: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> FilmPanel:
     """Return the panel of a 3-D body at the times of the frames; `texts` are its heading and its outcome."""
-    clock, outline = path["time"].to_numpy(), path["outline"].to_numpy()
-    position, quaternion = (columns_at(time, clock, path[name].to_numpy()) for name in ("place", "quaternion"))
+    clock, outline = trajectory["time"].to_numpy(), trajectory["outline"].to_numpy()
+    position, quaternion = (columns_at(time, clock, trajectory[name].to_numpy()) for name in ("place", "quaternion"))
     body = FilmBody("body", outline, position, quaternion, faces=faces_of(outline))
-    amplitude, interval = float(path.attrs["amplitude"]), motion.sampling_interval
+    amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal, None if motion.up is None else amplitude * motion.up
     ground = ground_displacement((level[1], level[0], up), interval, time)  # east, north, up
-    when = float(path["overturning_time"])
-    return Panel(*texts, when, (body,), level, interval, vertical=up, ground=ground)
+    when = float(trajectory["overturning_time"])
+    return FilmPanel(*texts, when, (body,), level, interval, vertical=up, ground=ground)
 
 
 def faces_of(corners: FloatArray) -> tuple[tuple[int, ...], ...]:

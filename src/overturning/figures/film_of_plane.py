@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, Panel, columns_at, ground_displacement
+from overturning.figures.film import FilmBody, FilmPanel, columns_at, ground_displacement
 from overturning.figures.film_words import fall_text, falls_text, lean_text
 from overturning.figures.style import compass_name
 from overturning.motion.motion import Motion
@@ -17,20 +17,20 @@ GROUND_WIDTH_FACTOR = 3.0
 """Half-width to which a very wide ground is cut, as a multiple of the scene's height."""
 
 MAX_EXTENSION = 0.5
-"""Longest time, s, by which a path that ends just before a stone lies down is extended."""
+"""Longest time, s, by which a trajectory that ends just before a stone lies down is extended."""
 
 
-def free_elements(path: "xr.Dataset") -> "xr.Dataset":
+def free_elements(trajectory: "xr.Dataset") -> "xr.Dataset":
     """Return the part of a trajectory that belongs to its free elements."""
-    return path.isel(element=path["kind"].to_numpy() == "free")
+    return trajectory.isel(element=trajectory["kind"].to_numpy() == "free")
 
 
-def plane_outcome(path: "xr.Dataset") -> str:
+def plane_outcome(trajectory: "xr.Dataset") -> str:
     """Return the number of elements that fall, and for each its name, direction and time, in order of time.
 
     The name is left out if the scene has only one free element.
     """
-    free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
+    free, azimuth = free_elements(trajectory), trajectory.attrs["azimuth_deg"]
     several = free.sizes["element"] > 1
     names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
     falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if abs(side) == 1)
@@ -45,35 +45,35 @@ def plane_outcome(path: "xr.Dataset") -> str:
     return lean_text(share, None if has.all() else float(peak[~has].max()), several=several)
 
 
-def plane_poses(path: "xr.Dataset") -> FloatArray:
+def plane_poses(trajectory: "xr.Dataset") -> FloatArray:
     """Return positions and rotations of the free elements, shape (time, 3 × elements)."""
-    free = free_elements(path)
+    free = free_elements(trajectory)
     return np.concatenate(
         [free[name].transpose("time", "element").to_numpy() for name in ("x", "z", "rotation")], axis=1
     )
 
 
-def _poses(path: "xr.Dataset", index: int) -> FloatArray:
+def _poses(trajectory: "xr.Dataset", index: int) -> FloatArray:
     """Return the poses (x, z, rotation) of an element, shape (time, 3)."""
-    return np.stack([path[name].to_numpy()[:, index] for name in ("x", "z", "rotation")], axis=1)
+    return np.stack([trajectory[name].to_numpy()[:, index] for name in ("x", "z", "rotation")], axis=1)
 
 
-def _extend_to_lying(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
+def _extend_to_lying(trajectory: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
     """Return the times and poses (x, z, rotation) of an element, extended until it lies on the ground.
 
-    The path of a single block ends at the last sample before it has fallen, which for a coarse record is some degrees
+    The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
     too early; one pose is appended in which the block has turned about its corner until it lies.
     """
-    one, time, poses = path.isel(element=index), path["time"].to_numpy(), _poses(path, index)
+    one, time, poses = trajectory.isel(element=index), trajectory["time"].to_numpy(), _poses(trajectory, index)
     side, speed = float(one["overturned"]), abs(float(one["angular_velocity"][-1]))
     x, _, angle = poses[-1]
-    if path.sizes["element"] != 2 or abs(side) != 1:
+    if trajectory.sizes["element"] != 2 or abs(side) != 1:
         return time, poses
     fallen = float(one["fallen_angle"].sel(side=side))
     left = fallen - abs(angle)
     if not 0.0 < left < MAX_EXTENSION * speed:
         return time, poses
-    level = float((path["z"][0] + path["vertices"][..., 1].max("vertex")).isel(element=1 - index))
+    level = float((trajectory["z"][0] + trajectory["vertices"][..., 1].max("vertex")).isel(element=1 - index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lowest = int(np.argmin(q * np.cos(angle) - p * np.sin(angle)))
     corner = x + p[lowest] * np.cos(angle) + q[lowest] * np.sin(angle)
@@ -83,16 +83,20 @@ def _extend_to_lying(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatA
     return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
 
 
-def _bodies(path: "xr.Dataset", time: FloatArray, ground: FloatArray) -> tuple[FilmBody, ...]:
-    vertices, x = path["vertices"].to_numpy(), path["x"].to_numpy()
-    free = np.flatnonzero(path["kind"].to_numpy() == "free")
-    levels = vertices[free, :, 1] + path["z"].to_numpy()[0, free, None]
+def _bodies(trajectory: "xr.Dataset", time: FloatArray, ground: FloatArray) -> tuple[FilmBody, ...]:
+    vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
+    free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
+    levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
     reach = GROUND_WIDTH_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground).max())
     bodies = []
-    for index, name in enumerate(path["element"].to_numpy()):
+    for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
-        clock, poses = _extend_to_lying(path, index) if is_free else (path["time"].to_numpy(), _poses(path, index))
+        clock, poses = (
+            _extend_to_lying(trajectory, index)
+            if is_free
+            else (trajectory["time"].to_numpy(), _poses(trajectory, index))
+        )
         frames = columns_at(time, clock, poses)
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
@@ -103,13 +107,16 @@ def _bodies(path: "xr.Dataset", time: FloatArray, ground: FloatArray) -> tuple[F
     return tuple(bodies)
 
 
-def _forces(path: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+def _forces(trajectory: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
     """Return positions (m) and forces (in units of the weight) over frames of all contacts that carry a force.
 
     Forces are zero after the end of the case. (None, None) if no contact carries a force.
     """
-    clock = path["time"].to_numpy()
-    force, place = path["contact_force"].to_numpy() / path.attrs["weight"], path["contact_place"].to_numpy()
+    clock = trajectory["time"].to_numpy()
+    force, place = (
+        trajectory["contact_force"].to_numpy() / trajectory.attrs["weight"],
+        trajectory["contact_place"].to_numpy(),
+    )
     ever = np.isfinite(place).any(axis=(0, 2))
     if not ever.any():
         return None, None
@@ -127,17 +134,17 @@ def _fill_missing(values: FloatArray) -> FloatArray:
     return np.take_along_axis(values, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
 
 
-def plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
+def plane_panel(trajectory: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> FilmPanel:
     """Return the panel of a 2-D scene at the times of the frames; `texts` are its heading and its outcome."""
-    azimuth, times = float(path.attrs["azimuth_deg"]), path["overturning_time"].to_numpy()
-    amplitude = float(path.attrs["amplitude"])
+    azimuth, times = float(trajectory.attrs["azimuth_deg"]), trajectory["overturning_time"].to_numpy()
+    amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
     ground = ground_displacement((along, up), motion.sampling_interval, time)
-    point, force = _forces(path, time)
-    return Panel(
+    point, force = _forces(trajectory, time)
+    return FilmPanel(
         *texts,
         float(min(times[np.isfinite(times)], default=np.nan)),
-        _bodies(path, time, ground),
+        _bodies(trajectory, time, ground),
         along,
         motion.sampling_interval,
         sides=(compass_name(azimuth + 180.0), compass_name(azimuth)),

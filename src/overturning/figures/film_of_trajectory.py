@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, Panel, frame_times
+from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times
 from overturning.figures.film_of_body import space_outcome, space_panel, space_poses
 from overturning.figures.film_of_plane import plane_outcome, plane_panel, plane_poses
 from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, heading
@@ -18,46 +18,46 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AFTERMATH: Final = 5.0
-"""Time for which the path of a filmed scene goes on after its outcome is known, s: until its stones lie."""
+"""Time for which the simulation of a filmed scene goes on after its outcome is known, s: until its stones lie."""
 
 FADED: Final = 0.1
 """Share of the largest movement of a stone that stands, below which its film ends."""
 
 
-def heading_of(path: "xr.Dataset") -> str:
+def heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a panel: the azimuth of the motion, or the direction that a 3-D body faces."""
-    display = _display_of(path)
-    return heading(float(path.attrs[display.direction]), in_space=display is _SPACE)
+    display = _display_of(trajectory)
+    return heading(float(trajectory.attrs[display.direction]), in_space=display is _SPACE)
 
 
-def is_valid(path: "xr.Dataset") -> bool:
+def has_outcome(trajectory: "xr.Dataset") -> bool:
     """True if a trajectory has an outcome."""
-    return int(path["status"]) in (Status.SIMULATED, Status.AT_REST)
+    return int(trajectory["status"]) in (Status.SIMULATED, Status.AT_REST)
 
 
-def outcome(path: "xr.Dataset") -> str:
+def outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return the outcome of a trajectory as a sentence without a full stop."""
-    return _display_of(path).outcome(path) if is_valid(path) else NO_OUTCOME
+    return _display_of(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
 
 
-def movement_interval(path: "xr.Dataset") -> tuple[float, float] | None:
+def movement_interval(trajectory: "xr.Dataset") -> tuple[float, float] | None:
     """Return the first and last time, s, at which a free body is away from both its first and its last pose.
 
     If nothing falls, the last movement of at least `FADED` of the largest one counts as the last, since a stone may
     rock on for long. None if nothing moves.
     """
-    times = _movement_times(path)
+    times = _movement_times(trajectory)
     return None if times is None else (times[0], times[2])
 
 
-def _movement_times(path: "xr.Dataset") -> tuple[float, float, float] | None:
+def _movement_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
     """Return the times, s, of the first movement, of the return from the largest one, and of the last movement.
 
     See `movement_interval`.
     """
-    poses, time = _display_of(path).poses(path), path["time"].to_numpy()
+    poses, time = _display_of(trajectory).poses(trajectory), trajectory["time"].to_numpy()
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1)
-    least = MOVEMENT_TOLERANCE if falls(path) else max(MOVEMENT_TOLERANCE, FADED * float(away.max()))
+    least = MOVEMENT_TOLERANCE if has_fallen_stone(trajectory) else max(MOVEMENT_TOLERANCE, FADED * float(away.max()))
     moving = np.flatnonzero(away > MOVEMENT_TOLERANCE)
     if not moving.size:
         return None
@@ -66,30 +66,34 @@ def _movement_times(path: "xr.Dataset") -> tuple[float, float, float] | None:
     return float(time[moving[0]]), float(time[back]), float(time[np.flatnonzero(away >= least)[-1]])
 
 
-def falls(path: "xr.Dataset") -> bool:
+def has_fallen_stone(trajectory: "xr.Dataset") -> bool:
     """True if a stone of a trajectory falls."""
-    return bool((np.abs(path["overturned"].to_numpy()) == 1).any())
+    return bool((np.abs(trajectory["overturned"].to_numpy()) == 1).any())
 
 
-def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
+def shown_interval(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
     """Return start and end of the time to show, s: from the first movement in any trajectory to the last.
 
     If stones fall in some of the trajectories, the others are followed until they return from their largest
     movement. If nothing moves: 3 s before to 3 s after the peak of the motion.
     """
-    spans = [(falls(path), times) for path in paths if (times := _movement_times(path)) is not None]
+    spans = [
+        (has_fallen_stone(trajectory), times)
+        for trajectory in trajectories
+        if (times := _movement_times(trajectory)) is not None
+    ]
     if spans:
         any_falls = any(fell for fell, _ in spans)
         ends = [times[1 if any_falls and not fell else 2] for fell, times in spans]
         return min(times[0] for _, times in spans), max(ends)
-    ground, time = paths[0]["ground_acceleration"].to_numpy(), paths[0]["time"].to_numpy()
+    ground, time = trajectories[0]["ground_acceleration"].to_numpy(), trajectories[0]["time"].to_numpy()
     size = np.hypot(*ground[:, :2].T) if ground.ndim > 1 else np.abs(ground)
     peak = float(time[int(size.argmax())])
     return max(0.0, peak - 3.0), min(float(time[-1]), peak + 3.0)
 
 
-def film_of(
-    paths: Sequence["xr.Dataset"],
+def film_of_trajectories(
+    trajectories: Sequence["xr.Dataset"],
     motions: Motion | Sequence[Motion],
     title: str,
     *,
@@ -100,7 +104,7 @@ def film_of(
 
     Parameters
     ----------
-    paths : sequence of Dataset
+    trajectories : sequence of Dataset
         Trajectories, a panel each; simulate a scene with an `aftermath` of `AFTERMATH` so that it ends with its stones
         lying.
     motions : Motion or sequence of Motion
@@ -115,20 +119,24 @@ def film_of(
     Raises
     ------
     ArgumentError
-        If `paths` is empty, or its length differs from that of `motions` or `headings`.
+        If `trajectories` is empty, or its length differs from that of `motions` or `headings`.
     """
-    if not paths:
-        raise ArgumentError("paths: none given; a film needs at least one trajectory")
-    each = [motions] * len(paths) if isinstance(motions, Motion) else list(motions)
-    names = list(headings) or [heading_of(path) for path in paths]
-    if not len(each) == len(names) == len(paths):
-        raise ArgumentError(f"motions, headings: {len(each)} and {len(names)}; give one for each of {len(paths)} paths")
-    time = frame_times(*window(paths))
+    if not trajectories:
+        raise ArgumentError("trajectories: none given; a film needs at least one trajectory")
+    each = [motions] * len(trajectories) if isinstance(motions, Motion) else list(motions)
+    names = list(headings) or [heading_of_trajectory(trajectory) for trajectory in trajectories]
+    if not len(each) == len(names) == len(trajectories):
+        raise ArgumentError(
+            f"motions, headings: {len(each)} and {len(names)}; give one for each of {len(trajectories)} trajectories"
+        )
+    time = frame_times(*shown_interval(trajectories))
     panels = tuple(
-        _display_of(path).panel(path, motion, time, (name, outcome(path)))
-        for path, motion, name in zip(paths, each, names, strict=True)
+        _display_of(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
+        for trajectory, motion, name in zip(trajectories, each, names, strict=True)
     )
-    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_display_of(paths[0]).note}".strip())
+    return Film(
+        title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_display_of(trajectories[0]).note}".strip()
+    )
 
 
 class _TrajectoryDisplay(NamedTuple):
@@ -137,7 +145,7 @@ class _TrajectoryDisplay(NamedTuple):
     direction: str  # name of the attribute with the direction, degrees
     outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
     poses: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
-    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel]  # panel at the times of the frames
+    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], FilmPanel]  # panel at the times of the frames
     note: str  # hint below the film
 
 
@@ -145,6 +153,6 @@ _PLANE: Final = _TrajectoryDisplay("azimuth_deg", plane_outcome, plane_poses, pl
 _SPACE: Final = _TrajectoryDisplay("orientation_deg", space_outcome, space_poses, space_panel, SPACE_NOTE)
 
 
-def _display_of(path: "xr.Dataset") -> _TrajectoryDisplay:
+def _display_of(trajectory: "xr.Dataset") -> _TrajectoryDisplay:
     """Return the functions and texts that show a trajectory."""
-    return _SPACE if "quaternion" in path else _PLANE
+    return _SPACE if "quaternion" in trajectory else _PLANE

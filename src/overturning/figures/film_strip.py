@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import Film, FilmBody, Panel, vertex_paths, view
+from overturning.figures.film import Film, FilmBody, FilmPanel, free_body_extent, vertex_paths
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
 from overturning.figures.style import INK, PAGE_WIDTH, caption, grid
 
@@ -57,7 +57,7 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     """Return the strip of a film: a row of four frames for each panel, at the same times, with a scale bar."""
     times, names = strip_times(film)
     rows = len(film.panels)
-    edges = _space_view(film) if film.panels[0].in_space else view(film)
+    edges = _space_view(film) if film.panels[0].in_space else free_body_extent(film)
     left, right, bottom, top = edges
     tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
     figure, panels = grid(rows, len(names), PAGE_WIDTH, rows * (tall + 0.2) + 0.25 + 0.35 * titled)
@@ -79,13 +79,13 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     return figure
 
 
-def _foot(panel: Panel, rows: int) -> str:
+def _foot(panel: FilmPanel, rows: int) -> str:
     """Return the line below a row: directions of both sides, heading if there are several rows, and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
     return sides + (f"{panel.title}: " if rows > 1 else "") + panel.outcome
 
 
-def draw_frame(axes: Any, panel: Panel, at: float) -> None:
+def draw_frame(axes: Any, panel: FilmPanel, at: float) -> None:
     """Draw the bodies of a panel at a frame, which need not be whole: poses are interpolated."""
     from matplotlib.patches import Polygon
 

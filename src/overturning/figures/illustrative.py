@@ -10,7 +10,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.drawn_case import DrawnCase, write_cases
 from overturning.figures.film_case import filmed_case
-from overturning.figures.film_of_trajectory import AFTERMATH, film_of
+from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
 from overturning.figures.film_strip import strip_figure
 from overturning.figures.film_words import case_title, place_text, setting_heading
 from overturning.figures.ground import hodograph_figure, spectra_figure
@@ -83,7 +83,7 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
     ]
     motion = every[0]
     headings = [heading_of_setting(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)]
-    film = film_of(paths, every, _title(study, one, case, paths), headings=headings)
+    film = film_of_trajectories(paths, every, _title(study, one, case, paths), headings=headings)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
     drawn = [("strip", strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]

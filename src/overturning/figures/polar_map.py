@@ -51,7 +51,7 @@ _NO_OUTCOME: Final = {"facecolor": style.MISSING, "edgecolor": "white", "hatch":
 
 
 @dataclass(frozen=True)
-class Panel:
+class PolarMapPanel:
     """Polar map of one block under one record.
 
     Attributes
@@ -130,7 +130,7 @@ def plane_map_figure(
     return figure
 
 
-def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[Panel]:
+def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[PolarMapPanel]:
     """Return the panels of all records, trimmed to the same number of rings."""
     whole = [close_circle(one) for one in records]
     chance = [fall_probability(one)[["towards", "away"]].compute() for one in whole]
@@ -151,11 +151,13 @@ def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.Dat
         for height, friction in product(range(one.sizes["height"]), range(one.sizes["friction"])):
             cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")
             block = friction_label(cube, float(cells["friction"])), f"H = {float(cells['height']):g} m"
-            panels.append(Panel((record if len(records) > 1 else "", *block), cells, simulated, marks, velocity))
+            panels.append(
+                PolarMapPanel((record if len(records) > 1 else "", *block), cells, simulated, marks, velocity)
+            )
     return panels
 
 
-def _draw_panel(axes: Any, panel: Panel, top: float, rim: float) -> Any:
+def _draw_panel(axes: Any, panel: PolarMapPanel, top: float, rim: float) -> Any:
     """Draw a map on a compass that ends at B/H ``top``, where the peak velocity is ``rim``, m/s; return its mesh."""
     cells, radius = panel.cells, panel.radius
     axes.xaxis.grid(False)
@@ -278,7 +280,7 @@ def azimuth_for_radius_labels(cells: xr.Dataset, *marked_deg: float) -> float:
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
-def _legend_marks(panels: Sequence[Panel], spread: bool, rim: float) -> list[Any]:
+def _legend_marks(panels: Sequence[PolarMapPanel], spread: bool, rim: float) -> list[Any]:
     """Return the marks of the legend for everything that is drawn in at least one panel."""
     if spread:
         marks = [style.legend_patch(_STANDS, "no run falls, to either side")]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from overturning.figures import style
 from overturning.figures.film_of_plane import free_elements
-from overturning.figures.film_of_trajectory import is_valid, outcome, window
+from overturning.figures.film_of_trajectory import has_outcome, outcome_sentence, shown_interval
 from overturning.figures.ground import draw_hodographs
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
@@ -38,22 +38,25 @@ def element_response(one: xr.Dataset) -> list[Any]:
     ]
 
 
-def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
+def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
     """Draw 2-D trajectories with equal scales, a column each; the heading of a column is the azimuth of the motion.
 
     Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
     """
-    width = max(min(3.3 * len(paths), style.PAGE_WIDTH), 4.4, 2.0 * len(paths))
-    figure, rows = style.grid(len(ROWS), len(paths), width, 6.6, sharex=True, sharey="row")
-    start, end = window(paths)
-    largest = max(float(np.abs(np.degrees(free_elements(path)["rotation"])).max()) for path in paths)
-    several = free_elements(paths[0]).sizes["element"] > 1
+    width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH), 4.4, 2.0 * len(trajectories))
+    figure, rows = style.grid(len(ROWS), len(trajectories), width, 6.6, sharex=True, sharey="row")
+    start, end = shown_interval(trajectories)
+    largest = max(float(np.abs(np.degrees(free_elements(trajectory)["rotation"])).max()) for trajectory in trajectories)
+    several = free_elements(trajectories[0]).sizes["element"] > 1
     names = ROWS_SEVERAL_ELEMENTS if several else ROWS
-    for column, path in enumerate(paths):
-        time, upper = path["time"].to_numpy(), rows[0, column]
-        upper.plot(time, path["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
-        for number, name in enumerate(free_elements(path)["element"].to_numpy()):
-            one, look = path.sel(element=name), {"color": style.SERIES[number % len(style.SERIES)], "linewidth": 1.0}
+    for column, trajectory in enumerate(trajectories):
+        time, upper = trajectory["time"].to_numpy(), rows[0, column]
+        upper.plot(time, trajectory["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
+        for number, name in enumerate(free_elements(trajectory)["element"].to_numpy()):
+            one, look = (
+                trajectory.sel(element=name),
+                {"color": style.SERIES[number % len(style.SERIES)], "linewidth": 1.0},
+            )
             for axes, values in zip(rows[1:, column], element_response(one), strict=True):
                 axes.plot(time, values, label=str(name), linestyle=style.DASHES[number % len(style.DASHES)], **look)
             alpha = float(np.degrees(one["critical_angle"]))
@@ -66,14 +69,14 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
             style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
-        heading = style.compass_name(path.attrs["azimuth_deg"])
+        heading = style.compass_name(trajectory.attrs["azimuth_deg"])
         upper.set_title(
-            fill(f"{heading}: {_outcome_label(path)}", int(18 * width / len(paths) / 1.25)),
+            fill(f"{heading}: {_outcome_label(trajectory)}", int(18 * width / len(trajectories) / 1.25)),
             fontsize=9,
             parse_math=False,
         )
-    # End the time axis with the longest path.
-    last = min(end + 1.5, max(float(path["time"][-1]) for path in paths))
+    # End the time axis with the longest trajectory.
+    last = min(end + 1.5, max(float(trajectory["time"][-1]) for trajectory in trajectories))
     start = max(0.0, start - 1.5)
     rows[0, 0].set_xlim(start, max(last, start + 0.1))
     figure.align_ylabels(rows[:, 0])
@@ -81,11 +84,11 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
     return figure
 
 
-def _outcome_label(path: xr.Dataset) -> str:
+def _outcome_label(trajectory: xr.Dataset) -> str:
     """Return a short text that names the free elements that fall."""
-    if not is_valid(path):
+    if not has_outcome(trajectory):
         return "no outcome"
-    free = free_elements(path)
+    free = free_elements(trajectory)
     fell = [
         str(name)
         for name, side in zip(free["element"].to_numpy(), free["overturned"].to_numpy(), strict=True)
@@ -96,18 +99,18 @@ def _outcome_label(path: xr.Dataset) -> str:
     return "falls" if free.sizes["element"] == 1 else f"{', '.join(fell)} {'falls' if len(fell) == 1 else 'fall'}"
 
 
-def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
+def axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Draw the axis of a 3-D body seen from above, and hodographs of ground velocity and displacement."""
     figure, panels = style.grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
-    east, north = path["tilt_east"].to_numpy(), path["tilt_north"].to_numpy()
+    east, north = trajectory["tilt_east"].to_numpy(), trajectory["tilt_north"].to_numpy()
     up = np.sqrt(np.maximum(0.0, 1.0 - east**2 - north**2))
     angle = np.degrees(np.arctan2(np.hypot(east, north), up))
     length = np.hypot(east, north)
     scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
     x, y = east * scale, north * scale
-    across = float(path.attrs["aspect"])  # D is the smaller side if D < B
-    critical = np.degrees(np.arctan(float(path.attrs["b_over_h"]) * min(1.0, across)))
+    across = float(trajectory.attrs["aspect"])  # D is the smaller side if D < B
+    critical = np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across)))
     largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):
         if radius < largest:
@@ -116,8 +119,9 @@ def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
     axes.plot(x, y, color=style.SERIES[0], linewidth=0.8, label="axis of the body")
     axes.plot(x[-1], y[-1], "o", color=style.FALLS, markersize=4, label="end")
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
-    axes.set_title(f"tilt of the axis, degrees\n{outcome(path).split('(')[0].split(' at ')[0].strip()}", fontsize=9)
+    outcome = outcome_sentence(trajectory).split("(")[0].split(" at ")[0].strip()
+    axes.set_title(f"tilt of the axis, degrees\n{outcome}", fontsize=9)
     style.labels(axes, "east", "north")
-    draw_hodographs(panels[0, 1:], motion.times(float(path.attrs["amplitude"])))
+    draw_hodographs(panels[0, 1:], motion.times(float(trajectory.attrs["amplitude"])))
     style.caption(figure, title, axes, 4)
     return figure

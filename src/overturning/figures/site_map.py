@@ -37,7 +37,7 @@ TEXT: Final = 8.0
 """Size of names, pt."""
 
 
-class Station(NamedTuple):
+class StationOnMap(NamedTuple):
     """A station with its latitude and longitude, and the strike of the fault and the mean axis of the falls there.
 
     All in degrees, azimuths clockwise from north; NaN is an unknown one, or an axis that falls do not have.
@@ -50,11 +50,11 @@ class Station(NamedTuple):
     axis: float = math.nan
 
 
-class Site(NamedTuple):
+class EarthquakeOnMap(NamedTuple):
     """Stations of an earthquake, its epicentre (latitude, longitude, degrees; None: unknown) and the fault's trace."""
 
     name: str
-    stations: Sequence[Station]
+    stations: Sequence[StationOnMap]
     epicentre: tuple[float, float] | None = None
     trace: Trace = ()
 
@@ -73,7 +73,7 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
     return scale * x, scale * y
 
 
-def sites_of(cube: xr.Dataset) -> list[Site]:
+def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """Return a site for each earthquake with an epicentre and a station, or with two stations, in the cube's order.
 
     Stations are named by the ids of their records. One is left out if its place is unknown, or if the record table
@@ -92,13 +92,15 @@ def sites_of(cube: xr.Dataset) -> list[Site]:
     for event in dict.fromkeys(events.tolist()):
         rows = [row for row in np.flatnonzero(events == event) if about[row].get("coordinates_source") != ""]
         shown = [
-            Station(str(ids[row]), *stations[row], strikes[row], axes[row]) for row in rows if _is_known(stations[row])
+            StationOnMap(str(ids[row]), *stations[row], strikes[row], axes[row])
+            for row in rows
+            if _is_known(stations[row])
         ]
         epicentre = next((epicentres[row] for row in rows if _is_known(epicentres[row])), None)
         if len(shown) < (2 if epicentre is None else 1):
             continue
         traces = (about[row].get("fault_trace", "") for row in rows)
-        sites.append(Site(event, shown, epicentre, read_trace(next(filter(None, traces), ""))))
+        sites.append(EarthquakeOnMap(event, shown, epicentre, read_trace(next(filter(None, traces), ""))))
     return sites
 
 
@@ -113,12 +115,12 @@ def _is_known(place: tuple[float, float]) -> bool:
     return all(map(math.isfinite, place))
 
 
-def site_maps(sites: Sequence[Site]) -> Iterator[Figure]:
+def site_maps(sites: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
     """Yield the figures of `site_map` for any number of earthquakes, each with up to `MOST_SITES` panels."""
     yield from (site_map(sites[first : first + MOST_SITES]) for first in range(0, len(sites), MOST_SITES))
 
 
-def site_map(sites: Sequence[Site]) -> Figure:
+def site_map(sites: Sequence[EarthquakeOnMap]) -> Figure:
     """Draw the stations of earthquakes, a panel each, with epicentre, fault, and an arrow along the axis of the falls.
 
     North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no
@@ -127,7 +129,7 @@ def site_map(sites: Sequence[Site]) -> Figure:
     if not sites:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
     for site in sites:
-        _check(site)
+        _check_earthquake_on_map(site)
     columns = min(COLUMNS, len(sites))
     rows = -(-len(sites) // columns)
     side = PAGE_WIDTH / COLUMNS if columns == COLUMNS else PAGE_WIDTH / max(columns, 1.6)
@@ -143,7 +145,7 @@ def site_map(sites: Sequence[Site]) -> Figure:
     return figure
 
 
-def _check(site: Site) -> None:
+def _check_earthquake_on_map(site: EarthquakeOnMap) -> None:
     """Raise an error for a site without stations, or with a place off the globe."""
     if not site.stations:
         raise ArgumentError(f"{site.name}: no station; leave the earthquake out, or give one")
@@ -155,7 +157,7 @@ def _check(site: Site) -> None:
             )
 
 
-def _legend(sites: Sequence[Site]) -> list[Any]:
+def _legend(sites: Sequence[EarthquakeOnMap]) -> list[Any]:
     """Return a mark for each kind of thing that is on one of the maps."""
     from matplotlib.lines import Line2D
 
@@ -181,12 +183,12 @@ _STRIKE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 1.2, "linestyle":
 _TRACE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 2.2, "alpha": 0.55}
 
 
-def _draw_site(axes: Any, site: Site, width_pt: float) -> None:
+def _draw_site(axes: Any, site: EarthquakeOnMap, width_pt: float) -> None:
     """Draw one earthquake in a panel of a width in points."""
     origin = site.epicentre or (site.stations[0].latitude, site.stations[0].longitude)
     places = np.array([local_km(one.latitude, one.longitude, *origin) for one in site.stations])
     pieces = [np.array([local_km(*point, *origin) for point in piece]) for piece in site.trace]
-    along = _along(pieces)
+    along = _points_along_trace(pieces)
     away = np.hypot(*(along[:, None] - places).T).min(axis=0)
     # The nearest point of the trace is on the map, too.
     shown = [*places, *([np.zeros(2)] if site.epicentre else []), *([along[away.argmin()]] if away.size else [])]
@@ -218,7 +220,7 @@ def _draw_site(axes: Any, site: Site, width_pt: float) -> None:
     _draw_scale(axes, reach, middle[0], -8.0 / width_pt)
 
 
-def _along(pieces: Sequence[Any]) -> Any:
+def _points_along_trace(pieces: Sequence[Any]) -> Any:
     """Return points along the pieces of a trace, shape (points, 2)."""
     steps = np.linspace(0, 1, 51)[:, None, None]
     points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in pieces]
@@ -229,12 +231,12 @@ def _write_names(axes: Any, names: Sequence[str], places: Any, taken: list[Any],
     """Write the name of each station where it covers the fewest other things; `scale` is in points per km."""
     marks, own = scale * np.asarray([*places, *taken]), scale * np.asarray(places)
     frame = scale * np.array([axes.get_xlim(), axes.get_ylim()])
-    boxes: list[Box] = []
+    boxes: list[NameBox] = []
     for number, name in enumerate(names):
         size = np.array([0.58 * TEXT * len(name) + 2, TEXT + 2])
         around = [own[number] + np.array(side) * (away + size / 2) for away in (6.0, 12.0, 19.0) for side in _SIDES]
-        best = min((Box(middle - size / 2, middle + size / 2) for middle in around),
-                   key=lambda box: _cost(box, number, own, marks, boxes, frame))  # fmt: skip
+        best = min((NameBox(middle - size / 2, middle + size / 2) for middle in around),
+                   key=lambda box: _name_placement_cost(box, number, own, marks, boxes, frame))  # fmt: skip
         boxes.append(best)
         axes.annotate(
             name, (best.low + best.high) / 2 / scale, ha="center", va="center", fontsize=TEXT, parse_math=False,
@@ -246,7 +248,7 @@ def _write_names(axes: Any, names: Sequence[str], places: Any, taken: list[Any],
 _SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
 
 
-class Box(NamedTuple):
+class NameBox(NamedTuple):
     """Corners of a name on a panel, points."""
 
     low: Any
@@ -257,7 +259,9 @@ class Box(NamedTuple):
         return np.hypot(*np.clip(np.maximum(self.low - places, places - self.high), 0, None).T)
 
 
-def _cost(box: Box, number: int, stations: Any, marks: Any, boxes: Sequence[Box], frame: Any) -> float:
+def _name_placement_cost(
+    box: NameBox, number: int, stations: Any, marks: Any, boxes: Sequence[NameBox], frame: Any
+) -> float:
     """Return how bad a place is for the name of a station: a name must be nearest to its own station."""
     out = float(np.clip(np.concatenate([frame[:, 0] - box.low, box.high - frame[:, 1]]), 0, None).sum())
     over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in boxes)

@@ -8,7 +8,7 @@ import xarray as xr
 from overturning.figures.alignment import alignment_by_b_over_h_figure, earthquake_alignment_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
-from overturning.figures.site_map import site_maps, sites_of
+from overturning.figures.site_map import earthquakes_on_map, site_maps
 from overturning.figures.style import style
 from overturning.figures.write import Write, refill_folder
 from overturning.labels import element_size_note
@@ -45,5 +45,5 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
 
 def _draw_maps(cube: xr.Dataset, folder: Path, write: Write) -> None:
     with refill_folder(folder):
-        for number, figure in enumerate(site_maps(sites_of(cube)), 1):
+        for number, figure in enumerate(site_maps(earthquakes_on_map(cube)), 1):
             write(figure, folder / f"{number}")

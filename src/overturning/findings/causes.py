@@ -38,7 +38,7 @@ class LogisticCoefficient(Finding):
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class DoubledQuantity(Finding):
+class ProbabilityAfterDoubling(Finding):
     """Probability of a fall, 0.5 before a quantity doubles, after it has doubled."""
 
     doubled: str
@@ -57,7 +57,7 @@ class LogisticFitFindings(Finding):
     """Number of earthquakes."""
     level: float
     """Probability of the intervals."""
-    even_chance: list[DoubledQuantity]
+    even_chance: list[ProbabilityAfterDoubling]
     """Factors on the odds as probabilities, for the predictors with a narrow interval."""
     note: str
     """Reason why there is no fit or no interval; otherwise empty."""
@@ -139,7 +139,7 @@ def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
         )
     fitted = {} if fit.note.startswith("no fit") else {rows[place].predictor: name for place, name in DOUBLED.items()}
     chances = [
-        DoubledQuantity(
+        ProbabilityAfterDoubling(
             doubled=fitted[one.predictor],
             even_chance_becomes=one.odds_factor_per_doubling / (1.0 + one.odds_factor_per_doubling),
         )

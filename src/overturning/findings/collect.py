@@ -19,8 +19,8 @@ from overturning.findings.contrast import (
     VariantContrast,
     contrast_variants,
     element_outcomes,
-    not_converged_of,
     site_fall_rates,
+    unconverged_soil_analyses,
 )
 from overturning.findings.direction import (
     FallDirection,
@@ -40,13 +40,13 @@ from overturning.findings.exactness import (
 )
 from overturning.findings.extent import (
     CellCount,
-    Extent,
-    Maps,
     RecordSource,
-    cells_of,
-    extent_of,
-    maps_of,
-    sources_of,
+    ReportMaps,
+    StudyExtent,
+    cell_counts_by_status,
+    report_maps,
+    sources_of_records,
+    study_extent,
 )
 from overturning.findings.population import PopulationFindings, population_findings
 from overturning.findings.results import Results, open_results
@@ -71,7 +71,7 @@ class Findings(Finding):
 
     study: StudyFacts
     """Question and grid."""
-    extent: Extent
+    extent: StudyExtent
     cases: CaseCounts
     """Number of cases and their outcomes."""
     direction: FallDirection
@@ -106,7 +106,7 @@ class Findings(Finding):
     """Cells whose repeated runs disagree."""
     convergence: ConvergenceFindings | None
     """Cases that change in a second, finer computation."""
-    maps: Maps
+    maps: ReportMaps
     records: list[RecordFacts]
     """Records and the falls under each."""
     cells: list[CellCount]
@@ -119,7 +119,7 @@ def findings_from_results(results: Results) -> Findings:
     """Compute all findings of a study from its opened results."""
     return Findings(
         study=study_facts(results),
-        extent=extent_of(results),
+        extent=study_extent(results),
         cases=count_cases(results),
         direction=fall_direction(results),
         contrasts=contrast_variants(results),
@@ -127,7 +127,7 @@ def findings_from_results(results: Results) -> Findings:
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_outcomes(results),
         site_fall_rates=site_fall_rates(results),
-        not_converged=not_converged_of(results),
+        not_converged=unconverged_soil_analyses(results),
         surveys=all_survey_findings(results),
         inferred_motions=inferred_motions(results),
         published_comparisons=compare_with_published(results),
@@ -137,10 +137,10 @@ def findings_from_results(results: Results) -> Findings:
         final_twist=final_twist(results),
         ensemble=count_disagreeing_cells(results),
         convergence=convergence_findings(results),
-        maps=maps_of(results),
+        maps=report_maps(results),
         records=record_facts(results),
-        cells=cells_of(results),
-        sources=sources_of(results),
+        cells=cell_counts_by_status(results),
+        sources=sources_of_records(results),
         numerical_quality=numerical_quality(results),
     )
 

@@ -7,7 +7,7 @@ from overturning.study.convergence import Convergence, ElementChanges
 from overturning.study.ensemble import wilson_interval
 
 
-class Changed(Finding):
+class ChangedCases(Finding):
     """Cases that change in a second computation, with the interval of a random sample (Wilson)."""
 
     count: int
@@ -32,21 +32,21 @@ class SecondComputation(Finding):
     """Element that is compared; empty for a single block."""
     refused: str
     """Reason why the computation was not possible; otherwise empty."""
-    falls_or_stands: Changed
+    falls_or_stands: ChangedCases
     """Cases that fall in one computation and stand in the other."""
-    falls_or_stands_undivided: Changed
+    falls_or_stands_undivided: ChangedCases
     """Share of `falls_or_stands` among the cases whose ensemble agrees whether the block falls."""
-    side: Changed
+    side: ChangedCases
     """Cases that fall in both computations, but to different sides (in 3-D: 30° or more apart)."""
-    side_agreed: Changed
+    side_agreed: ChangedCases
     """Share of `side` among the cases whose ensemble falls to one side only."""
 
 
-def changed(count: int, compared: int, sampled: bool) -> Changed:
+def share_of_changed_cases(count: int, compared: int, sampled: bool) -> ChangedCases:
     """Return the share of changed cases, with an interval if the cases are a random sample."""
     low, high = map(float, wilson_interval(count, compared)) if sampled and compared else (math.nan, math.nan)
     share = count / compared if compared else math.nan
-    return Changed(count=count, compared=compared, value=share, low=low, high=high)
+    return ChangedCases(count=count, compared=compared, value=share, low=low, high=high)
 
 
 def second_computations(found: Convergence) -> list[SecondComputation]:
@@ -58,7 +58,7 @@ def second_computations(found: Convergence) -> list[SecondComputation]:
         sampled = found.chosen < found.computed
         rows += [_compared(name, factor, one, sampled) for one in part.outcomes]
         if not part.outcomes:
-            none = changed(0, 0, sampled)
+            none = share_of_changed_cases(0, 0, sampled)
             rows.append(
                 SecondComputation(
                     computation=name, factor=factor, element="", refused=part.refused, falls_or_stands=none,
@@ -77,8 +77,8 @@ def _compared(name: str, factor: float, one: ElementChanges, sampled: bool) -> S
         factor=factor,
         element=one.element,
         refused="",
-        falls_or_stands=changed(one.flags, one.cases, sampled),
-        falls_or_stands_undivided=changed(one.flags_undivided, one.undivided, sampled),
-        side=changed(one.sides, one.fallen, sampled),
-        side_agreed=changed(one.sides_agreed, one.fallen_agreed, sampled),
+        falls_or_stands=share_of_changed_cases(one.flags, one.cases, sampled),
+        falls_or_stands_undivided=share_of_changed_cases(one.flags_undivided, one.undivided, sampled),
+        side=share_of_changed_cases(one.sides, one.fallen, sampled),
+        side_agreed=share_of_changed_cases(one.sides_agreed, one.fallen_agreed, sampled),
     )

@@ -267,7 +267,7 @@ def site_fall_rates(results: Results) -> list[SiteFallRates]:
             angles = (
                 np.empty(0)
                 if site is None
-                else turned_axes(*(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL)))
+                else fall_axis_rotations(*(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL)))
             )
             layers = site.layers if site is not None else ()
             found.append(
@@ -291,7 +291,7 @@ LEAST_FALLS = 0.05
 """Fall rate from which the falls of a record have an axis that is compared."""
 
 
-def turned_axes(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
+def fall_axis_rotations(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
     """Return the angles, degrees, between the fall axes of records on two grounds, for records with both axes."""
     apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
     for found in (ground, rock):
@@ -300,7 +300,7 @@ def turned_axes(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
     return np.asarray(apart[np.isfinite(apart)])
 
 
-def not_converged_of(results: Results) -> list[str]:
+def unconverged_soil_analyses(results: Results) -> list[str]:
     """Return the soil computations that did not converge: variant, record and components."""
     found = []
     for variant in results.study.variants:

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from overturning.findings.comparison import Changed, SecondComputation, changed, second_computations
+from overturning.findings.comparison import ChangedCases, SecondComputation, second_computations, share_of_changed_cases
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
@@ -48,9 +48,9 @@ class ConvergenceFindings(Finding):
     """Cases that change in each second computation."""
     share_at_rest: Number
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
-    undecidable: Changed
+    undecidable: ChangedCases
     """Cases run again that change with a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
-    moved_by_amplitude: Changed | None
+    moved_by_amplitude: ChangedCases | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
 
 
@@ -78,8 +78,8 @@ def convergence_findings(results: Results) -> ConvergenceFindings | None:
         is_sample=is_sample,
         comparisons=second_computations(found),
         share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
-        undecidable=changed(found.settling.chaotic, found.chosen, is_sample),
-        moved_by_amplitude=None if shift is None else changed(shift.moved, shift.falls, is_sample),
+        undecidable=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
+        moved_by_amplitude=None if shift is None else share_of_changed_cases(shift.moved, shift.falls, is_sample),
     )
 
 

@@ -13,7 +13,7 @@ from overturning.study.cube import element_of_cube, first_shown_block, record_so
 from overturning.study.scenes import variant_scene
 
 
-class Extent(Finding):
+class StudyExtent(Finding):
     """Number of records, earthquakes, blocks and azimuths of a study, and properties of its motions."""
 
     records: int
@@ -60,7 +60,7 @@ class ChosenMap(Finding):
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
 
-class Maps(Finding):
+class ReportMaps(Finding):
     """Maps of the report, and the block that they show."""
 
     height_m: Number
@@ -84,7 +84,7 @@ class RecordSource(Finding):
     licence: str
 
 
-def extent_of(results: Results) -> Extent:
+def study_extent(results: Results) -> StudyExtent:
     """Count records, blocks and azimuths of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
@@ -93,7 +93,7 @@ def extent_of(results: Results) -> Extent:
     neither = ~np.any(groups, axis=0)
     mirrored = not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD
     plan = study.body
-    return Extent(
+    return StudyExtent(
         records=len(results.record_names),
         earthquakes=results.earthquake_count,
         heights=sizes["height"],
@@ -114,7 +114,7 @@ def extent_of(results: Results) -> Extent:
     )
 
 
-def maps_of(results: Results) -> Maps:
+def report_maps(results: Results) -> ReportMaps:
     """Choose the records whose maps the report shows."""
     cube, means = results.cube, results.record_means
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
@@ -122,7 +122,7 @@ def maps_of(results: Results) -> Maps:
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
     block = first_shown_block(cube, results.study)
     names = results.record_names
-    return Maps(
+    return ReportMaps(
         height_m=block["height"][0] if "height" in block else float("nan"),
         friction=block["friction"][0] if "friction" in block else float("nan"),
         smallest_b_over_h=float(cube["b_over_h"].min()),
@@ -139,12 +139,12 @@ def maps_of(results: Results) -> Maps:
     )
 
 
-def cells_of(results: Results) -> list[CellCount]:
+def cell_counts_by_status(results: Results) -> list[CellCount]:
     """Count the cells of each status."""
     return [CellCount(status=name, cells=count) for name, (count, _) in results.status_counts.items() if count]
 
 
-def sources_of(results: Results) -> list[RecordSource]:
+def sources_of_records(results: Results) -> list[RecordSource]:
     """Return source and licence of each record."""
     return [
         RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, truncate_to_published_intensity
-from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import record_jma_intensities
 
@@ -293,7 +293,7 @@ def share_of_motions(agreeing: BoolArray, selected: BoolArray, events: StrArray)
     counts = np.stack(
         [np.bincount(member, each[records].sum(axis=1), names.size) for each in (agreeing, selected)], axis=1
     )
-    interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or Interval(
+    interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
         *bootstrap(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
     )
     return ShareOfMotions(value=agreeing.sum() / selected.sum(), low=interval.low, high=interval.high)

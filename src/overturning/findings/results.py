@@ -18,7 +18,7 @@ from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import apply_by_record
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import mean_fall_directions, overturns
-from overturning.statistics.fragility import Fragility
+from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.space import planar_agreement_counts
 from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.cube import open_records, study_of_cube
@@ -180,7 +180,7 @@ class Results:
         return earthquakes.alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
 
     @cached_property
-    def fragility_curves(self) -> list[Fragility]:
+    def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fragility curves of the study's population; empty if it has none."""
         return fit_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 

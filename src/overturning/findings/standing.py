@@ -10,7 +10,7 @@ from overturning.study.ensemble import wilson_interval
 from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
-    Survival,
+    SurvivalByClass,
     fall_rate_below_curve,
     hazard_unit_warning,
     upper_bound_of_fall_rate,
@@ -22,7 +22,7 @@ NEGLIGIBLE: Final = 0.01
 """Share of the falls from shaking below the hazard's first level up to which it is not reported."""
 
 
-class ClassSurvival(Finding):
+class StoneClassSurvival(Finding):
     """Survival of a class of stones under the hazard of one intensity measure."""
 
     stones: str
@@ -46,7 +46,7 @@ class ClassSurvival(Finding):
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
-class ClassWithoutCurve(Finding):
+class StoneClassWithoutCurve(Finding):
     """Class of stones without a result."""
 
     stones: str
@@ -76,12 +76,12 @@ class SurvivalFindings(Finding):
     years: float
     doubts: list[str]
     """Doubts about the units of the hazard curves."""
-    classes: list[ClassSurvival]
-    without_curve: list[ClassWithoutCurve]
+    classes: list[StoneClassSurvival]
+    without_curve: list[StoneClassWithoutCurve]
     survey: StandingStones | None
 
 
-def survival_findings(found: Survival, stones: Sequence[Stone] | None) -> SurvivalFindings:
+def survival_findings(found: SurvivalByClass, stones: Sequence[Stone] | None) -> SurvivalFindings:
     """Return the survival of each class of stones, and the bound from a survey of standing stones.
 
     Raises
@@ -96,14 +96,14 @@ def survival_findings(found: Survival, stones: Sequence[Stone] | None) -> Surviv
         doubts=_hazard_doubts(found),
         classes=[_class(found, place, bound) for place in range(len(found.estimates))],
         without_curve=[
-            ClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
+            StoneClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
             for row in found.without_curve
         ],
         survey=None if stones is None else _survey(stood, fell, bound),
     )
 
 
-def _hazard_doubts(found: Survival) -> list[str]:
+def _hazard_doubts(found: SurvivalByClass) -> list[str]:
     """Return doubts about the units of hazard curves; `ResultError` if most falls come from beyond the records."""
     doubts = {
         one.measure: f"{found.hazard}: {why}" for one in found.hazards.values() if (why := hazard_unit_warning(one))
@@ -115,11 +115,11 @@ def _hazard_doubts(found: Survival) -> list[str]:
     return list(doubts.values())
 
 
-def _class(found: Survival, place: int, bound: float) -> ClassSurvival:
+def _class(found: SurvivalByClass, place: int, bound: float) -> StoneClassSurvival:
     curve, hazard, one = found.estimates[place]
     weaker = fall_rate_below_curve(curve, hazard)
     counts = weaker > NEGLIGIBLE * one.rate
-    return ClassSurvival(
+    return StoneClassSurvival(
         stones=one.stones,
         measure=one.measure,
         falls_per_year=one.rate,

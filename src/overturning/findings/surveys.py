@@ -18,7 +18,7 @@ from overturning.surveys.stones import OCTANTS, Stone
 from overturning.units import CM
 
 
-class TestFinding(Finding):
+class StatisticalTestFinding(Finding):
     """Result of a statistical test."""
 
     name: str
@@ -99,9 +99,9 @@ class SurveyFindings(Finding):
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
     log_likelihood_ratio_p_value: Number
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
-    fit_tests: list[TestFinding]
+    fit_tests: list[StatisticalTestFinding]
     """Tests of the agreement of observed and predicted directions."""
-    uniformity_test: TestFinding
+    uniformity_test: StatisticalTestFinding
     """Test of a uniform distribution of the observed directions."""
     correct_predictions: int | None
     """Number of `checked_predictions` in which the stone did what was most probable."""
@@ -223,9 +223,9 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
     def by_octant(values: list[float]) -> dict[str, Number]:
         return dict(zip(OCTANTS, values, strict=True))
 
-    def test(name: str) -> TestFinding:
+    def test(name: str) -> StatisticalTestFinding:
         one = getattr(found, name)
-        return TestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
+        return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
         stones=result.stones,
@@ -329,7 +329,7 @@ def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> Inf
     )
 
 
-class SurveyText(Finding):
+class SurveyCommandResults(Finding):
     """Results of the commands `overturning survey` and `overturning backwards`."""
 
     surveys: list[SurveyFindings] = Field(default_factory=list)

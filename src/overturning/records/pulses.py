@@ -33,7 +33,7 @@ class _Pulse(BaseModel):
     after_s: float = Field(default=1.0, ge=0, le=1000, description="Rest after the pulse, s.")
 
     @property
-    def shortest(self) -> float:
+    def shortest_period(self) -> float:
         """Shortest period of the pulse, s."""
         return float(getattr(self, "period_s", math.inf))
 
@@ -46,7 +46,7 @@ class Wave(_Pulse):
     cycles: float = Field(default=1.0, gt=0, le=1000, description="Number of cycles.")
 
     @property
-    def length(self) -> float:
+    def duration(self) -> float:
         """T times the number of cycles, s."""
         return self.period_s * self.cycles
 
@@ -62,12 +62,12 @@ class Ricker(_Pulse):
     period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
 
     @property
-    def length(self) -> float:
+    def duration(self) -> float:
         """3.2 T, s: beyond it the pulse is below 1e-9 of its amplitude."""
         return 3.2 * self.period_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
-        x = np.pi * (time - 0.5 * self.length) / self.period_s
+        x = np.pi * (time - 0.5 * self.duration) / self.period_s
         return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
 
 
@@ -84,12 +84,12 @@ class MavroeidisPapageorgiou(_Pulse):
     phase_deg: float = Field(default=0.0, ge=-360, le=360, description="Phase ν, degrees.")
 
     @property
-    def length(self) -> float:
+    def duration(self) -> float:
         """γ T, s."""
         return self.gamma * self.period_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
-        phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
+        phase = 2.0 * np.pi * (time - 0.5 * self.duration) / self.period_s
         slow, fast = phase / self.gamma, phase + math.radians(self.phase_deg)
         bracket = np.sin(slow) * np.cos(fast) / self.gamma + (1.0 + np.cos(slow)) * np.sin(fast)
         return -0.5 * self.amplitude_gal * GAL * bracket
@@ -101,7 +101,7 @@ class _PulseOfGivenDuration(_Pulse):
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 
     @property
-    def length(self) -> float:
+    def duration(self) -> float:
         """Duration of the pulse, s."""
         return self.duration_s
 
@@ -130,7 +130,7 @@ class Noise(_PulseOfGivenDuration):
     seed: int = Field(default=0, ge=0, description="Seed of the phases.")
 
     @property
-    def shortest(self) -> float:
+    def shortest_period(self) -> float:
         """Period of the highest frequency, s."""
         return 1.0 / self.high_hz
 
@@ -192,22 +192,22 @@ def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
     than ten samples in the pulse, or fewer than four in its shortest period.
     """
     interval = pulse.sampling_interval_s
-    if pulse.length < 10 * interval:
+    if pulse.duration < 10 * interval:
         raise ConfigError(
-            f"record {record_id}: the pulse lasts {pulse.length:g} s; it needs at least ten samples: "
-            f"sampling_interval_s ≤ {pulse.length / 10:g}"
+            f"record {record_id}: the pulse lasts {pulse.duration:g} s; it needs at least ten samples: "
+            f"sampling_interval_s ≤ {pulse.duration / 10:g}"
         )
-    if pulse.shortest < 4 * interval:
+    if pulse.shortest_period < 4 * interval:
         raise ConfigError(
-            f"record {record_id}: the pulse has periods of {pulse.shortest:g} s; each needs at least four samples: "
-            f"sampling_interval_s ≤ {pulse.shortest / 4:g}"
+            f"record {record_id}: the pulse has periods of {pulse.shortest_period:g} s; each needs at least four "
+            f"samples: sampling_interval_s ≤ {pulse.shortest_period / 4:g}"
         )
-    count = math.floor((pulse.before_s + pulse.length + pulse.after_s) / interval + 1e-9) + 1
+    count = math.floor((pulse.before_s + pulse.duration + pulse.after_s) / interval + 1e-9) + 1
     time = np.arange(count) * interval - pulse.before_s
     # Include samples that miss an end of the pulse by rounding only.
-    inside = (time >= -1e-9 * interval) & (time <= pulse.length + 1e-9 * interval)
+    inside = (time >= -1e-9 * interval) & (time <= pulse.duration + 1e-9 * interval)
     along = np.zeros(count)
-    along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.length))
+    along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.duration))
     cosine, sine = direction_cosines(pulse.azimuth_deg)
     given = pulse.model_dump(exclude={"shape"}).items()
     line = " ".join([pulse.shape, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in given)])

@@ -27,7 +27,7 @@ LEAST_BEYOND: Final = 10
 """Smallest number of bootstrap samples beyond each end of an interval; with fewer, the end is mostly noise."""
 
 
-class Interval(NamedTuple):
+class ConfidenceInterval(NamedTuple):
     """Lower and upper end of an interval; NaN if there is none."""
 
     low: float = math.nan
@@ -125,7 +125,7 @@ def bootstrap(
     draws: int = 4000,
     seed: int = 1,
     earthquakes: int | None = None,
-) -> Interval:
+) -> ConfidenceInterval:
     """Compute the expanded percentile interval of a statistic over earthquakes (see `expanded_tail_share`).
 
     Parameters
@@ -140,13 +140,13 @@ def bootstrap(
     """
     n = len(per_earthquake) if earthquakes is None else min(earthquakes, len(per_earthquake))
     if n < FEWEST_EARTHQUAKES:
-        return Interval()
+        return ConfidenceInterval()
     tail = expanded_tail_share(n, level)
     values = bootstrap_values(statistic, per_earthquake, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
     if not values.size:
-        return Interval()
+        return ConfidenceInterval()
     low, high = np.quantile(values, [tail, 1 - tail])
-    return Interval(float(low), float(high))
+    return ConfidenceInterval(float(low), float(high))
 
 
 def mean_over_sample(samples: NDArray[Any]) -> FloatArray:
@@ -170,7 +170,7 @@ def share_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[n
     return found if exact is None or math.isnan(found.low) else Mean(found.n, found.value, *exact)
 
 
-def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interval | None:
+def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
     """Return the exact interval of a share that is 0 (or 1) in every earthquake; None for other shares.
 
     All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake
@@ -187,11 +187,11 @@ def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interva
     for value in (0.0, 1.0):
         if shares.size and np.allclose(shares, value, rtol=0.0, atol=1e-12):
             least = float((1 - level) ** (1 / shares.size))
-            return Interval(least, 1.0) if value else Interval(0.0, 1 - least)
+            return ConfidenceInterval(least, 1.0) if value else ConfidenceInterval(0.0, 1 - least)
     return None
 
 
-def exact_share_interval(count: int, total: int, level: float = 0.95) -> Interval:
+def exact_share_interval(count: int, total: int, level: float = 0.95) -> ConfidenceInterval:
     """Return the exact interval of a share of independent cases (Clopper & Pearson 1934, Biometrika 26); 0 to 1 for 0.
 
     Parameters
@@ -204,7 +204,7 @@ def exact_share_interval(count: int, total: int, level: float = 0.95) -> Interva
     tail = (1.0 - level) / 2.0
     low = scipy.special.betaincinv(count, total - count + 1, tail) if count else 0.0
     high = scipy.special.betaincinv(count + 1, total - count, 1.0 - tail) if count < total else 1.0
-    return Interval(float(low), float(high))
+    return ConfidenceInterval(float(low), float(high))
 
 
 def _known_means_by_earthquake(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:

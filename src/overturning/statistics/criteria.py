@@ -125,7 +125,7 @@ def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_p
 
 
 @dataclass(frozen=True)
-class Criterion:
+class OverturningCriterion:
     """Published criterion: name, rule in words, and limiting PGA (m/s²) as a function of height, B/H and PGV/PGA."""
 
     name: str
@@ -138,11 +138,17 @@ def _west_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike)
 
 
 CRITERIA: Final = (
-    Criterion("West", "PGA above g B/H", _west_limit),
-    Criterion("Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration),
-    Criterion("Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration),
-    Criterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
-    Criterion("pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration),
+    OverturningCriterion("West", "PGA above g B/H", _west_limit),
+    OverturningCriterion(
+        "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration
+    ),
+    OverturningCriterion(
+        "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration
+    ),
+    OverturningCriterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
+    OverturningCriterion(
+        "pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration
+    ),
 )
 """Criteria in the order of tables and figures."""
 
@@ -150,7 +156,7 @@ SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 """Criteria taken from secondary sources; the docstring of each function states how it was checked."""
 
 
-class Score(NamedTuple):
+class PredictionScore(NamedTuple):
     """Weighted contingency table of predicted and actual falls: hits, misses, false alarms, correct rejections.
 
     Each is a number or an array; a share is NaN if its denominator is 0.
@@ -162,7 +168,7 @@ class Score(NamedTuple):
     rejections: Any
 
     @classmethod
-    def from_counts(cls, counts: FloatArray) -> "Score":
+    def from_counts(cls, counts: FloatArray) -> "PredictionScore":
         """Create a score from counts of shape (…, 4)."""
         return cls(*np.moveaxis(counts, -1, 0))
 
@@ -208,7 +214,7 @@ class RuleScore:
     ----------
     name, rule : str
         Name and rule of the criterion, or of the rule that ignores the motion.
-    overall, skill : Score, Mean
+    overall, skill : PredictionScore, Mean
         Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
     within : Mean
         Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
@@ -219,7 +225,7 @@ class RuleScore:
 
     name: str
     rule: str
-    overall: Score
+    overall: PredictionScore
     skill: Mean
     within: Mean
     within_valid: float
@@ -239,14 +245,14 @@ class CriteriaScores:
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     beyond : float
         Share of planes and blocks above `PULSE_VALID`.
-    blocks : dict of (float, float) to tuple of Score
+    blocks : dict of (float, float) to tuple of PredictionScore
         Scores of `CRITERIA` by height, m, and B/H.
     """
 
     rules: tuple[RuleScore, ...]
     leads: dict[str, Mean]
     beyond: float
-    blocks: dict[tuple[float, float], tuple[Score, ...]]
+    blocks: dict[tuple[float, float], tuple[PredictionScore, ...]]
 
     @property
     def best(self) -> RuleScore:
@@ -271,14 +277,17 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
     valid = _pulse_frequency_ratio(height, slender, ratio) <= PULSE_VALID
 
     def count(predicted: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
-        """Compute the counts of `Score`, shape (earthquakes, blocks, 4)."""
+        """Compute the counts of `PredictionScore`, shape (earthquakes, blocks, 4)."""
         columns = (falls * predicted, falls * ~predicted, (1 - falls) * predicted, (1 - falls) * ~predicted)
         counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
 
     def score_rule(name: str, rule: str, predicted: NDArray[np.bool_]) -> RuleScore:
         counts = count(predicted, weight)
-        overall, statistics = Score.from_counts(counts.sum(axis=(0, 1))), (_skill_over_all_blocks, _skill_within_blocks)
+        overall, statistics = (
+            PredictionScore.from_counts(counts.sum(axis=(0, 1))),
+            (_skill_over_all_blocks, _skill_within_blocks),
+        )
         skill, within = (Mean(len(counts), float(of(counts)), *bootstrap(of, counts)) for of in statistics)
         return RuleScore(
             name, rule, overall, skill, within, float(_skill_within_blocks(count(predicted, weight * valid)))
@@ -292,7 +301,7 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
     by_event = {one.name: count(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)}
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
-    blocks = {name: tuple(map(Score.from_counts, each)) for name, each in zip(of_block, counts, strict=True)}
+    blocks = {name: tuple(map(PredictionScore.from_counts, each)) for name, each in zip(of_block, counts, strict=True)}
     beyond = float((weight * ~valid).sum() / weight.sum())
     return CriteriaScores(tuple(rules), _skill_leads(by_event), beyond, blocks)
 
@@ -315,7 +324,7 @@ def _skill_leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
 
 def _skill_over_all_blocks(counts: FloatArray) -> FloatArray:
     """Compute the skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
-    return np.asarray(Score.from_counts(counts.sum(axis=(-3, -2))).skill)
+    return np.asarray(PredictionScore.from_counts(counts.sum(axis=(-3, -2))).skill)
 
 
 def _skill_within_blocks(counts: FloatArray) -> FloatArray:
@@ -325,6 +334,6 @@ def _skill_within_blocks(counts: FloatArray) -> FloatArray:
     few cells. f(1 − f) is the variance of the outcome, so the mean is the slope of a regression of outcomes on
     predictions within blocks.
     """
-    score = Score.from_counts(counts.sum(axis=-3))
+    score = PredictionScore.from_counts(counts.sum(axis=-3))
     weight = np.where(np.isfinite(score.skill), score.falls * (1 - score.falls), 0.0)
     return np.asarray(_ratio((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))

@@ -30,7 +30,7 @@ class ElementFalls:
 
 
 @dataclass(frozen=True)
-class Contrast:
+class FallContrast:
     """Comparison of two cubes with the same cases and one stone each, as means over earthquakes.
 
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
@@ -119,7 +119,7 @@ def _fall_azimuths(cube: xr.Dataset) -> FloatArray:
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def mean_contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
+def mean_contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> FallContrast:
     """Average the counts of `count_common_falls` over earthquakes; ``events`` has the earthquake of each record."""
 
     def share(name: str, of: str) -> Mean:
@@ -128,4 +128,4 @@ def mean_contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
             return share_over_earthquakes(counts[name].to_numpy() / np.where(total > 0, total, np.nan), events)
 
     this, other, both = (share(name, "cases") for name in ("only_this", "only_other", "both"))
-    return Contrast(this, other, both, share("same_way", "both"), share("earlier", "both"))
+    return FallContrast(this, other, both, share("same_way", "both"), share("earlier", "both"))

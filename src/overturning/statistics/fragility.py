@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import Interval, bootstrap
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap
 
 MAX_ITERATIONS: Final = 100
 """Maximum number of Newton steps; a fit that needs more does not converge."""
@@ -27,7 +27,7 @@ MAX_VALUES_PER_BATCH: Final = 50_000
 
 
 @dataclass(frozen=True)
-class Fragility:
+class FittedFragilityCurve:
     """A lognormal fragility curve P(fall) = Φ(ln(x/median)/spread).
 
     Attributes
@@ -38,13 +38,13 @@ class Fragility:
         Intensity measure and its unit.
     median, spread : float
         Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
-    median_interval : Interval
+    median_interval : ConfidenceInterval
         95 % interval of the median, by bootstrap over earthquakes.
     least, most : float
         Range of the fitted intensities; the curve is not valid outside.
     of_records : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
-    within_data : float, Interval, float
+    within_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `most` are infinite, values
         below `least` are 0; the spread is NaN if the median lies outside.
     """
@@ -54,7 +54,7 @@ class Fragility:
     unit: str
     median: float
     spread: float
-    median_interval: Interval
+    median_interval: ConfidenceInterval
     least: float
     most: float
     of_records: float = math.nan
@@ -71,12 +71,12 @@ class Fragility:
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
-    def within_data(self) -> tuple[float, Interval, float]:  # noqa: D102
+    def within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.most else 0.0 if one < self.least else one
             for one in (self.median, *self.median_interval)
         )
-        return median, Interval(low, high), self.spread if self.least <= median <= self.most else math.nan
+        return median, ConfidenceInterval(low, high), self.spread if self.least <= median <= self.most else math.nan
 
     def probability(self, intensity: ArrayLike) -> FloatArray:
         """Return the probability of falling at given intensities."""
@@ -217,7 +217,7 @@ def fit_fragility(
     *,
     record: NDArray[np.generic] | None = None,
     stones: int = 0,
-) -> Fragility:
+) -> FittedFragilityCurve:
     """Fit the fragility curve of a class of stones, with the interval of its median; arrays have shape (n,).
 
     With ``record`` and ``stones``, the number of stones of each share, the spread between records is separated.
@@ -237,8 +237,8 @@ def fit_fragility(
             [_fit_lognormals(np.log(intensity), share, part[:, member], (median, spread))[0] for part in parts]
         )
 
-    ends_of_median = Interval()
+    ends_of_median = ConfidenceInterval()
     if math.isfinite(median):
         ends_of_median = bootstrap(medians, np.arange(names.size))
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
-    return Fragility(name, *measure, median, spread, ends_of_median, *ends, between)
+    return FittedFragilityCurve(name, *measure, median, spread, ends_of_median, *ends, between)

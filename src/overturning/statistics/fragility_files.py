@@ -11,13 +11,13 @@ import numpy as np
 
 from overturning.errors import ArgumentError
 from overturning.files import atomic_write
-from overturning.statistics.fragility import Fragility
+from overturning.statistics.fragility import FittedFragilityCurve
 
 LEVELS: Final = 25
 """Number of intensities at which a curve is tabulated for OpenQuake."""
 
 
-def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
+def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> None:
     """Write fragility curves as CSV, one row per curve: median, interval, spread and its components, range of the data.
 
     The spread is missing if the median lies outside the data, so that no curve can be drawn there.
@@ -42,12 +42,12 @@ def is_openquake_measure(measure: str) -> bool:
     return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 
-def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) -> None:
+def write_openquake(curves: Sequence[FittedFragilityCurve], path: Path, identifier: str) -> None:
     """Write the curves of one measure as an OpenQuake fragility model (NRML 0.5, discrete functions).
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
     probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of
-    a function is the `Fragility.identifier` of its class, which an exposure model uses as taxonomy.
+    a function is the `FittedFragilityCurve.identifier` of its class, which an exposure model uses as taxonomy.
 
     Raises
     ------

@@ -36,7 +36,7 @@ from overturning.study.convergence import (
     RerunResult,
     RigidComparison,
 )
-from overturning.study.sample import Sample
+from overturning.study.sample import CellSample
 from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
@@ -57,10 +57,10 @@ FINER_OVER_STIFFER: Final = 9.0
 def check_convergence(
     study: Study,
     records: Sequence[Record],
-    sample: Sample,
+    sample: CellSample,
     threads: int = 1,
     progress: Progress | None = None,
-    rigid_sample: Sample | None = None,
+    rigid_sample: CellSample | None = None,
 ) -> Convergence:
     """Rerun a sample of cases with finer time steps and with stiffer contact springs, within the allowed cost.
 
@@ -109,7 +109,7 @@ class _SampleReruns:
     """Reruns of the first cases of a sample, in growing batches, and their outcomes."""
 
     def __init__(
-        self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
+        self, study: Study, records: Sequence[Record], sample: CellSample, threads: int, progress: Progress | None
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [motion_for_variant(study, record) for record in records], variant_grid(study)

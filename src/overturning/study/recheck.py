@@ -21,7 +21,7 @@ from overturning.study.sweep import create_ensemble, cube_variables, member_runn
 
 
 @dataclass
-class Recheck:
+class RecheckResult:
     """Result of a recheck."""
 
     of: int  # number of cells of the cube
@@ -31,12 +31,14 @@ class Recheck:
     differences: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
-    def same(self) -> bool:
+    def is_identical(self) -> bool:
         """True if all values agree."""
         return not self.differences and self.content_as_stated
 
 
-def recheck(cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1) -> Recheck:
+def recheck(
+    cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
+) -> RecheckResult:
     """Run a random sample of the cells of a cube again; the default folder of motions is ``motion`` next to it.
 
     An `ArgumentError` is raised if `cell_count` is below 1, a `ResultError` if the cube or a motion is missing, or if
@@ -64,7 +66,7 @@ def recheck(cube_path: Path, motion_folder: Path | None = None, *, cell_count: i
         return motion_for_variant(study, read_motion(of_record), variant)
 
     with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
-        result = Recheck(prod(shape), content_hash(file, variables) == file.content_sha256)
+        result = RecheckResult(prod(shape), content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
         chosen = np.sort(generator.choice(result.of, size=min(cell_count, result.of), replace=False))
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():

@@ -17,7 +17,7 @@ from typing import Any, Final
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
 from overturning.study.convergence import read_convergence
-from overturning.study.ensemble import Members
+from overturning.study.ensemble import EnsembleMembers
 from overturning.study.evaluation import FORMATS
 from overturning.study.netcdf import open_netcdf_unscaled
 
@@ -25,7 +25,7 @@ DAMAGED: Final = "damaged or gone, is made again: "
 """Log prefix of a damaged or missing file that will be made again."""
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
-    "members.csv": Members.read,
+    "members.csv": EnsembleMembers.read,
     "convergence.json": read_convergence,
 }
 _RECORD_FILES: Final = (

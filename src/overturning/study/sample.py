@@ -28,7 +28,7 @@ _ROUNDING: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Sample:
+class CellSample:
     """Cases in the random order in which they are run again, with the outcomes of the study."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
@@ -67,7 +67,7 @@ def rigid_limit_applies(study: Study) -> NDArray[np.bool_]:
     return np.broadcast_to(holds, grid.shape)
 
 
-def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.bool_] | None = None) -> Sample:
+def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.bool_] | None = None) -> CellSample:
     """Choose cells of a cube and read their outcomes; a ResultError if the cube cannot be read.
 
     Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
@@ -104,10 +104,10 @@ def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.
             apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
             weight = direction_weight(falls, parts[0], parts[1], read_chosen_cells("members"))[:, 0]
         cases = records * int(computed.sum())
-        return Sample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
+        return CellSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
-def read_rigid(cube: Path, study: Study) -> Sample | None:
+def read_rigid(cube: Path, study: Study) -> CellSample | None:
     """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
     among = rigid_limit_applies(study)
     settings = study.verification

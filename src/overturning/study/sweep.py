@@ -17,8 +17,8 @@ from overturning.model.results import COUNTS, Results
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import CellEnsemble, Members, Runner, draw_members, progress_of_subtask
-from overturning.study.parts import WHOLE, Chunk, grid_of_chunk, write_part
+from overturning.study.ensemble import CellEnsemble, EnsembleMembers, Runner, draw_members, progress_of_subtask
+from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_part
 from overturning.study.scenes import (
     NOMINAL,
     SizeConversion,
@@ -44,7 +44,7 @@ def cube_variables(study: Study) -> tuple[Variable, ...]:
 
 
 def create_ensemble(
-    study: Study, variant: str = NOMINAL, members: Members | None = None, run_all: bool = False
+    study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all: bool = False
 ) -> CellEnsemble:
     """Create the ensemble of a variant, with given members or new ones; `run_all` runs all cells."""
     settings = study.ensemble
@@ -91,8 +91,8 @@ def sweep_record(
     output_path: Path,
     variant: str = NOMINAL,
     *,
-    members: Members | None = None,
-    chunk: Chunk = WHOLE,
+    members: EnsembleMembers | None = None,
+    chunk: SweepChunk = WHOLE,
     numerics: Numerics | None = None,
 ) -> None:
     """Simulate all cases of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).

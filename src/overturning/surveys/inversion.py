@@ -10,15 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
-from overturning.surveys.posterior import TURN_DEG, TURNS, InversionResult, Posterior
+from overturning.surveys.posterior import TURN_DEG, TURNS, InversionResult, MotionPosterior
 from overturning.surveys.responses import (
     BIN_WIDTH_DEG,
     DIRECTION_BINS,
     LEVELS,
     ORIENTATION_STEP_DEG,
     STOOD,
-    Responses,
     StoneKind,
+    StoneResponses,
     uninformative_probabilities,
 )
 from overturning.surveys.stones import BACKGROUND, Stone
@@ -44,12 +44,12 @@ MIN_FIT_P_VALUE: Final = 0.01
 
 
 @dataclass(frozen=True)
-class Inversion:
+class SurveyInversion:
     """Bayesian inversion of surveys for the motion.
 
     Parameters
     ----------
-    responses : Responses
+    responses : StoneResponses
         Responses of all kinds of stones of the surveys.
     background : float
         Share of stones with a random outcome (pushed, badly founded).
@@ -57,7 +57,7 @@ class Inversion:
         Share of stones fixed to their base.
     """
 
-    responses: Responses
+    responses: StoneResponses
     background: float = BACKGROUND
     fixed: float = 0.0
 
@@ -103,7 +103,9 @@ class Inversion:
                 total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
         return total
 
-    def posterior(self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER) -> Posterior:
+    def posterior(
+        self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER
+    ) -> MotionPosterior:
         """Compute the posterior probability of motion, level and rotation.
 
         Parameters
@@ -121,7 +123,7 @@ class Inversion:
             weight * np.exp(log_likelihoods - log_likelihoods[weight > 0].max()),
             self.responses.motions,
         )
-        return Posterior(
+        return MotionPosterior(
             sources=tuple(one.name for one in motions),
             level=LEVELS,
             turn=np.arange(0.0, 360.0, TURN_DEG),
@@ -139,7 +141,7 @@ class Inversion:
             survey_name, fell, stood, self.fixed, self.posterior_predictive_p_value(stones, posterior), posterior
         )
 
-    def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
+    def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
         """Compute the posterior predictive p-value: share of random surveys that fit their best motion no better.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica

@@ -14,7 +14,7 @@ from overturning.model.model import StoneOutcomes
 from overturning.settings import Population, UniformRange
 from overturning.statistics.by_record import load_record
 from overturning.statistics.circular import resultant, sector_index
-from overturning.statistics.fragility import Fragility, fit_fragility
+from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility
 from overturning.study.ensemble import wilson_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
@@ -242,7 +242,7 @@ def record_jma_intensities(rates: xr.Dataset, intensity_file: xr.Dataset) -> Flo
     return np.asarray(measured + 2 * np.log10(rates["amplitude"].to_numpy()))
 
 
-def fit_fragility_curves(rates: xr.Dataset, intensity_file: xr.Dataset) -> list[Fragility]:
+def fit_fragility_curves(rates: xr.Dataset, intensity_file: xr.Dataset) -> list[FittedFragilityCurve]:
     """Fit fragility curves of the whole population and of each class, for each of `MEASURES` and SA(T)."""
     shares = {"all stones": (rates["fall_rate"].to_numpy(), int(rates.attrs["members"]))}
     for name, members in zip(rates["stones"].to_numpy(), rates["members"].to_numpy(), strict=True):

@@ -33,11 +33,11 @@ _STORED: Final = {
     "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
     "pga": "source", "axis": "source",
 }  # fmt: skip
-"""Attributes of a `Posterior` that are stored in its file, with their dimensions."""
+"""Attributes of a `MotionPosterior` that are stored in its file, with their dimensions."""
 
 
 @dataclass(frozen=True)
-class Posterior:
+class MotionPosterior:
     """Posterior and prior probability of motion, level and rotation.
 
     Attributes
@@ -150,8 +150,8 @@ class InversionResult:
     fixed : float
         Assumed share of fixed stones.
     fit : float
-        p-value of the check of fit, see `Inversion.fit`.
-    posterior : Posterior
+        p-value of the check of fit, see `SurveyInversion.posterior_predictive_p_value`.
+    posterior : MotionPosterior
         Posterior of motion, level and rotation.
     """
 
@@ -160,7 +160,7 @@ class InversionResult:
     stood: int
     fixed: float
     fit: float
-    posterior: Posterior
+    posterior: MotionPosterior
 
     @property
     def everything_fell(self) -> bool:
@@ -169,7 +169,7 @@ class InversionResult:
 
     @property
     def axis_arc(self) -> tuple[float, float]:
-        """Middle and width of the credible arc of the axis, degrees; see `Posterior.axis_arc`."""
+        """Middle and width of the credible arc of the axis, degrees; see `MotionPosterior.axis_arc`."""
         return self.posterior.axis_arc(everything_fell=self.everything_fell)
 
     @property
@@ -199,7 +199,7 @@ def read_inversion(path: Path) -> InversionResult:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
-        posterior = Posterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
+        posterior = MotionPosterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
         return InversionResult(str(about["survey"]), *numbers, posterior)
     except (OSError, ValueError, KeyError) as error:

@@ -136,7 +136,7 @@ def stone_kinds_of_survey(stones: Sequence[Stone], file_name: str) -> list[Stone
     return kinds
 
 
-class Responses:
+class StoneResponses:
     """Outcomes of kinds of stones under motions at all levels of peak velocity, cached for further surveys.
 
     Parameters
@@ -195,7 +195,7 @@ def response_cache_folder() -> Path:
 def node_weights_by_kind(
     kinds: Sequence[StoneKind], population: Population | None = None
 ) -> dict[StoneKind, FloatArray]:
-    """Return the weights of each kind once, see `StoneKind.weights`."""
+    """Return the weights of each kind once, see `StoneKind.node_weights`."""
     return {kind: kind.node_weights(population or Population()) for kind in dict.fromkeys(kinds)}
 
 
@@ -210,7 +210,7 @@ def needed_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, ND
 def count_uncached_cases(
     motions: Sequence[CandidateMotion], kinds: Sequence[StoneKind], folder: Path | None = None
 ) -> tuple[int, float]:
-    """Count the cases that `Responses` would compute, without cached ones, and estimate the computing time.
+    """Count the cases that `StoneResponses` would compute, without cached ones, and estimate the computing time.
 
     Returns
     -------

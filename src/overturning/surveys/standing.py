@@ -65,7 +65,7 @@ class HazardRow(BaseModel, extra="forbid"):
 
 
 @dataclass(frozen=True)
-class Hazard:
+class HazardCurve:
     """A hazard curve; between its levels it is a power law.
 
     Attributes
@@ -158,7 +158,7 @@ class SurvivalEstimate:
     first: float
 
 
-def estimate_survival(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
+def estimate_survival(curve: CurveRow, hazard: HazardCurve, years: float) -> SurvivalEstimate:
     """Compute the probability that stones with a fragility curve (known median) survive years of a hazard."""
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
@@ -190,7 +190,7 @@ def estimate_survival(curve: CurveRow, hazard: Hazard, years: float) -> Survival
 
 
 @dataclass(frozen=True)
-class Survival:
+class SurvivalByClass:
     """Survival of the classes of a fragility table under a hazard table over some years.
 
     Attributes
@@ -209,14 +209,14 @@ class Survival:
 
     years: float
     hazard: str
-    hazards: dict[str, Hazard]
-    estimates: tuple[tuple[CurveRow, Hazard, SurvivalEstimate], ...]
+    hazards: dict[str, HazardCurve]
+    estimates: tuple[tuple[CurveRow, HazardCurve, SurvivalEstimate], ...]
     without_curve: tuple[CurveRow, ...]
 
 
 def survival_by_class(
-    curves: Sequence[CurveRow], hazards: dict[str, Hazard], years: float, file_names: tuple[str, str]
-) -> Survival:
+    curves: Sequence[CurveRow], hazards: dict[str, HazardCurve], years: float, file_names: tuple[str, str]
+) -> SurvivalByClass:
     """Compute the survival of all classes whose intensity measure the hazard has.
 
     `file_names` are those of the fragility and the hazard table; a ResultError names them if a unit differs, or if they
@@ -233,10 +233,10 @@ def survival_by_class(
         raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
     known = [one for one in shared if math.isfinite(one.log_spread)]
     estimates = ((one, hazards[one.measure], estimate_survival(one, hazards[one.measure], years)) for one in known)
-    return Survival(years, hazard, hazards, tuple(estimates), tuple(one for one in shared if one not in known))
+    return SurvivalByClass(years, hazard, hazards, tuple(estimates), tuple(one for one in shared if one not in known))
 
 
-def hazard_unit_warning(hazard: Hazard) -> str:
+def hazard_unit_warning(hazard: HazardCurve) -> str:
     """Return the reason to doubt the unit of a hazard curve, with the likely cause; empty if its levels are plausible.
 
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 5 to 2000 cm/s. Levels
@@ -263,7 +263,7 @@ def upper_bound_of_fall_rate(years: float) -> float:
     return -math.log1p(-BOUND_PROBABILITY) / years
 
 
-def upper_bound_of_hazard_factor(curve: CurveRow, hazard: Hazard, years: float, fall_rate_bound: float) -> float:
+def upper_bound_of_hazard_factor(curve: CurveRow, hazard: HazardCurve, years: float, fall_rate_bound: float) -> float:
     """Compute the factor on the hazard under which only 5 % of a class would still stand: an upper bound.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
@@ -285,11 +285,11 @@ def upper_bound_of_hazard_factor(curve: CurveRow, hazard: Hazard, years: float, 
     return math.exp(brentq(excess_fall_rate, first, last)) if excess_fall_rate(last) < 0 else math.nan
 
 
-def fall_rate_below_curve(curve: CurveRow, hazard: Hazard) -> float:
+def fall_rate_below_curve(curve: CurveRow, hazard: HazardCurve) -> float:
     """Return the annual rate of falls from shaking weaker than the hazard curve, by extrapolation, 1/year."""
     steepness = np.log(hazard.rate[0] / hazard.rate[1]) / np.log(hazard.level[1] / hazard.level[0])
     level = hazard.level[0] * np.array([0.1, 1.0])
-    below = Hazard(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
+    below = HazardCurve(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
     return float(below.fall_rate(curve.median, curve.log_spread)[0])
 
 
@@ -301,7 +301,7 @@ def read_fragility_curves(path: Path) -> list[CurveRow]:
     ]
 
 
-def read_hazard_curves(path: Path) -> dict[str, Hazard]:
+def read_hazard_curves(path: Path) -> dict[str, HazardCurve]:
     """Read hazard curves by measure; a ResultError if levels or rates are not monotonic, or there is only one level."""
     rows: dict[str, list[tuple[int, HazardRow]]] = {}
     for line, row in read_rows(path, HazardRow, delimiter=",", error_class=ResultError, table_kind="hazard table"):
@@ -318,7 +318,7 @@ def read_hazard_curves(path: Path) -> dict[str, Hazard]:
         if len(of_measure) < 2:
             raise ResultError(f"{path}: {measure} has one level; give two or more")
         level, rate = (np.array([getattr(row, of) for _, row in of_measure]) for of in ("level", "annual_rate"))
-        found[measure] = Hazard(measure, of_measure[0][1].unit, level, rate)
+        found[measure] = HazardCurve(measure, of_measure[0][1].unit, level, rate)
     if not found:
         raise ResultError(f"{path}: no level; write one row per level below the header")
     return found

@@ -9,7 +9,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN, Component
 from overturning.records.formats.header import Fields, Header
-from overturning.records.formats.lines import FLOAT, Lines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, component_reader
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -30,7 +30,7 @@ FIELDS: Final[Fields] = {
 
 
 @component_reader(r"\* VOL1", "only volume 1 is read")
-def read(block: Lines) -> tuple[Component, int]:
+def read(block: TextLines) -> tuple[Component, int]:
     """Read the component that begins at the first line; return the component and the number of its lines."""
     header, text = Header.find_fields(block, FIELDS, HEADER_LINES, min_lines=HEADER_LINES), block.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_match("azimuths of L and T")

@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.records.component import Component, Direction, HeaderPeak
 from overturning.records.formats.header import Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -49,7 +49,7 @@ def read(source: SourceFile) -> list[Component]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
     station = Header.find_fields(source, STATION, 40)
     at = station.line_index("section 2")
-    header = Header.find_fields(Lines(source, source.lines[at:], at), RECORD, 40)
+    header = Header.find_fields(TextLines(source, source.lines[at:], at), RECORD, 40)
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
     heading = header.line_index("the line T, EW, NS, UD")
     columns = header.field_text("the line T, EW, NS, UD").upper().split()

@@ -27,7 +27,7 @@ from overturning.records.component import (
     parse_sensor_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import Lines, component_reader
+from overturning.records.formats.lines import TextLines, component_reader
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
@@ -53,7 +53,7 @@ FIELDS: Final[Fields] = {
 }
 
 
-def _number_set_format(lines: Lines, line_index: int, set_label: str) -> tuple[dict[str, Any], int]:
+def _number_set_format(lines: TextLines, line_index: int, set_label: str) -> tuple[dict[str, Any], int]:
     """Return count, numbers per line and width of a set, and the index of the line after it."""
     match = SET.match(lines.lines[line_index]) if line_index < len(lines.lines) else None
     if match is None:
@@ -65,7 +65,7 @@ def _number_set_format(lines: Lines, line_index: int, set_label: str) -> tuple[d
 
 
 @component_reader(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
-def read(lines: Lines) -> tuple[Component, int]:
+def read(lines: TextLines) -> tuple[Component, int]:
     """Read the channel that begins at the first line; return the channel and the number of its lines."""
     text = lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
@@ -127,7 +127,7 @@ def _agency_entries(header: Header) -> dict[str, str]:
     return {"processed_by": header.field_text("processed by") or unnamed} | filtered
 
 
-def _acceleration_per_count(lines: Lines, reals_at: int, reals: FloatArray) -> float:
+def _acceleration_per_count(lines: TextLines, reals_at: int, reals: FloatArray) -> float:
     """Return the acceleration of one count, m/s², from the recorder's step and the sensor's sensitivity."""
     microvolts, volts_per_g = float(reals[21]), float(reals[41])
     gain = 1.0 if reals[46] == NULL else float(reals[46])
@@ -138,7 +138,7 @@ def _acceleration_per_count(lines: Lines, reals_at: int, reals: FloatArray) -> f
     return microvolts * 1e-6 / (volts_per_g * gain) * STANDARD_GRAVITY
 
 
-def _checked_unit_code(lines: Lines, data_at: int, unit_code: int) -> int:
+def _checked_unit_code(lines: TextLines, data_at: int, unit_code: int) -> int:
     """Return the code (COSMOS table 2) of the samples' unit; text and integers must agree."""
     line = lines.lines[data_at]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
@@ -169,7 +169,7 @@ def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_
     return word or str(direction_code), direction
 
 
-def _start_time(lines: Lines, integers: np.ndarray, second: float) -> datetime | None:
+def _start_time(lines: TextLines, integers: np.ndarray, second: float) -> datetime | None:
     """Return the UTC time of the first sample from the integers of the header; None if not stated."""
     year, _, month, day, hour, minute = (int(integers[i]) for i in range(39, 45))
     if NULL in (year, month, day, hour, minute) or not 0 <= second < 61:

@@ -24,7 +24,7 @@ from overturning.records.component import (
     parse_sensor_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import FLOAT, Lines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, component_reader
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
@@ -65,7 +65,7 @@ DATA: Final[Fields] = {
 
 
 @component_reader(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read(block: Lines) -> tuple[Component, int]:
+def read(block: TextLines) -> tuple[Component, int]:
     """Read the channel that begins at the first line; return the channel and the number of its lines."""
     volume = {"U": 1, "C": 2}.get(block.lines[0].lstrip()[0].upper())
     if volume is None:
@@ -135,7 +135,7 @@ def _header_peak_unit(header: Header) -> str:
     return match[2].lower() if match else ""
 
 
-def _read_even_samples(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
+def _read_even_samples(block: TextLines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Return samples, m/s², their interval, s, and notes; if their line states no unit, the peak's unit applies."""
     data = Header.find_fields(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
     rate = data.optional_field_number("rate")
@@ -155,7 +155,7 @@ def _read_even_samples(block: Lines, data_at: int, header: Header) -> tuple[np.n
 
 
 def _read_time_acceleration_pairs(
-    block: Lines, text_lines: int, header: Header
+    block: TextLines, text_lines: int, header: Header
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read the pairs of time and acceleration of old volume-1 files; return samples, m/s², interval, s, and notes."""
     count, first = int(header.field_number("NO. OF POINTS")), text_lines + 14

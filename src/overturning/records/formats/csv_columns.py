@@ -18,7 +18,7 @@ from overturning.records.formats.headings import (
     read_heading_cells,
     text_line_notes,
 )
-from overturning.records.formats.lines import Lines
+from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
@@ -47,7 +47,7 @@ def read(source: SourceFile, declarations: Declarations) -> list[Component]:
                 "in the record table: true or false; --processed or --raw here)"
             )
     reasons.raise_all()
-    lines = Lines(source, source.lines)
+    lines = TextLines(source, source.lines)
     rows, first, notes = _read_number_rows(lines, columns, declarations, per_line, width)
     interval = declarations.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
@@ -142,7 +142,11 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
 
 
 def _read_number_rows(
-    lines: Lines, columns: Sequence[tuple[str, str]], declarations: Declarations, values_per_line: int, field_width: int
+    lines: TextLines,
+    columns: Sequence[tuple[str, str]],
+    declarations: Declarations,
+    values_per_line: int,
+    field_width: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of all rows, the index of the first row's line, and notes on headings that contradict."""
     name, first = lines.source.name, first_number_line(lines.lines)
@@ -176,7 +180,7 @@ def _read_number_rows(
 
 
 def _read_wrapped_values(
-    lines: Lines, texts: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
+    lines: TextLines, texts: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> list[list[float]]:
     """Return the values of one axis with several values per line, one per row; only the last line may be shorter."""
     values: list[list[float]] = []
@@ -214,7 +218,7 @@ def _separator_fault(line: str, cells: list[str], separator: str | None, column_
 
 
 def _checked_sampling_interval(
-    lines: Lines, first_line: int, time: FloatArray, declared_interval: float | None
+    lines: TextLines, first_line: int, time: FloatArray, declared_interval: float | None
 ) -> float:
     """Return the sampling interval of a time column, s; it must agree with the declared interval."""
     exact = float(time[-1] - time[0]) / (time.size - 1)

@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN, Component, direction_from_name_and_code, parse_axis_direction
 from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, Lines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, component_reader
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
@@ -32,7 +32,7 @@ FIELDS: Final[Fields] = {
 
 
 @component_reader(r"(Unc|C)orrected", "get the file again")
-def read(block: Lines) -> tuple[Component, int]:
+def read(block: TextLines) -> tuple[Component, int]:
     """Read the component that begins at the first line; return the component and the number of its lines."""
     header, text = Header.find_fields(block, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), block.lines
     corrected = text[0].startswith("Corrected")

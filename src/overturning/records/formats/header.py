@@ -10,7 +10,7 @@ from typing import Any, Final
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.records.component import Component, Direction, HeaderPeak
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 
 Fields = Mapping[str, str | tuple[int, str]]
@@ -50,20 +50,20 @@ def parse_stated_time(time_text: str, *time_patterns: str, utc_offset: timedelta
 
 
 @dataclass(frozen=True)
-class Header(Lines):
+class Header(TextLines):
     """Lines of a file with the header's fields: line index and match of each field's pattern."""
 
     found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
     @classmethod
     def find_fields(
-        cls, lines: Lines | SourceFile, fields: Fields, max_lines: int = 500, *, min_lines: int = 0
+        cls, lines: TextLines | SourceFile, fields: Fields, max_lines: int = 500, *, min_lines: int = 0
     ) -> "Header":
         """Find fields in the lines before ``max_lines``, ignoring case; the first line that fits counts.
 
         Raises a RecordError if there are fewer than ``min_lines`` lines.
         """
-        lines = Lines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
+        lines = TextLines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
         lines.check_header_length(min_lines)
         found = {}
         for name, stated in fields.items():

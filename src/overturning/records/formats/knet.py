@@ -12,7 +12,7 @@ from typing import Final
 from overturning.arrays import FloatArray
 from overturning.records.component import Component, Sensor
 from overturning.records.formats.header import Fields, Header, parse_stated_time
-from overturning.records.formats.lines import Lines
+from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -100,7 +100,7 @@ def _acceleration_per_count(header: Header) -> float:
     return above / below * GAL
 
 
-def _read_counts(lines: Lines) -> FloatArray:
+def _read_counts(lines: TextLines) -> FloatArray:
     """Read whole numbers in right-aligned columns; a last number that ends before its column is refused as cut."""
     for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
         for word in line.split():

@@ -25,7 +25,7 @@ _ALLOWED: Final = set("0123456789+-.eE ")
 
 
 @dataclass(frozen=True)
-class Lines:
+class TextLines:
     """Lines of a file, or of one channel in it; line indices count from 0 within them."""
 
     source: SourceFile
@@ -210,7 +210,7 @@ class Lines:
         return values.astype(np.int64)
 
 
-_ReadOne = Callable[[Lines], tuple[Component, int]]
+_ReadOne = Callable[[TextLines], tuple[Component, int]]
 
 
 def component_reader(
@@ -228,7 +228,7 @@ def component_reader(
         while at < len(source.lines):
             line, length = source.lines[at].strip(), 1
             if line:
-                block = Lines(source, source.lines[at:], at)
+                block = TextLines(source, source.lines[at:], at)
                 if not re.match(first_line_pattern, line, re.IGNORECASE):
                     raise block.error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
                 component, length = read(block)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import UNKNOWN, Component, Direction, HeaderPeak, direction_from_name_and_code
-from overturning.records.formats.lines import Lines
+from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -27,7 +27,7 @@ DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError names the line at which the file is no accelerogram, cut or inconsistent."""
-    text = Lines(source, source.lines)
+    text = TextLines(source, source.lines)
     lines = text.lines
     kind = lines[0].strip()
     if kind not in KINDS:
@@ -65,7 +65,7 @@ def read(source: SourceFile) -> list[Component]:
     ]
 
 
-def _read_samples(lines: Lines, comment_count: int, sample_count: int) -> tuple[np.ndarray, tuple[str, ...]]:
+def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return the samples, cm/s², after the comments, and a note if the file has more than the header states."""
     if sample_count < 2 or not 0 <= comment_count <= 10_000:
         raise lines.error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
@@ -77,7 +77,7 @@ def _read_samples(lines: Lines, comment_count: int, sample_count: int) -> tuple[
     return samples, notes
 
 
-def _axis_name_and_direction(lines: Lines, integers: np.ndarray) -> tuple[str, Direction]:
+def _axis_name_and_direction(lines: TextLines, integers: np.ndarray) -> tuple[str, Direction]:
     """Return name and direction of the axis; text and integers must agree."""
     word = re.search(r"component=\s*(\S+)", lines.lines[5])
     axis = word[1] if word else str(integers[13])
@@ -105,7 +105,7 @@ def _doubt_notes(file_name: str, integers: np.ndarray, known_numbers: dict[int, 
     return flagged + ([f"the station's longitude {east:g} is taken as east; {remedy}"] if east > 0 else [])
 
 
-def _start_time(integers: np.ndarray, lines: Lines) -> datetime | None:
+def _start_time(integers: np.ndarray, lines: TextLines) -> datetime | None:
     """Return the time of the first sample, UTC, from year, day of the year and time; None if not stated."""
     year, day, hour, minute, second, millis = (int(n) for n in integers[1:7])
     if NULL in (year, day, hour, minute) or year == 0:

@@ -16,7 +16,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.records.component import CODED_SENSES, Component, azimuth_code_direction, direction_from_name_and_code
 from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, Lines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, component_reader
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
@@ -41,7 +41,7 @@ LONGEST_GAP: Final = 0.1
 
 
 @component_reader(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
-def read(block: Lines) -> tuple[Component, int]:
+def read(block: TextLines) -> tuple[Component, int]:
     """Read the channel that begins at the first line; return the channel and the number of its lines."""
     header, text = Header.find_fields(block, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), block.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
@@ -81,7 +81,7 @@ def read(block: Lines) -> tuple[Component, int]:
 
 
 def _resample_evenly(
-    block: Lines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
+    block: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at even times from 0, their interval, s, and a note; evenly timed samples stay unchanged."""
     steps = np.diff(time)

@@ -10,20 +10,20 @@ from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
 
 
-def check_outcomes(cube: xr.Dataset, kind: str) -> None:
+def check_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
     """Raise an ArgumentError if no case of a cube has an outcome."""
     if not bool(overturns(cube).notnull().any()):
         count = f"none of the {cube['overturned'].size:,} cases has an outcome"
-        raise ArgumentError(f"{kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
+        raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
 
 
-def check_falls(cube: xr.Dataset, kind: str) -> None:
+def check_falls(cube: xr.Dataset, figure_kind: str) -> None:
     """Raise an ArgumentError if no case of a cube overturns."""
-    check_outcomes(cube, kind)
+    check_outcomes(cube, figure_kind)
     falls = overturns(cube)
     if not bool((falls > 0).any()):
         count = f"none of the {int(falls.notnull().sum()):,} cases with an outcome overturns"
-        raise ArgumentError(f"{kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")
+        raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")
 
 
 def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset]) -> None:
@@ -40,9 +40,9 @@ def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset]) -> None:
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")
 
 
-def check_alignments(cube: xr.Dataset, found: dict[str, ReferenceAlignment]) -> None:
+def check_alignments(cube: xr.Dataset, alignments: dict[str, ReferenceAlignment]) -> None:
     """Raise an ArgumentError if no record with falls has a reference to compare them with."""
-    means = [mean.value for group in found.values() for of_part in group.means.values() for mean in of_part]
+    means = [mean.value for group in alignments.values() for of_part in group.means.values() for mean in of_part]
     if not np.isfinite(means).any():
         check_falls(cube, "follow")
         raise ArgumentError(
@@ -56,9 +56,10 @@ def check_plane(cube: xr.Dataset, measures: xr.Dataset) -> None:
     check_motion(float(measures["pga"].max()), "plane")
 
 
-def check_motion(peak: float, kind: str) -> None:
+def check_motion(peak_acceleration: float, figure_kind: str) -> None:
     """Raise an ArgumentError if the ground is at rest: its peak acceleration, m/s², does not exceed `LEAST_PGA`."""
-    if not peak > LEAST_PGA:
+    if not peak_acceleration > LEAST_PGA:
         raise ArgumentError(
-            f"{kind}: nothing to draw: the ground does not move (peak {peak / GAL:.2g} Gal); choose another motion"
+            f"{figure_kind}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal); "
+            "choose another motion"
         )

@@ -53,8 +53,8 @@ class FilmBody:
             "free": self.free,
             "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices],
             "faces": self.faces,
-            "position": _packed(self.position),
-            "rotation": _packed(self.rotation),
+            "position": _as_base64_integers(self.position),
+            "rotation": _as_base64_integers(self.rotation),
         }
 
 
@@ -96,7 +96,7 @@ class FilmPanel:
     def data(self, film: "Film") -> dict[str, Any]:
         """Return the panel as plain data for the player of a film."""
         traces = [
-            (label, [_thinned(one, self.sampling_interval, film) for one in rows])
+            (label, [_thinned_motion(one, self.sampling_interval, film) for one in rows])
             for label, rows in self.traces(film.vertical)
         ]
         data: dict[str, Any] = {
@@ -105,14 +105,16 @@ class FilmPanel:
             "outcomeTime": None if np.isnan(self.outcome_time) else round(float(self.outcome_time), 4),
             "sides": self.sides,
             "bodies": [body.data() for body in self.bodies],
-            "traces": [{"label": label, "rows": [_packed(row / GAL) for row, _ in rows]} for label, rows in traces],
+            "traces": [
+                {"label": label, "rows": [_as_base64_integers(row / GAL) for row, _ in rows]} for label, rows in traces
+            ],
             "traceInterval": round(traces[0][1][0][1], 9),
         }
         if self.ground is not None:
-            data["ground"] = _packed(self.ground)
+            data["ground"] = _as_base64_integers(self.ground)
         if self.force is not None and self.force_point is not None:
             data["points"] = self.force.shape[1]
-            data["forcePoint"], data["force"] = _packed(self.force_point), _packed(self.force)
+            data["forcePoint"], data["force"] = _as_base64_integers(self.force_point), _as_base64_integers(self.force)
         return data
 
 
@@ -182,9 +184,9 @@ def frame_times(first: float, last: float) -> FloatArray:
     return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
 
 
-def columns_at(time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
+def columns_at(frame_time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
     """Return columns sampled at the times `clock` interpolated to the times of a film's frames."""
-    return np.stack([np.interp(time, clock, column) for column in values.T], axis=1)
+    return np.stack([np.interp(frame_time, clock, column) for column in values.T], axis=1)
 
 
 def vertex_paths(body: FilmBody) -> FloatArray:
@@ -245,7 +247,7 @@ def ground_displacement(components: Sequence[FloatArray | None], interval: float
     return np.stack(columns, axis=1)
 
 
-def _packed(values: ArrayLike) -> dict[str, Any]:
+def _as_base64_integers(values: ArrayLike) -> dict[str, Any]:
     """Return numbers as base64 of 16-bit integers with a common scale: 1/32000 of the largest, below a pixel."""
     array = np.asarray(values, dtype=np.float64).ravel()
     largest = float(np.abs(array).max(initial=0.0))
@@ -254,7 +256,7 @@ def _packed(values: ArrayLike) -> dict[str, Any]:
     return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode("ascii")}
 
 
-def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[FloatArray, float]:
+def _thinned_motion(acceleration: FloatArray, interval: float, film: Film) -> tuple[FloatArray, float]:
     """Return the part of a motion that the film shows, thinned to the extremes of each 0.02 s, and its interval, s."""
     first, last = int(film.start / interval), int(np.ceil(film.end / interval)) + 1
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])

@@ -12,7 +12,7 @@ from overturning.model.shapes import Circle, Rectangle, Regular, Shape
 
 
 def filmed_case(model: Model, block: Mapping[str, float], place: str, **more: Any) -> FilmedCase:
-    """Return the facts of a film's title.
+    """Return the model, the block and the place of a motion, as the title of a film states them.
 
     Parameters
     ----------
@@ -28,12 +28,12 @@ def filmed_case(model: Model, block: Mapping[str, float], place: str, **more: An
     height, width = block["height"], block["height"] * block["b_over_h"]
     given = {"width": width, "height": height, "friction": block["friction"], "place": place, **more}
     if isinstance(model, Body):
-        return FilmedCase(**_body(model.shape, width, block.get("aspect", 1.0)), in_space=True, **given)
+        return FilmedCase(**_stone_of_body(model.shape, width, block.get("aspect", 1.0)), in_space=True, **given)
     assert isinstance(model, Planes)
-    return FilmedCase(**(given | _plane(model.scene)))
+    return FilmedCase(**(given | _stone_of_scene(model.scene)))
 
 
-def _plane(scene: Scene) -> dict[str, Any]:
+def _stone_of_scene(scene: Scene) -> dict[str, Any]:
     """Return the kind of stone of a scene; a scene of its own friction states none."""
     own = {} if scene.sweeps_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
@@ -41,7 +41,7 @@ def _plane(scene: Scene) -> dict[str, Any]:
     return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.reference_name, **own}
 
 
-def _body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
+def _stone_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
     """Return the kind of stone of a 3-D body."""
     if isinstance(shape, Rectangle):
         return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}

@@ -75,11 +75,11 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
         # A long line must not widen the first column: leave it out of the layout, but keep its height.
         axes_row[0].set_xlabel(" ", fontsize=8)
         below = {"transform": axes_row[0].transAxes, "fontsize": 8, "va": "top"}
-        axes_row[0].text(0.0, -0.03, _foot(panel, rows), **below).set_in_layout(False)
+        axes_row[0].text(0.0, -0.03, _line_below_row(panel, rows), **below).set_in_layout(False)
     return figure
 
 
-def _foot(panel: FilmPanel, rows: int) -> str:
+def _line_below_row(panel: FilmPanel, rows: int) -> str:
     """Return the line below a row: directions of both sides, heading if there are several rows, and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
     return sides + (f"{panel.title}: " if rows > 1 else "") + panel.outcome
@@ -128,7 +128,7 @@ VIEW_ELEVATION: Final = 0.42
 LIGHT: Final = np.array([0.35, -0.5, 0.79])
 
 
-def _camera() -> FloatArray:
+def _view_matrix() -> FloatArray:
     """Return the rows of the view matrix: right, up, and towards the viewer, over east, north and up."""
     (sa, ca), (se, ce) = ((np.sin(one), np.cos(one)) for one in (VIEW_AZIMUTH, VIEW_ELEVATION))
     return np.array([[-ca, sa, 0.0], [-se * sa, -se * ca, ce], [ce * sa, ce * ca, se]])
@@ -144,13 +144,13 @@ def solid_corners(body: FilmBody, frame: int = 0) -> FloatArray:
 
 def _space_view(film: Film) -> tuple[float, float, float, float]:
     """Return the edges of the projection that contain the bodies of all panels at all frames."""
-    camera = _camera()[:2]
+    camera = _view_matrix()[:2]
     places = [
         (solid_corners(panel.bodies[0], frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
         for panel in film.panels
         for frame in range(len(panel.bodies[0].position))
     ]
-    half = _floor(film.panels[0].bodies[0])
+    half = _half_floor_width_m(film.panels[0].bodies[0])
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera.T
     points = np.concatenate([*places, floor])
     (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
@@ -158,7 +158,7 @@ def _space_view(film: Film) -> tuple[float, float, float, float]:
     return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
 
 
-def _floor(body: FilmBody) -> float:
+def _half_floor_width_m(body: FilmBody) -> float:
     """Return half of the width of the floor on which a 3-D body is drawn, m."""
     return 1.4 * float(np.linalg.norm(body.vertices, axis=1).max())
 
@@ -166,9 +166,9 @@ def _floor(body: FilmBody) -> float:
 def _draw_solid(axes: Any, body: FilmBody, at: float) -> None:
     from matplotlib.patches import Polygon
 
-    camera, begin = _camera(), body.position[0] * [1, 1, 0]
+    camera, begin = _view_matrix(), body.position[0] * [1, 1, 0]
     corners = solid_corners(pose_at(body, at)) - begin
-    half = _floor(body)
+    half = _half_floor_width_m(body)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
     axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))
     for share in (-0.5, 0.0, 0.5):

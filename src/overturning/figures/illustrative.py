@@ -188,9 +188,10 @@ def block_trajectories(
     directions_deg: Sequence[float],
     variant: str = NOMINAL,
 ) -> list["xr.Dataset"]:
-    """Return the trajectories of a block of a study, one for each direction, degrees; those of a scene end lying.
+    """Return the trajectories of a block of a study, one for each direction, degrees.
 
-    Height (m) and B/H of the block are those of the study; a variant with another scene has the sizes of its own.
+    The trajectories of a scene go on until its stones lie. Height (m) and B/H of the block are those of the study; a
+    variant with another scene has the sizes of its own.
     """
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
     height, ratio = (np.array([block[name]]) for name in ("height", "b_over_h"))

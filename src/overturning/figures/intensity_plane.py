@@ -82,11 +82,11 @@ def _draw_intensity_plane(
 
 
 def intensity_plane_figure(
-    cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float, another: str = ""
+    cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
     """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
 
-    `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and azimuth. `another` is a note (see
+    `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and azimuth. `size_note` is a note (see
     `element_size_note`) that the sizes belong to another stone: it is added to the title, and the criteria, which need
     the stone's own sizes, are left out.
     """
@@ -104,7 +104,7 @@ def intensity_plane_figure(
         for column, b_over_h in enumerate(chosen):
             points = intensity_plane_points(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_intensity_plane(panels[row, column], points, *block, fit, named, limits=not another)
+            _draw_intensity_plane(panels[row, column], points, *block, fit, named, limits=not size_note)
     title = f"Every plane of every record, {friction_label(cube, friction)}"
-    caption(figure, f"{title}\n{another}".rstrip(), panels[0, 0], 3)
+    caption(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
     return figure

@@ -25,15 +25,15 @@ LIMIT_FACTOR = 3.0
 hide the rotations."""
 
 
-def element_response(one: xr.Dataset) -> list[Any]:
+def element_response(element_trajectory: xr.Dataset) -> list[Any]:
     """Return rotation, slip and uplift of one element in the units of `ROWS`; uplift of the highest base vertex."""
-    p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
+    p, q = element_trajectory["vertices"].to_numpy()[np.isfinite(element_trajectory["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
-    angle, z = (one[name].to_numpy()[:, None] for name in ("rotation", "z"))
+    angle, z = (element_trajectory[name].to_numpy()[:, None] for name in ("rotation", "z"))
     level = z - p[lower] * np.sin(angle) + q[lower] * np.cos(angle)
     return [
         np.degrees(angle[:, 0]),
-        one["base_slip"].to_numpy() / CM,
+        element_trajectory["base_slip"].to_numpy() / CM,
         (level.max(axis=1) - level[0].max()) / CM,
     ]
 

@@ -74,14 +74,14 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
 
 
 def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
-    """Return a site for each earthquake with an epicentre and a station, or with two stations, in the cube's order.
+    """Return each earthquake with an epicentre and a station, or with two stations, in the order of the cube.
 
     Stations are named by the ids of their records. One is left out if its place is unknown, or if the record table
     states it without a source. The axis is the mean axis of its falls over the informative blocks, if their resultant
     is at least `LEAST_RESULTANT`; the epicentre and the trace are the first known ones.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
-    stations, epicentres = _places(cube, "station"), _places(cube, "epicentre")
+    stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
     said, model = {row["id"]: row for row in record_sources(cube)}, model_of(cube)
     about = [said.get(name, {}) for name in ids.tolist()]
     means = apply_by_record(partial(mean_fall_directions, over=model.case_dims, informative=True), cube, model.reads)
@@ -104,7 +104,7 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     return sites
 
 
-def _places(cube: xr.Dataset, where: str) -> list[tuple[float, float]]:
+def _coordinates_of_records(cube: xr.Dataset, where: str) -> list[tuple[float, float]]:
     """Return latitude and longitude of the station or the epicentre of each record, NaN where unknown."""
     names = (f"{where}_latitude", f"{where}_longitude")
     north, east = (np.atleast_1d(cube[name].to_numpy()).astype(np.float64).tolist() for name in names)
@@ -141,7 +141,7 @@ def site_map(sites: Sequence[EarthquakeOnMap]) -> Figure:
     for axes, site, title in zip(panels.flat, sites, titles, strict=False):
         _draw_site(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    caption(figure, "", None, min(3, columns + 1), first=_legend(sites))
+    caption(figure, "", None, min(3, columns + 1), first=_legend_marks(sites))
     return figure
 
 
@@ -157,7 +157,7 @@ def _check_earthquake_on_map(site: EarthquakeOnMap) -> None:
             )
 
 
-def _legend(sites: Sequence[EarthquakeOnMap]) -> list[Any]:
+def _legend_marks(sites: Sequence[EarthquakeOnMap]) -> list[Any]:
     """Return a mark for each kind of thing that is on one of the maps."""
     from matplotlib.lines import Line2D
 
@@ -262,7 +262,7 @@ class NameBox(NamedTuple):
 def _name_placement_cost(
     box: NameBox, number: int, stations: Any, marks: Any, boxes: Sequence[NameBox], frame: Any
 ) -> float:
-    """Return how bad a place is for the name of a station: a name must be nearest to its own station."""
+    """Return how bad a box is for the name of a station: a name must be nearest to its own station."""
     out = float(np.clip(np.concatenate([frame[:, 0] - box.low, box.high - frame[:, 1]]), 0, None).sum())
     over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in boxes)
     away = box.away(stations)

@@ -38,7 +38,7 @@ _COMPUTED: Final[dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class DrawnSurvey:
-    """Survey to draw.
+    """Observed and computed falls of a survey, as its figure shows them.
 
     Attributes
     ----------

@@ -20,9 +20,9 @@ def compact_svg(text: str) -> str:
     return _COORDINATES.sub(_round_coordinates, text)
 
 
-def _round_coordinates(found: "re.Match[str]") -> str:
+def _round_coordinates(attribute_match: "re.Match[str]") -> str:
     """Round the coordinates in a matched SVG attribute; scale factors and transformation matrices stay exact."""
-    words = " " + " ".join(found[0].split()).replace(' "', '"')
+    words = " " + " ".join(attribute_match[0].split()).replace(' "', '"')
     if "scale" in words or "matrix" in words:
         return words
     return _NUMBER.sub(lambda one: f"{float(one[0]):.2f}".rstrip("0").rstrip("."), words)

@@ -144,7 +144,7 @@ def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
             even_chance_becomes=one.odds_factor_per_doubling / (1.0 + one.odds_factor_per_doubling),
         )
         for one in rows
-        if one.predictor in fitted and one.odds_factor_per_doubling is not None and _is_narrow(one)
+        if one.predictor in fitted and one.odds_factor_per_doubling is not None and _has_narrow_odds_interval(one)
     ]
     return LogisticFitFindings(
         coefficients=[] if fit.note.startswith("no fit") else rows,
@@ -156,9 +156,9 @@ def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
     )
 
 
-def _is_narrow(one: LogisticCoefficient) -> bool:
+def _has_narrow_odds_interval(doubling: LogisticCoefficient) -> bool:
     """True if the ends of the interval of the odds differ by less than `MOST_ODDS_RATIO`, or if there is none."""
-    low, high = one.odds_factor_low, one.odds_factor_high
+    low, high = doubling.odds_factor_low, doubling.odds_factor_high
     return low is None or high is None or high < MOST_ODDS_RATIO * low
 
 

@@ -42,21 +42,25 @@ class SecondComputation(Finding):
     """Share of `side` among the cases whose ensemble falls to one side only."""
 
 
-def share_of_changed_cases(count: int, compared: int, sampled: bool) -> ChangedCases:
+def share_of_changed_cases(changed_count: int, compared_count: int, is_sample: bool) -> ChangedCases:
     """Return the share of changed cases, with an interval if the cases are a random sample."""
-    low, high = map(float, wilson_interval(count, compared)) if sampled and compared else (math.nan, math.nan)
-    share = count / compared if compared else math.nan
-    return ChangedCases(count=count, compared=compared, value=share, low=low, high=high)
+    low, high = (
+        map(float, wilson_interval(changed_count, compared_count))
+        if is_sample and compared_count
+        else (math.nan, math.nan)
+    )
+    share = changed_count / compared_count if compared_count else math.nan
+    return ChangedCases(count=changed_count, compared=compared_count, value=share, low=low, high=high)
 
 
-def second_computations(found: Convergence) -> list[SecondComputation]:
-    """Return the comparisons of a study with its second computations."""
+def second_computations(convergence: Convergence) -> list[SecondComputation]:
+    """Return the comparisons of a study with the finer, stiffer and rigid computations of its convergence check."""
     rows = []
     for name, factor, part in (
-        ("finer", found.finer_by, found.finer), ("stiffer", found.stiffer_by, found.stiffer)
+        ("finer", convergence.finer_by, convergence.finer), ("stiffer", convergence.stiffer_by, convergence.stiffer)
     ):  # fmt: skip
-        sampled = found.chosen < found.computed
-        rows += [_compared(name, factor, one, sampled) for one in part.outcomes]
+        sampled = convergence.chosen < convergence.computed
+        rows += [_second_computation_of_element(name, factor, one, sampled) for one in part.outcomes]
         if not part.outcomes:
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
@@ -65,20 +69,26 @@ def second_computations(found: Convergence) -> list[SecondComputation]:
                     falls_or_stands_undivided=none, side=none, side_agreed=none,
                 )
             )  # fmt: skip
-    rigid = found.rigid
+    rigid = convergence.rigid
     if rigid is not None and rigid.cases:
-        rows.append(_compared("rigid", math.nan, rigid, rigid.cases + rigid.unanswered < rigid.cells))
+        rows.append(
+            _second_computation_of_element("rigid", math.nan, rigid, rigid.cases + rigid.unanswered < rigid.cells)
+        )
     return rows
 
 
-def _compared(name: str, factor: float, one: ElementChanges, sampled: bool) -> SecondComputation:
+def _second_computation_of_element(
+    computation: str, factor: float, element_changes: ElementChanges, is_sample: bool
+) -> SecondComputation:
     return SecondComputation(
-        computation=name,
+        computation=computation,
         factor=factor,
-        element=one.element,
+        element=element_changes.element,
         refused="",
-        falls_or_stands=share_of_changed_cases(one.flags, one.cases, sampled),
-        falls_or_stands_undivided=share_of_changed_cases(one.flags_undivided, one.undivided, sampled),
-        side=share_of_changed_cases(one.sides, one.fallen, sampled),
-        side_agreed=share_of_changed_cases(one.sides_agreed, one.fallen_agreed, sampled),
+        falls_or_stands=share_of_changed_cases(element_changes.flags, element_changes.cases, is_sample),
+        falls_or_stands_undivided=share_of_changed_cases(
+            element_changes.flags_undivided, element_changes.undivided, is_sample
+        ),
+        side=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_sample),
+        side_agreed=share_of_changed_cases(element_changes.sides_agreed, element_changes.fallen_agreed, is_sample),
     )

@@ -159,7 +159,7 @@ def _alignment_under_rule(
     )
 
 
-def _reason(results: Results) -> str:
+def _no_axis_reason(results: Results) -> str:
     """Return the reason why the falls have no axis that can be compared with a fault; empty if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
@@ -215,7 +215,7 @@ def fall_direction(results: Results) -> FallDirection:
     difference = results.alignment_difference
     return FallDirection(
         has_comparable_axis=results.has_comparable_axis,
-        no_axis_because=_reason(results),
+        no_axis_because=_no_axis_reason(results),
         groups=groups,
         alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
         if difference and difference.n

@@ -47,7 +47,7 @@ class StoneClassSurvival(Finding):
 
 
 class StoneClassWithoutCurve(Finding):
-    """Class of stones without a result."""
+    """Class of stones whose survival is unknown, since the median of its fragility curve is not known."""
 
     stones: str
     measure: str
@@ -81,7 +81,7 @@ class SurvivalFindings(Finding):
     survey: StandingStones | None
 
 
-def survival_findings(found: SurvivalByClass, stones: Sequence[Stone] | None) -> SurvivalFindings:
+def survival_findings(survival: SurvivalByClass, stones: Sequence[Stone] | None) -> SurvivalFindings:
     """Return the survival of each class of stones, and the bound from a survey of standing stones.
 
     Raises
@@ -90,33 +90,35 @@ def survival_findings(found: SurvivalByClass, stones: Sequence[Stone] | None) ->
         If the unit of a hazard curve is doubtful and most falls come from levels beyond the records.
     """
     stood, fell = (sum(one.count for one in stones or () if one.fell is kind) for kind in (False, True))
-    bound = upper_bound_of_fall_rate(found.years) if stood and not fell else math.nan
+    bound = upper_bound_of_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
-        years=found.years,
-        doubts=_hazard_doubts(found),
-        classes=[_class(found, place, bound) for place in range(len(found.estimates))],
+        years=survival.years,
+        doubts=_hazard_doubts(survival),
+        classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
         without_curve=[
             StoneClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
-            for row in found.without_curve
+            for row in survival.without_curve
         ],
-        survey=None if stones is None else _survey(stood, fell, bound),
+        survey=None if stones is None else _standing_stones_of_survey(stood, fell, bound),
     )
 
 
-def _hazard_doubts(found: SurvivalByClass) -> list[str]:
+def _hazard_doubts(survival: SurvivalByClass) -> list[str]:
     """Return doubts about the units of hazard curves; `ResultError` if most falls come from beyond the records."""
     doubts = {
-        one.measure: f"{found.hazard}: {why}" for one in found.hazards.values() if (why := hazard_unit_warning(one))
+        one.measure: f"{survival.hazard}: {why}"
+        for one in survival.hazards.values()
+        if (why := hazard_unit_warning(one))
     }
-    for *_, one in found.estimates:
+    for *_, one in survival.estimates:
         if one.measure in doubts and not one.beyond <= LARGEST_SHARE_BEYOND:
             share = "no falls" if math.isnan(one.beyond) else f"{100 * one.beyond:.0f} % of the falls of {one.stones}"
             raise ResultError(f"{doubts[one.measure]}; {share} come from levels beyond the records")
     return list(doubts.values())
 
 
-def _class(found: SurvivalByClass, place: int, bound: float) -> StoneClassSurvival:
-    curve, hazard, one = found.estimates[place]
+def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
+    curve, hazard, one = survival.estimates[class_index]
     weaker = fall_rate_below_curve(curve, hazard)
     counts = weaker > NEGLIGIBLE * one.rate
     return StoneClassSurvival(
@@ -128,7 +130,7 @@ def _class(found: SurvivalByClass, place: int, bound: float) -> StoneClassSurviv
         stands_high=one.high,
         share_of_class=one.share,
         beyond_records=one.beyond,
-        largest_hazard_factor=upper_bound_of_hazard_factor(curve, hazard, found.years, bound),
+        largest_hazard_factor=upper_bound_of_hazard_factor(curve, hazard, survival.years, fall_rate_bound),
         fall_at_first_level=one.first if counts else math.nan,
         first_level=float(hazard.level[0]),
         unit=hazard.unit,
@@ -136,13 +138,13 @@ def _class(found: SurvivalByClass, place: int, bound: float) -> StoneClassSurviv
     )
 
 
-def _survey(stood: int, fell: int, bound: float) -> StandingStones:
+def _standing_stones_of_survey(stood: int, fell: int, fall_rate_bound: float) -> StandingStones:
     low, high = map(float, wilson_interval(stood, stood + fell))
     return StandingStones(
         stood=stood,
         fell=fell,
         total=stood + fell,
-        rate_bound_per_year=bound,
+        rate_bound_per_year=fall_rate_bound,
         bound_probability=BOUND_PROBABILITY,
         share=stood / (stood + fell) if stood + fell else math.nan,
         low=low,

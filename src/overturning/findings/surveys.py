@@ -276,10 +276,10 @@ def inferred_motions(results: Results) -> list[InferredMotion]:
     return [inferred_motion(one) for one in results.inferred_motions]
 
 
-def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
+def inferred_motion(inversion: InversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
     """Return the motion inferred from a survey; `stones` are the stones of its file."""
-    one, strengths = found.posterior, []
-    for name, values in found.strengths.items():
+    one, strengths = inversion.posterior, []
+    for name, values in inversion.strengths.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
             InferredStrength(
@@ -291,7 +291,7 @@ def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> Inf
                 prior_high=most,
             )
         )
-    middle, width = found.axis_arc
+    middle, width = inversion.axis_arc
     weakest, strongest = (float(share) for share in one.outer_level_probabilities())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
     wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness[0]))
@@ -299,13 +299,13 @@ def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> Inf
     shares, prior = one.source_probabilities(), one.prior.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
-        stones=found.name,
-        fell=found.fell,
-        stood=found.stood,
+        stones=inversion.name,
+        fell=inversion.fell,
+        stood=inversion.stood,
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
         strengths=strengths,
-        everything_fell=found.everything_fell,
+        everything_fell=inversion.everything_fell,
         axis_half_arc_deg=width / 2,
         weaker_than_library=weakest,
         stronger_than_library=strongest,
@@ -314,9 +314,9 @@ def inferred_motion(found: InversionResult, stones: Sequence[Stone] = ()) -> Inf
         power=POWER,
         weakest_level_cm_s=float(one.level[0]) / CM,
         strongest_level_cm_s=float(one.level[-1]) / CM,
-        fixed=found.fixed,
-        fit_p_value=found.fit,
-        fits=not found.fit < MIN_FIT_P_VALUE,
+        fixed=inversion.fixed,
+        fit_p_value=inversion.fit,
+        fits=not inversion.fit < MIN_FIT_P_VALUE,
         likeliest_motions=[
             LikelyMotion(motion=one.sources[place], probability=float(shares[place]), prior=float(prior[place]))
             for place in order

@@ -142,7 +142,7 @@ def skipped_file_names(paths: Sequence[Path]) -> list[str]:
 
 
 def format_record_check(checked_record: RecordCheck) -> str:
-    """Return a finding as a few lines of text."""
+    """Return the result of the check of a record as a few lines of text."""
     head = ", ".join(checked_record.files)
     record = checked_record.record
     if record is None:

@@ -96,7 +96,7 @@ class MavroeidisPapageorgiou(_Pulse):
 
 
 class _PulseOfGivenDuration(_Pulse):
-    """Base class of the pulses with a duration of their own."""
+    """Base class of the pulses whose duration is a parameter."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 

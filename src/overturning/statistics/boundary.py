@@ -41,7 +41,7 @@ def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, b
 
 
 def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
-    """Compute the overturning boundary of each azimuth, and its range between the two Sobol scrambles of the ensemble.
+    """Compute the overturning boundary of each azimuth, and its range between the two halves of the ensemble.
 
     Parameters
     ----------

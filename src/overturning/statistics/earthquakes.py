@@ -216,7 +216,7 @@ _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth
 
 @dataclass(frozen=True)
 class ReferenceAlignment:
-    """Alignment of the falls of a group of records with reference directions, over earthquakes, by range of B/H.
+    """Alignment of falls with reference directions, averaged over the earthquakes of a group, for each range of B/H.
 
     Attributes
     ----------

@@ -188,7 +188,7 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
 def _case(
     cube: xr.Dataset, rule: CaseRule, found: BestCase, record: int, *, directions: NDArray[np.intp]
 ) -> IllustrativeCase:
-    """Return a case with the coordinates of its block; `directions` are the positions of the searched cells."""
+    """Return an illustrative case with the sizes of its block; `directions` are the positions of the searched cells."""
     model = model_of(cube)
     block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, found.block, strict=True)}
     angles = tuple(float(cube[model.direction].values[directions[at]]) for at in found.directions)
@@ -200,7 +200,7 @@ FALLS_IN_ONE: Final = CaseRule(
     "a block and motion whose outcome differs between the two settings as in most of the cases that differ; among "
     "these one that rocks where it stands, then one whose neighbours in azimuth and slenderness differ likewise, then "
     "the broadest",
-    lambda one: _differs(one, "split"),
+    lambda one: _clearest_marked_case(one, "split"),
     ("peak_rotation",),
 )
 """Rule for a comparison of two settings; its cells have variables of the second setting, named ``other_…``."""
@@ -209,13 +209,13 @@ OPPOSITE: Final = CaseRule(
     "Falls to opposite sides in the two settings",
     "a block that falls in both settings, to azimuths more than 90° apart; first one whose neighbours in azimuth and "
     "slenderness do so, too, then the broadest",
-    lambda one: _differs(one, "opposite"),
+    lambda one: _clearest_marked_case(one, "opposite"),
     (),
 )
 """Rule for a comparison in which the same blocks fall in both settings."""
 
 
-def _differs(one: xr.Dataset, name: str) -> BestCase | None:
+def _clearest_marked_case(one: xr.Dataset, name: str) -> BestCase | None:
     """Return the clearest case of the cells that are marked by the variable `name`."""
     model = model_of(one)
     cells = one[name].to_numpy()
@@ -232,7 +232,9 @@ def _differs(one: xr.Dataset, name: str) -> BestCase | None:
     return BestCase((*map(float, score[:2]), ratio), place[1:], (place[0],))
 
 
-def contrasting_case(cube: xr.Dataset, other: xr.Dataset, settings: tuple[str, str]) -> IllustrativeCase | None:
+def contrasting_case(
+    cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
+) -> IllustrativeCase | None:
     """Return the case that answers which of two settings makes a block fall; None if no outcome differs.
 
     It falls in one setting and stands in the other, the way most of the cases that differ do; if none does so, it falls
@@ -240,20 +242,21 @@ def contrasting_case(cube: xr.Dataset, other: xr.Dataset, settings: tuple[str, s
 
     Parameters
     ----------
-    cube, other : Dataset
+    cube, second_cube : Dataset
         Cubes of one element and amplitude with the same cases in the same order.
-    settings : tuple of str
+    variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
     model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
     names = ["overturned", "fall_azimuth", "peak_rotation"]
     best: dict[str, tuple[BestCase, int]] = {}
     pairs = partial(zip, strict=True)
-    counts = [_count_falls_in_one(*pair) for pair in pairs(iterate_records(cube, names), iterate_records(other, names))]
+    record_pairs = pairs(iterate_records(cube, names), iterate_records(second_cube, names))
+    counts = [_count_falls_in_one(*pair) for pair in record_pairs]
     only_this, only_other = np.sum(counts, axis=0)
-    for record, pair in enumerate(pairs(iterate_records(cube, names), iterate_records(other, names))):
+    for record, pair in enumerate(pairs(iterate_records(cube, names), iterate_records(second_cube, names))):
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
-        one = _compared(model, this, that, first_falls=only_this >= only_other)
+        one = _differing_cells(model, this, that, is_fall_in_first=only_this >= only_other)
         for rule in (FALLS_IN_ONE, OPPOSITE):
             found = rule.find(one)
             if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
@@ -261,25 +264,25 @@ def contrasting_case(cube: xr.Dataset, other: xr.Dataset, settings: tuple[str, s
     for rule in (FALLS_IN_ONE, OPPOSITE):
         if rule.title in best:
             case = _case(cube, rule, *best[rule.title], directions=cells)
-            return case._replace(direction_deg=2 * case.direction_deg, settings=settings)
+            return case._replace(direction_deg=2 * case.direction_deg, settings=variant_names)
     return None
 
 
-def _count_falls_in_one(cube: xr.Dataset, other: xr.Dataset) -> tuple[int, int]:
+def _count_falls_in_one(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
     """Count the cases in which a block falls in the first cube only, and in the second only."""
-    one, another = (each["overturned"].to_numpy() for each in (cube, other))
+    one, another = (each["overturned"].to_numpy() for each in (cube, second_cube))
     known = np.isfinite(one) & np.isfinite(another)
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
-def _compared(model: Model, cube: xr.Dataset, other: xr.Dataset, *, first_falls: bool) -> xr.Dataset:
+def _differing_cells(model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool) -> xr.Dataset:
     """Return the cells in which two settings differ: ``split``, ``opposite``, and ``rocks`` where the block stands.
 
     ``split`` holds only the cells in which the first setting falls, or only those in which it stands.
     """
-    one, another = (each.transpose(*model.dims, ...) for each in (cube, other))
+    one, another = (each.transpose(*model.dims, ...) for each in (cube, second_cube))
     flags, others = one["overturned"].to_numpy(), another["overturned"].to_numpy()
-    falls, stands = (flags, others) if first_falls else (others, flags)
+    falls, stands = (flags, others) if is_fall_in_first else (others, flags)
     split = np.isfinite(flags) & np.isfinite(others) & (falls != 0) & (stands == 0)
     if "fall_azimuth" in one:
         apart = np.radians(one["fall_azimuth"].to_numpy().astype(np.float64) - another["fall_azimuth"].to_numpy())
@@ -287,7 +290,7 @@ def _compared(model: Model, cube: xr.Dataset, other: xr.Dataset, *, first_falls:
     else:
         opposite = flags * others < 0
     marked = {"split": (model.dims, split), "opposite": (model.dims, opposite)}
-    standing = another if first_falls else one
+    standing = another if is_fall_in_first else one
     if "peak_rotation" in standing:
         marked["rocks"] = (model.dims, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION)
     return xr.Dataset(marked, coords={name: one[name] for name in model.dims})

@@ -48,7 +48,7 @@ def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArra
         return [ChosenRecord(place, EVERY) for place in range(alignment.size)]
     members = next(iter(record_groups(cube).values()))
     events = cube["event"].to_numpy().astype(str)
-    by_alignment = _order(alignment, members)
+    by_alignment = _positions_by_falling_value(alignment, members)
     wanted: list[tuple[str, list[int]]] = []
     if by_alignment:
         middle = len(by_alignment) // 2
@@ -58,7 +58,7 @@ def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArra
             (LEAST, by_alignment[::-1]),
             (MEDIAN, [by_alignment[rank] for rank in nearest]),
         ]
-    wanted += [(CLEAREST, _order(resultant, members))] * (MOST_MAPS - len(wanted))
+    wanted += [(CLEAREST, _positions_by_falling_value(resultant, members))] * (MOST_MAPS - len(wanted))
     chosen: list[ChosenRecord] = []
     for reason, order in wanted:
         used = {events[one.place] for one in chosen}
@@ -69,7 +69,7 @@ def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArra
     return sorted(chosen, key=lambda one: reasons.index(one.reason))
 
 
-def _order(values: FloatArray, members: "np.typing.NDArray[np.bool_]") -> list[int]:
+def _positions_by_falling_value(values: FloatArray, members: "np.typing.NDArray[np.bool_]") -> list[int]:
     """Return the positions of the known values of a group, the largest first."""
     known = np.flatnonzero(members & np.isfinite(values))
     return [int(place) for place in known[np.argsort(-values[known], kind="stable")]]

@@ -68,7 +68,7 @@ def planar_agreement_shares(counts: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 class TwistSummary(NamedTuple):
-    """Rotation about the vertical of stones that moved and stand: number of stones, and quantiles, degrees."""
+    """Rotation about the vertical of stones that moved and still stand: number of stones, and quantiles, degrees."""
 
     stones: int
     median: float

@@ -57,7 +57,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class EnsembleMembers:
-    """Parameter changes of each ensemble member, the same for every cell.
+    """Changes of the parameters in each run (member) of an ensemble, the same for every cell.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class EnsembleMembers:
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
     def batches(self, batch_size: int) -> list[NDArray[np.intp]]:
-        """Return the members in running order: batches of `batch_size`, half from each scramble."""
+        """Return the members in running order: batches of `batch_size`, half from each Sobol sequence."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = batch_size // SCRAMBLES
         starts = range(0, max(places.size for places in own), each)
@@ -121,7 +121,7 @@ _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...))) 
 
 
 def draw_members(settings: Ensemble) -> EnsembleMembers:
-    """Draw the parameter changes of the ensemble members: two scrambles of one Sobol sequence (Owen 1998).
+    """Draw the parameter changes of all members from two differently scrambled Sobol sequences (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
     """

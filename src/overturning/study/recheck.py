@@ -22,7 +22,7 @@ from overturning.study.sweep import create_ensemble, cube_variables, member_runn
 
 @dataclass
 class RecheckResult:
-    """Result of a recheck."""
+    """Result of running some cells of a cube again: their number, and a line for each value that differs."""
 
     of: int  # number of cells of the cube
     content_as_stated: bool  # True if the values match the hash in the file

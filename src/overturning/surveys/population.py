@@ -73,7 +73,7 @@ class StonePopulation:
 
 
 def draw_stones(population: Population) -> StonePopulation:
-    """Draw the stones of a population that are not fixed, as scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
+    """Draw properties of stones that a population does not fix: scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
     generator = np.random.Generator(np.random.PCG64(population.seed))
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 

@@ -200,7 +200,7 @@ def node_weights_by_kind(
 
 
 def needed_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
-    """Return by aspect where a height and B/H is needed, shape (heights, shapes), for kinds of such weights."""
+    """Return for each D/B the heights and B/H at which kinds of stones have a weight, shape (heights, shapes)."""
     needed: dict[float, NDArray[np.bool_]] = {}
     for kind, weight in weights_by_kind.items():
         needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)

@@ -75,7 +75,7 @@ def read(source: SourceFile, declarations: Declarations) -> list[Component]:
 
 
 def _select_columns_of_file(columns_text: str, file_name: str) -> tuple[str, str]:
-    """Return the columns declared for a file and a key that the files of one record share.
+    """Return two texts: the columns declared for a file, and a key that is the same for all files of a record.
 
     The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
     """

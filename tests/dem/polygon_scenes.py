@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import rows as k
-from overturning.dem.polygon.plan import PolygonPlan, plan_polygons
+from overturning.dem.polygon.plan import PolygonPlan, plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
@@ -50,7 +50,7 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
 
 def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonPlan:
     height, ratio = reference_element_size(made)
-    return plan_polygons(
+    return plan_scene_simulation(
         Planes(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
     )
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block.commit import Corners, Corrected, corner_at_solution, findings_of_step
+from overturning.dem.block.commit import CornerSolution, CornerSolutions, corner_at_solution, findings_of_step
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AssumedCorner,
-    Block,
     BlockChange,
-    Corner,
+    BlockConstants,
+    CornerState,
     PredictedBlock,
     PredictedCorner,
 )
@@ -20,9 +20,9 @@ from overturning.dem.kernel.clock import (
     BODY,
     MAX_SLIP_ONSET_STEP,
     SCENE,
-    Attempt,
     Clock,
-    Pace,
+    StepAttempt,
+    StepControl,
     StepFindings,
     next_attempt,
 )
@@ -87,18 +87,18 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
 NOTHING = StepFindings(False, False, False, False, False, False, False, False)
 
 
-def clock_of(pace: Pace, standing: float | None = None) -> Clock:
+def clock_of(pace: StepControl, standing: float | None = None) -> Clock:
     """Return the clock of a case whose finest step is 64 ticks."""
     return Clock(64.0, standing or pace.whole, 8.0, pace.settled)
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 @pytest.mark.parametrize("steps", [1, 3, 4])
-def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
+def test_every_step_lies_within_a_sample(pace: StepControl, steps: int) -> None:
     whole, random = pace.whole, np.random.default_rng(1)
     sample = steps * whole
     clock = clock_of(pace, sample)
-    attempt, tick, change, stands = Attempt(clock.finest, clock.dwell, 0.0), 0.0, 0.6 * whole, True
+    attempt, tick, change, stands = StepAttempt(clock.finest, clock.dwell, 0.0), 0.0, 0.6 * whole, True
     lengths, changes = {True: set[float](), False: set[float]()}, 0
     while tick < 400 * sample:
         length, end = attempt.length, tick + attempt.length
@@ -120,29 +120,29 @@ def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
-def corrected(before: float, after: float) -> Corrected:
+def corrected(before: float, after: float) -> CornerSolution:
     """Return a sticking corner whose depth changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
-    block = Block(**dict.fromkeys(Block._fields, 1.0))
+    block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
     nothing = BlockChange(0.0, 0.0, 0.0, 0.0, 0.0)
     step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
     return corner_at_solution.py_func(
         block,
         step,
         there,
-        Corner(0.0, 0.0, before, 1.0),
+        CornerState(0.0, 0.0, before, 1.0),
         AssumedCorner(0.0, True, False, False, 0.0, 1.0),
         nothing,
         True,
     )
 
 
-def rejected(steps: float, left: Corrected, right: Corrected, gentle: float = 1e-6) -> bool:
+def rejected(steps: float, left: CornerSolution, right: CornerSolution, gentle: float = 1e-6) -> bool:
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
-    clock, block = clock_of(BLOCK), Block(**dict.fromkeys(Block._fields, 1.0) | {"gentle": gentle})
+    clock, block = clock_of(BLOCK), BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle})
     length = steps * clock.finest
-    found = findings_of_step.py_func(block, clock, length, False, Corners(left, right), False)
-    return bool(next_attempt.py_func(BLOCK, clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
+    found = findings_of_step.py_func(block, clock, length, False, CornerSolutions(left, right), False)
+    return bool(next_attempt.py_func(BLOCK, clock, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
@@ -163,10 +163,10 @@ def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> Non
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> None:
+def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: StepControl) -> None:
     """Each repetition assumes other sliding points; earlier steps do not matter."""
     clock, length = clock_of(pace), 0.5 * pace.whole
-    attempt, tries, lengths = Attempt(length, 8.0, 0.0), [], []
+    attempt, tries, lengths = StepAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
         again, _, attempt = next_attempt.py_func(pace, clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE)
@@ -178,10 +178,10 @@ def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> No
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: Pace) -> None:
+def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: StepControl) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
     clock, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
-    attempt, lengths = Attempt(pace.whole, 8.0, 0.0), []
+    attempt, lengths = StepAttempt(pace.whole, 8.0, 0.0), []
     while attempt.tries == 0.0:
         again, as_before, attempt = next_attempt.py_func(pace, clock, attempt, begins, pace.whole, pace.whole)
         assert again
@@ -190,7 +190,7 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
     # Sliding that was assumed is accepted in steps of any length.
     slides = NOTHING._replace(slides=True)
-    assert not next_attempt.py_func(pace, clock, Attempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole)[0]
+    assert not next_attempt.py_func(pace, clock, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole)[0]
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from overturning.dem.kernel import mechanics
-from overturning.dem.kernel.lanes import OPTIONS, Access, Rows, aligned_zeros
+from overturning.dem.kernel.lanes import OPTIONS, LaneAccess, RowLayout, aligned_zeros
 
 
 class Memory(NamedTuple):
@@ -25,10 +25,10 @@ class Other(NamedTuple):
     mass: float
 
 
-def compiled(access: Access) -> Access:
+def compiled(access: LaneAccess) -> LaneAccess:
     """Return the access functions compiled so that Python can call them."""
     load, store, store_unless = access
-    return Access(
+    return LaneAccess(
         njit(lambda array, j: load(array, j)),
         njit(lambda array, j, value: store(array, j, value)),
         njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
@@ -40,7 +40,7 @@ unit_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
 rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
-ROWS = Rows(4, Other, Pair)
+ROWS = RowLayout(4, Other, Pair)
 PAIR, TWO = compiled(ROWS.access(Pair)), compiled(ROWS.access(Pair, "two"))
 NO_SPRINGS = compiled(ROWS.access(Pair, unused_fields=["spring"]))
 

@@ -10,7 +10,7 @@ from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import allocate_workspace, load_sample_motion, start_case
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
-from overturning.dem.polygon.plan import plan_polygons
+from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.polygon.rules import borrow_scene_arrays, end_sample
 from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import step
@@ -86,38 +86,39 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
 
 
 @njit
-def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
+def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
-    work, cases = allocate_workspace(rules), np.zeros(rows.COLUMNS, np.int64)
-    scene, most, state = borrow_scene_arrays(rules.scene), 0, work.state
+    workspace, cases = allocate_workspace(inputs), np.zeros(rows.COLUMNS, np.int64)
+    scene, most, state = borrow_scene_arrays(inputs.scene), 0, workspace.state
     for lane in range(rows.COLUMNS):
-        start_case(rules, work, lane, 0)
+        start_case(inputs, workspace, lane, 0)
     for sample in range(samples):
-        load_sample_motion(rules, work, cases, rows.COLUMNS)
-        for n in range(rules.job.steps_per_check):
+        load_sample_motion(inputs, workspace, cases, rows.COLUMNS)
+        for n in range(inputs.settings.steps_per_check):
             if not sleep:
-                resume_pairs(state, scene, work.pairs, np.inf)
+                resume_pairs(state, scene, workspace.pairs, np.inf)
             step(
-                rules.ground.up, state, borrowed(work.matrix), borrowed(work.pattern), borrowed(work.pairs),
-                borrowed(work.moves), scene, rules.job.ticks,
+                inputs.ground.up, state, borrowed(workspace.matrix), borrowed(workspace.pattern),
+                borrowed(workspace.pairs), borrowed(workspace.moves), scene, inputs.settings.ticks,
             )  # fmt: skip
             if n + sample > 0:
-                most = max(most, work.pairs.count[0])
-        end_sample(state, scene, rules.job.ticks, rules.job.interval)
+                most = max(most, workspace.pairs.count[0])
+        end_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    held = work.owner[0] + work.matrix[0] + work.pattern.count[0] + work.pairs.count[0] + work.moves[0]
-    return most, found, held + rules.scene.initial[0, 0]
+    held = workspace.owner[0] + workspace.matrix[0] + workspace.pattern.count[0]
+    held += workspace.pairs.count[0] + workspace.moves[0]
+    return most, found, held + inputs.scene.initial[0, 0]
 
 
 def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
     time = np.arange(0.0, 2.0, 0.01)
     motion = shaken(peak * np.sin(2.0 * np.pi * time))
-    planned: Any = plan_polygons(
+    planned: Any = plan_scene_simulation(
         Planes(made), motion, Cases([0.0], *reference_element_size(made), 0.6), Numerics(leave_out=False)
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = steps_of(planned.kernel_rules(chosen, planned.result_tables(1), 1), samples, sleep)
+    most, found, _ = steps_of(planned.kernel_input(chosen, planned.result_tables(1), 1), samples, sleep)
     return most, found
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from overturning.dem.block.tables import ROW
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
-from overturning.dem.polygon.plan import plan_polygons
+from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.run import plan_cases, run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
@@ -74,7 +74,7 @@ def test_same_motion_until_the_second_impact() -> None:
         past = np.flatnonzero(np.abs(fast["angle"]) > np.arctan(one.b_over_h))
         end = min([*sides[2:3], *past[:1], len(fast), motion.samples])
         seen += sides.size > 2
-        plan = plan_polygons(model, motion, one, numerics)
+        plan = plan_scene_simulation(model, motion, one, numerics)
         budget = ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
         _, general = plan.compute(first, counter, np.zeros((motion.samples, 14)))

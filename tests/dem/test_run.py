@@ -11,7 +11,7 @@ from overturning.dem.block.plan import BlockPlan
 from overturning.dem.block.tables import RESULT, ROW
 from overturning.dem.kernel.queue import path_with_room, run_queue
 from overturning.dem.numerics import Numerics
-from overturning.dem.plan import Plan
+from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
 from overturning.dem.polygon.plan import PolygonPlan
 from overturning.dem.run import plan_cases, run, run_cases
@@ -141,7 +141,9 @@ def test_outcomes_of_the_opposite_azimuth_change_sign() -> None:
 @pytest.mark.parametrize("kind", ["block", "space"])
 def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
-    monkeypatch.setattr(Plan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_queue(*arguments)))
+    monkeypatch.setattr(
+        SimulationPlan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_queue(*arguments))
+    )
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
     if kind == "block":
@@ -161,7 +163,7 @@ def test_a_path_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatc
         return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
     with monkeypatch.context() as patch, refused(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
-        patch.setattr(Plan, "queue", staticmethod(full))
+        patch.setattr(SimulationPlan, "queue", staticmethod(full))
         trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
     with refused(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):

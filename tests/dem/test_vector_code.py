@@ -11,7 +11,7 @@ import pytest
 from numba import typeof
 
 from overturning.dem.kernel.queue import run_queue
-from overturning.dem.plan import Plan
+from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.case_end import record_slip_and_upright_time
 from overturning.dem.polygon.centred import add_pair_to_equations, compute_solved_forces, store_accepted_history
@@ -125,7 +125,7 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
         called.append(tuple(map(typeof, arguments)))
         return run_queue(*arguments)
 
-    monkeypatch.setattr(Plan, "queue", staticmethod(queue))
+    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(queue))
     compute(Motion(WAVE, WAVE, WAVE if vertical else None, sampling_interval=0.01), friction)
     library = run_queue.overloads[called[0]].library
     packed, scalar = operations()

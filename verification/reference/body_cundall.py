@@ -38,8 +38,8 @@ from overturning.dem.body.state import (
     BodyPeaks,
     BodyShaking,
     BodyState,
+    BodyVertex,
     PointBeforeAndAfter,
-    Vertex,
     VertexHistory,
     angular_velocity,
     lean_measure,
@@ -59,7 +59,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ground import motion_at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, aligned_zeros, tuple_arithmetic
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, RowLayout, aligned_zeros, tuple_arithmetic
 from overturning.dem.kernel.mechanics import clamp_friction, updated_maximum
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
@@ -121,7 +121,7 @@ class ContactPoint(NamedTuple):
 
 
 @njit(**INLINE)
-def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) -> ContactPoint:
+def vertex_moved(s: BodyState, f: Matrix, vertex: BodyVertex, old: VertexHistory) -> ContactPoint:
     """Return the state of a vertex; its displacement is the difference from its last position."""
     arm = matrix_times_vector(f, vertex.own)
     place = plus(s.place, arm)
@@ -240,7 +240,7 @@ def step(
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, BodyState, Matrix))
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-ACTING: Final = Rows(COLUMNS, ContactSums)
+ACTING: Final = RowLayout(COLUMNS, ContactSums)
 ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.access(ContactSums)
 no_wrench = tuple_arithmetic(Wrench).zero
@@ -249,7 +249,7 @@ load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount,
 store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
 store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyAccount, unused_fields=UNUSED).store
 load_vertex, (load_memory, store_memory, _) = (
-    VERTEX.access(Vertex).load,
+    VERTEX.access(BodyVertex).load,
     VERTEX.access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
@@ -405,9 +405,9 @@ _queue = njit(nogil=True, **OPTIONS)(run_queue.py_func)
 
 
 @njit(nogil=True, **OPTIONS)
-def run_cundall(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
+def run_cundall(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run a queue like `run_queue`; cached separately, so that the package's cache does not depend on this module."""
-    return _queue(rules, order, counter, path)
+    return _queue(inputs, order, counter, path)
 
 
 cache_compiled_kernel(run_cundall)
@@ -427,7 +427,7 @@ class CundallPlan(body_plan.BodyPlan):
 @contextmanager
 def enable_cundall() -> Iterator[None]:
     """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
-    plan_centred = body_plan.plan_body
+    plan_centred = body_plan.plan_body_simulation
 
     def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodyPlan:
         if parse_scheme(numerics.scheme) != Scheme.CUNDALL:
@@ -441,5 +441,5 @@ def enable_cundall() -> Iterator[None]:
         planned.table["standing"] = WHOLE
         return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
-    with mock.patch("overturning.dem.body.plan.plan_body", plan):
+    with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan):
         yield

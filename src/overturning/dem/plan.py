@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_until_balanced
 from overturning.dem.kernel.ground import Ground, largest_acceleration_ahead
-from overturning.dem.kernel.queue import Job, run_queue
+from overturning.dem.kernel.queue import QueueSettings, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -35,7 +35,7 @@ def check_path_size(value_count: int) -> None:
 
 
 class Path(Protocol):
-    """Motion of a model over time in one case."""
+    """Trajectory of a model in one case: its motion over time."""
 
     def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of a dataset, including the results of the case."""
@@ -47,8 +47,11 @@ def group_equal_cases(*columns: NDArray[Any]) -> NDArray[np.int64]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan(ABC):
-    """Plan for n cases. Each value depends only on its own case and motion, so that subsets give the same results."""
+class SimulationPlan(ABC):
+    """Plan of the simulation of n cases.
+
+    Each value depends only on its own case and motion, so that subsets give the same results.
+    """
 
     split_long_queues: ClassVar[bool] = False
     """True if a long queue is split in two, so that two threads share its work."""
@@ -132,7 +135,7 @@ class Plan(ABC):
             nonlocal recorded
             buffer[:] = 0.0
             recorded, count = self.queue(
-                self.kernel_rules(case_numbers, tables, step_divisor), rows, steps_done, buffer
+                self.kernel_input(case_numbers, tables, step_divisor), rows, steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
                 check_path_size(2 * len(recorded) * self.path_numbers)
@@ -177,7 +180,7 @@ class Plan(ABC):
             filled[column] = np.where(new, ground, filled[column])
         return filled
 
-    def common_rules(
+    def common_kernel_input(
         self,
         case_numbers: NDArray[np.int64],
         result_tables: dict[str, NDArray[np.void]],
@@ -185,11 +188,11 @@ class Plan(ABC):
         ticks_per_step: float,
         lane_count: int,
     ) -> dict[str, Any]:
-        """Return the fields that the kernel rules of every model have, see `Rules`."""
+        """Return the fields that the kernel input of every model has, see `KernelInput`."""
         cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["dwell"] *= step_divisor
-        job = Job(
+        settings = QueueSettings(
             samples=self.motion.samples,
             interval=self.motion.sampling_interval,
             ticks=ticks_per_step * steps,
@@ -200,14 +203,14 @@ class Plan(ABC):
             lanes=lane_count,
         )
         ground, row = Ground(self.ground, self.vertical_ground, *self.loudest_accelerations), self.row[case_numbers]
-        return {"job": job, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
+        return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
 
     def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills for `case_count` cases: ``results`` and those of the model."""
         return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod
-    def kernel_rules(
+    def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> Any:
         """Return the kernel's input for some cases, with steps divided by `step_divisor`; it fills `result_tables`."""

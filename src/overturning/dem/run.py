@@ -20,7 +20,7 @@ from overturning.model.scene import Scene
 from overturning.motion.motion import Accelerogram, Motion, as_motion
 
 if TYPE_CHECKING:
-    from overturning.dem.plan import Plan
+    from overturning.dem.plan import SimulationPlan
     from overturning.model.model import Model
     from overturning.model.shapes import Shape
 
@@ -28,7 +28,7 @@ MAX_QUEUE_LENGTH: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
 
 
-def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "Plan":
+def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "SimulationPlan":
     """Return the computation plan of the model's kernel, after checking the arguments.
 
     Parameters and exceptions are those of `run`.
@@ -37,15 +37,15 @@ def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics)
     if isinstance(model, Body):
         from overturning.dem.body import plan as of_bodies
 
-        return of_bodies.plan_body(model, motion, cases, numerics)
+        return of_bodies.plan_body_simulation(model, motion, cases, numerics)
     assert isinstance(model, Planes)
     if model.scene.is_single_block and not numerics.general:
-        from overturning.dem.block.plan import plan_block
+        from overturning.dem.block.plan import plan_block_simulation
 
-        return plan_block(model, motion, cases, numerics)
-    from overturning.dem.polygon.plan import plan_polygons
+        return plan_block_simulation(model, motion, cases, numerics)
+    from overturning.dem.polygon.plan import plan_scene_simulation
 
-    return plan_polygons(model, motion, cases, numerics)
+    return plan_scene_simulation(model, motion, cases, numerics)
 
 
 def run(

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, can_rest
 from overturning.model.solid import Solid
-from overturning.model.tipping import Hull, fall_limits
+from overturning.model.tipping import ConvexHull, fall_limits
 
 DIGITS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
@@ -45,7 +45,7 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
     return Solid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
 
 
-def _convex_hull(vertices: FloatArray) -> Hull:
+def _convex_hull(vertices: FloatArray) -> ConvexHull:
     """Return the convex hull of vertices about their centre of mass; an ArgumentError if they are not convex."""
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
@@ -74,7 +74,9 @@ def _convex_hull(vertices: FloatArray) -> Hull:
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
     centre, inertia = _mass_properties(vertices[simplices])
     normals = hull.equations[:, :3]
-    return Hull(vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia)
+    return ConvexHull(
+        vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia
+    )
 
 
 def _mass_properties(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -93,7 +95,7 @@ def _mass_properties(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArr
     return origin + mean, np.trace(second) * np.eye(3) - second
 
 
-def _resting_faces(hull: Hull, size: float) -> tuple[float, FloatArray]:
+def _resting_faces(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
     """Return the least tilt at which a hull can rest on another face, rad, and the normals of all such faces."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
@@ -111,7 +113,7 @@ def _resting_faces(hull: Hull, size: float) -> tuple[float, FloatArray]:
     return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
 
 
-def _vertices_that_touch(hull: Hull, max_tilt: float) -> NDArray[np.int64]:
+def _vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
     """Return the indices of the vertices that are lowest at some tilt below the given one, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides

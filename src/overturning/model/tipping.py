@@ -23,7 +23,7 @@ DIGITS: Final = 12
 """Decimals to which sectors are rounded: the last digit of libm differs between processors."""
 
 
-class Hull(NamedTuple):
+class ConvexHull(NamedTuple):
     """Convex hull in coordinates about the centre of mass."""
 
     points: FloatArray
@@ -73,12 +73,12 @@ class TiltCrossings(NamedTuple):
     """Index of the triangle towards which the body rolls over the edge."""
 
 
-def fall_limits(hull: Hull, size: float, least_tilt: float, resting_normals: FloatArray) -> FallLimits:
+def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_normals: FloatArray) -> FallLimits:
     """Compute the tilt at which a convex body has fallen, for each direction in which it leans.
 
     Parameters
     ----------
-    hull : Hull
+    hull : ConvexHull
         Convex hull of the body.
     size : float
         Largest extent of the body, m.
@@ -130,7 +130,7 @@ def _direction_measure(angle: FloatArray) -> FloatArray:
     )
 
 
-def _hull_edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _hull_edges(hull: ConvexHull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return both vertices and both triangles of each edge, as indices, shape (edges, 2) each."""
     ends, sides = [], []
     for k in range(3):
@@ -141,7 +141,9 @@ def _hull_edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.concatenate(ends), np.concatenate(sides)
 
 
-def _tilt_crossings(hull: Hull, edge_vertices: NDArray[np.int64], edge_triangles: NDArray[np.int64]) -> TiltCrossings:
+def _tilt_crossings(
+    hull: ConvexHull, edge_vertices: NDArray[np.int64], edge_triangles: NDArray[np.int64]
+) -> TiltCrossings:
     """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
     There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
@@ -172,7 +174,7 @@ def _tilt_crossings(hull: Hull, edge_vertices: NDArray[np.int64], edge_triangles
     return TiltCrossings(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
-def _final_triangles(hull: Hull, size: float) -> NDArray[np.int64]:
+def _final_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
     """Return, for each triangle, the triangle on which a body rolling from it without speed comes to rest.
 
     It rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.

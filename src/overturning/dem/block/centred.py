@@ -18,16 +18,16 @@ from overturning.dem.block.landing import flat_landing_slip, lands_flat
 from overturning.dem.block.state import (
     AssumedCorner,
     AssumedSlip,
-    Block,
     BlockChange,
+    BlockConstants,
     BlockShaking,
     BlockState,
-    Contribution,
-    Corner,
-    Drift,
+    CornerEquationTerms,
+    CornerState,
+    DriftedBlock,
     PredictedBlock,
     PredictedCorner,
-    Sliding,
+    TangentialState,
     corner_position,
 )
 from overturning.dem.kernel.clock import BLOCK
@@ -46,11 +46,13 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**INLINE)
-def predict_corner(side: float, block: Block, previous: Corner, predicted: Drift) -> PredictedCorner:
+def predict_corner(
+    side: float, block: BlockConstants, previous_corner: CornerState, predicted: DriftedBlock
+) -> PredictedCorner:
     """Predict the state of a corner; a new contact starts with an unstretched spring."""
     arm, drop = corner_position(side, block, predicted.cos, predicted.sin)
-    stretch = previous.spring + ((predicted.x + arm) - previous.place)
-    stretch = stretch if previous.depth > 0.0 else 0.0
+    stretch = previous_corner.spring + ((predicted.x + arm) - previous_corner.place)
+    stretch = stretch if previous_corner.depth > 0.0 else 0.0
     return PredictedCorner(
         arm, drop, drop - predicted.z, stretch, predicted.vx - drop * predicted.vw, predicted.vz - arm * predicted.vw
     )
@@ -58,7 +60,7 @@ def predict_corner(side: float, block: Block, previous: Corner, predicted: Drift
 
 @njit(**INLINE)
 def predict_block(
-    block: Block, state: BlockState, step_ticks: float, shaking: BlockShaking, ticks_per_sample: float
+    block: BlockConstants, state: BlockState, step_ticks: float, shaking: BlockShaking, ticks_per_sample: float
 ) -> PredictedBlock:
     """Predict block and corners at the end of a step of `step_ticks` ticks with constant acceleration."""
     dt, tick = block.step * step_ticks, state.tick + step_ticks
@@ -71,7 +73,7 @@ def predict_block(
     x, z = state.x + dt * vx, state.z + dt * vz
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
-    at = Drift(x, z, c, sn, ex, ez, ew)
+    at = DriftedBlock(x, z, c, sn, ex, ez, ew)
     left, right = predict_corner(-1.0, block, state.left, at), predict_corner(1.0, block, state.right, at)
     push, lift = motion_at_tick_or_beyond(shaking.push, tick, past), motion_at_tick_or_beyond(shaking.lift, tick, past)
     return PredictedBlock(
@@ -99,7 +101,11 @@ def predict_block(
 
 @njit(**INLINE)
 def predict_contact(
-    block: Block, predicted: PredictedCorner, previous: Corner, is_fine_step: bool, is_flat_landing: bool
+    block: BlockConstants,
+    predicted: PredictedCorner,
+    previous_corner: CornerState,
+    is_fine_step: bool,
+    is_flat_landing: bool,
 ) -> tuple[float, bool]:
     """Return the predicted normal force of a corner per mass (m/s²), and True if the corner is in contact.
 
@@ -107,12 +113,14 @@ def predict_contact(
     """
     n = block.stiffness * predicted.depth - block.dashpot * predicted.uz
     return n, ((is_flat_landing | (n > 0.0)) & (predicted.depth > 0.0)) | (
-        (not is_fine_step) & (previous.normal != 0.0)
+        (not is_fine_step) & (previous_corner.normal != 0.0)
     )
 
 
 @njit(**INLINE)
-def assume_sliding(block: Block, predicted: PredictedCorner, normal_force: float, assumption: AssumedCorner) -> Sliding:
+def assume_sliding(
+    block: BlockConstants, predicted: PredictedCorner, normal_force: float, assumption: AssumedCorner
+) -> TangentialState:
     """Return the assumed slip of a corner: as predicted in a fine step, else as in the last step.
 
     A long step for which this proves wrong is repeated. A normal force on a sliding corner must push it out; where
@@ -125,11 +133,13 @@ def assume_sliding(block: Block, predicted: PredictedCorner, normal_force: float
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (assumption.drifts, assumption.drift) if assumption.held else (excess > 0.0, slid)
     freedom = 1.0 + block.inertia * predicted.arm * (predicted.arm - slid * (assumption.tilting * predicted.drop))
-    return Sliding(f, slides, slid, freedom > LEAST_FREEDOM)
+    return TangentialState(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
-def resolve_sliding(corner: Sliding, other_corner: Sliding, other_in_contact: bool) -> tuple[float, bool]:
+def resolve_sliding(
+    corner: TangentialState, other_corner: TangentialState, other_in_contact: bool
+) -> tuple[float, bool]:
     """Return ±μ of a sliding corner (0 if it is not free), and True if it slides.
 
     A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
@@ -140,7 +150,7 @@ def resolve_sliding(corner: Sliding, other_corner: Sliding, other_in_contact: bo
 
 @njit(**INLINE)
 def normal_force_terms(
-    block: Block, predicted: PredictedCorner, half_step: float, normal_force: float, is_closed: bool
+    block: BlockConstants, predicted: PredictedCorner, half_step: float, normal_force: float, is_closed: bool
 ) -> tuple[float, float]:
     """Return a corner's normal force for zero velocity at the end of the step, and its coefficient of that velocity."""
     normal = block.dashpot + half_step * block.stiffness
@@ -149,7 +159,7 @@ def normal_force_terms(
 
 @njit(**INLINE)
 def equation_terms(
-    block: Block,
+    block: BlockConstants,
     predicted: PredictedCorner,
     half_step: float,
     normal_force: float,
@@ -157,13 +167,13 @@ def equation_terms(
     tangential_force: float,
     slides: bool,
     signed_friction: float,
-) -> Contribution:
+) -> CornerEquationTerms:
     """Return a corner's contribution to the equations; a sliding corner has ±μ times its normal force as friction."""
     normal_force, press = normal_force_terms(block, predicted, half_step, normal_force, is_closed)
     tangential = block.dashpot + half_step * block.tangential
     sticks = is_closed & (not slides)
     tangential_force = tangential_force - tangential * predicted.ux if sticks else signed_friction * normal_force
-    return Contribution(
+    return CornerEquationTerms(
         normal_force,
         tangential_force,
         press,
@@ -174,7 +184,7 @@ def equation_terms(
 
 @njit(**INLINE)
 def solve_velocities(
-    block: Block, state: BlockState, assumed_slip: AssumedSlip, is_fine_step: bool, predicted: PredictedBlock
+    block: BlockConstants, state: BlockState, assumed_slip: AssumedSlip, is_fine_step: bool, predicted: PredictedBlock
 ) -> BlockChange:
     """Solve for the velocities of a block at the end of a step, where springs and dashpots are evaluated.
 
@@ -227,7 +237,7 @@ def solve_velocities(
 
 @njit(**INLINE)
 def solve_velocities_without_friction(
-    block: Block,
+    block: BlockConstants,
     state: BlockState,
     assumed_slip: AssumedSlip,  # noqa: ARG001, as `solve_velocities`
     is_fine_step: bool,

@@ -7,17 +7,17 @@ from numba import njit
 from overturning.dem.block.landing import remaining_landing_time
 from overturning.dem.block.state import (
     GENTLE_STEPS,
-    AcceptedStep,
+    AcceptedBlockStep,
     AssumedCorner,
     AssumedSlip,
-    Block,
     BlockAccount,
     BlockChange,
+    BlockConstants,
     BlockPeaks,
     BlockState,
-    Corner,
-    Corners,
-    Corrected,
+    CornerSolution,
+    CornerSolutions,
+    CornerState,
     PredictedBlock,
     PredictedCorner,
     base_displacement,
@@ -30,14 +30,14 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 @njit(**INLINE)
 def corner_at_solution(
-    block: Block,
+    block: BlockConstants,
     predicted_block: PredictedBlock,
     predicted_corner: PredictedCorner,
-    previous: Corner,
+    previous_corner: CornerState,
     assumption: AssumedCorner,
     change: BlockChange,
     with_friction: bool,
-) -> Corrected:
+) -> CornerSolution:
     """Compute the state of a corner at the solution, with forces within their limits.
 
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
@@ -51,7 +51,7 @@ def corner_at_solution(
         predicted_corner.stretch + half * du,
         (predicted_block.x + predicted_corner.arm) + half * du,
     )
-    inside, was = depth > 0.0, previous.depth > 0.0
+    inside, was = depth > 0.0, previous_corner.depth > 0.0
     changed = predicted_corner.depth if predicted_corner.depth > depth else depth
     changed = -depth if was else changed
     # No tension except in a flat landing.
@@ -70,16 +70,16 @@ def corner_at_solution(
     lever = assumption.tilting * predicted_corner.drop
     working = ux + (predicted_corner.drop - lever) * (predicted_block.ew + change.vw)
     damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * working
-    sinking = depth - previous.depth
-    cut = depth * previous.depth
+    sinking = depth - previous_corner.depth
+    cut = depth * previous_corner.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
     fresh, loaded = inside & (not was), most > 0.0
     moment, let_go = (
         lever * f - predicted_corner.arm * n,
-        (previous.spring + remaining) * (stretch - remaining),
+        (previous_corner.spring + remaining) * (stretch - remaining),
     )
-    return Corrected(
-        corner=Corner(remaining, place, depth, n),
+    return CornerSolution(
+        corner=CornerState(remaining, place, depth, n),
         f=f,
         moment=moment if with_friction else -(predicted_corner.arm * n),
         loss=damping + sliding if with_friction else damping,
@@ -92,13 +92,18 @@ def corner_at_solution(
         found=found,
         wrong=(found != assumed) & loaded,
         reversed=(assumed * ux < 0.0) & loaded,
-        back=(found * previous.spring < 0.0) & loaded,
+        back=(found * previous_corner.spring < 0.0) & loaded,
     )
 
 
 @njit(**INLINE)
 def findings_of_step(
-    block: Block, clock: Clock, step_ticks: float, is_fine_step: bool, corners: Corners, with_friction: bool
+    block: BlockConstants,
+    clock: Clock,
+    step_ticks: float,
+    is_fine_step: bool,
+    corners: CornerSolutions,
+    with_friction: bool,
 ) -> StepFindings:
     """Return the findings of an attempted step that decide whether it is accepted."""
     left, right = corners.left, corners.right
@@ -133,7 +138,7 @@ def findings_of_step(
 
 @njit(**INLINE)
 def next_assumed_slip(
-    assumed_slip: AssumedSlip, is_fine_step: bool, corners: Corners, is_retry: bool, keeps_assumed: bool
+    assumed_slip: AssumedSlip, is_fine_step: bool, corners: CornerSolutions, is_retry: bool, keeps_assumed: bool
 ) -> AssumedSlip:
     """Return the slip directions to assume in the next attempt: of the solution, or in a retry the correct old ones."""
     of_left, of_right = (0.0 if is_fine_step else assumed_slip.left), (0.0 if is_fine_step else assumed_slip.right)
@@ -146,7 +151,7 @@ def next_assumed_slip(
 
 
 @njit(**INLINE)
-def contact_time_beyond_half_step(half_step: float, corner: Corrected, other_corner: Corrected) -> float:
+def contact_time_beyond_half_step(half_step: float, corner: CornerSolution, other_corner: CornerSolution) -> float:
     """Return the time beyond half of the step during which a contact that closed within it acts, s.
 
     One division serves both corners.
@@ -158,17 +163,17 @@ def contact_time_beyond_half_step(half_step: float, corner: Corrected, other_cor
 
 @njit(**INLINE)
 def state_after_step(
-    block: Block,
-    previous: AcceptedStep,
+    block: BlockConstants,
+    previous_step: AcceptedBlockStep,
     predicted: PredictedBlock,
     change: BlockChange,
-    corners: Corners,
+    corners: CornerSolutions,
     step_ticks: float,
     with_vertical: bool,
     with_friction: bool,
-) -> AcceptedStep:
+) -> AcceptedBlockStep:
     """Return the state, peaks and energy account of a block at the end of a step."""
-    (s, peaks, account), (left, right) = previous, corners
+    (s, peaks, account), (left, right) = previous_step, corners
     half, turn, tick = predicted.half, predicted.half * change.vw, s.tick + step_ticks
     x, z, angle = predicted.x + half * change.vx, predicted.z + half * change.vz, predicted.angle + turn
     c, sn = predicted.cos - predicted.sin * turn, predicted.sin + predicted.cos * turn
@@ -216,4 +221,4 @@ def state_after_step(
         tick=tick,
         landing=landing,
     )
-    return AcceptedStep(state, peaks, account)
+    return AcceptedBlockStep(state, peaks, account)

@@ -7,12 +7,12 @@ from numba import njit
 from overturning.dem.block.landing import flat_landing_slip, lands_flat, remaining_landing_time
 from overturning.dem.block.state import (
     TICKS,
-    Block,
     BlockAccount,
+    BlockConstants,
     BlockPeaks,
     BlockShaking,
     BlockState,
-    Corner,
+    CornerState,
     base_displacement,
     corner_position,
 )
@@ -35,7 +35,7 @@ class CornerForce(NamedTuple):
     """Position of the corner from the centre, along s, m."""
     drop: float
     """Lever of the tangential force: depth of the corner below the centre, less in a flat landing, m."""
-    corner: Corner
+    corner: CornerState
     """State of the corner for the next step."""
     opened: float
     """Energy released by the normal spring, over half its stiffness, m²."""
@@ -50,9 +50,9 @@ class CornerForce(NamedTuple):
 @njit(**INLINE)
 def corner_contact_force(
     side: float,
-    block: Block,
+    block: BlockConstants,
     state: BlockState,
-    previous: Corner,
+    previous_corner: CornerState,
     dashpot_rate: float,
     flat_landing: tuple[bool, bool, float, float],
 ) -> CornerForce:
@@ -63,23 +63,23 @@ def corner_contact_force(
     held, drifts, drift, tilting = flat_landing
     arm, drop = corner_position(side, block, state.cos, state.sin)
     place, depth = state.x + arm, drop - state.z
-    slip, sinking = place - previous.place, depth - previous.depth
-    inside, was = depth > 0.0, previous.depth > 0.0
+    slip, sinking = place - previous_corner.place, depth - previous_corner.depth
+    inside, was = depth > 0.0, previous_corner.depth > 0.0
     # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
     n = block.stiffness * depth + dashpot_rate * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
-    stretch = previous.spring + slip if was else 0.0
+    stretch = previous_corner.spring + slip if was else 0.0
     most = block.friction * n
     whole = -(block.tangential * stretch) - dashpot_rate * slip
     slips = drifts if held else abs(whole) > most
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
-    let_go = previous.depth if was & (not inside) else 0.0
+    let_go = previous_corner.depth if was & (not inside) else 0.0
     return CornerForce(
         n=n, f=f, arm=arm, drop=tilting * drop,
-        corner=Corner(remaining, place, depth, 0.0), opened=let_go * let_go,
-        shortened=(previous.spring + remaining) * (stretch - remaining),
+        corner=CornerState(remaining, place, depth, 0.0), opened=let_go * let_go,
+        shortened=(previous_corner.spring + remaining) * (stretch - remaining),
         damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
     )  # fmt: skip
 
@@ -92,7 +92,7 @@ def corner_dissipation_power(corner_force: CornerForce, vx: float, vz: float, vw
 
 @njit(**INLINE)
 def step_block(
-    block: Block,
+    block: BlockConstants,
     state: BlockState,
     peaks: BlockPeaks,
     account: BlockAccount,

@@ -8,8 +8,8 @@ from numba import njit
 from overturning.dem.block.state import (
     ROWS,
     TICKS,
-    Block,
     BlockAccount,
+    BlockConstants,
     BlockPeaks,
     BlockShaking,
     BlockState,
@@ -20,20 +20,22 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, BlockState, BlockPeaks))
+load_block, load_state, load_peaks = (ROWS.access(of).load for of in (BlockConstants, BlockState, BlockPeaks))
 load_account, load_course = ROWS.access(BlockAccount).load, ROWS.access(CaseProgress).load
 load_shaking = ROWS.access(BlockShaking).load
 
 
 @njit(**INLINE)
-def velocities_at_whole_step(block: Block, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
+def velocities_at_whole_step(
+    block: BlockConstants, state: BlockState, velocity_lag: float
+) -> tuple[float, float, float]:
     """Return the velocities of a block at the whole step; the stored ones lag `velocity_lag` steps behind."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
 
 
 @njit(**INLINE)
-def block_energy(block: Block, state: BlockState, velocity_lag: float) -> float:
+def block_energy(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
     """Compute the kinetic, gravitational and spring energy of a block per mass, m²/s²."""
     vx, vz, vw = velocities_at_whole_step(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
@@ -43,7 +45,7 @@ def block_energy(block: Block, state: BlockState, velocity_lag: float) -> float:
 
 
 @njit(**INLINE)
-def tilt_energy(block: Block, peak_rotation: float) -> float:
+def tilt_energy(block: BlockConstants, peak_rotation: float) -> float:
     """Return the energy per mass that rotates a block from rest to min(`peak_rotation`, α), m²/s²; by series."""
     angle = min(peak_rotation, block.alpha)
     square = angle * angle
@@ -54,7 +56,7 @@ def tilt_energy(block: Block, peak_rotation: float) -> float:
 
 @njit(**INLINE)
 def outcome_is_final(
-    block: Block, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
+    block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
     """True if a block on a base at rest stands for good, and its peak rotation and slip are final."""
     now = block_energy(block, state, velocity_lag)

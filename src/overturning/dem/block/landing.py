@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.block.state import Block, BlockState
+from overturning.dem.block.state import BlockConstants, BlockState
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import slides_flat, touches_soon
 
@@ -16,13 +16,13 @@ def is_airborne(state: BlockState) -> bool:
 
 
 @njit(**INLINE)
-def remaining_landing_time(block: Block, state: BlockState, time_step: float) -> float:
+def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
     """Return the remaining time of a flat landing after a step, s; a landing starts only from free flight."""
     return block.landing if is_airborne(state) else state.landing - time_step
 
 
 @njit(**INLINE)
-def lands_flat(block: Block, state: BlockState, left: tuple[float, float], right: tuple[float, float]) -> bool:
+def lands_flat(block: BlockConstants, state: BlockState, left: tuple[float, float], right: tuple[float, float]) -> bool:
     """True if both corners land in one impact, from their penetrations (m) and upward velocities (m/s) after the step.
 
     In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
@@ -33,7 +33,7 @@ def lands_flat(block: Block, state: BlockState, left: tuple[float, float], right
 
 
 @njit(**INLINE)
-def flat_landing_slip(block: Block, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float, float]:
+def flat_landing_slip(block: BlockConstants, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float, float]:
     """Return whether a block that lands flat slides (`slides_flat`), ±μ, and the share of friction's moment that acts.
 
     Decided by the velocity of the centre. Where μ ≤ B/H the resultant impulse passes through the base, which therefore

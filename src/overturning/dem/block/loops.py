@@ -16,25 +16,25 @@ from overturning.dem.block import centred, commit, cundall
 from overturning.dem.block.landing import flat_landing_slip, lands_flat
 from overturning.dem.block.state import (
     ROWS,
-    AcceptedStep,
+    AcceptedBlockStep,
     AssumedCorner,
     AssumedSlip,
-    Block,
     BlockAccount,
     BlockChange,
+    BlockConstants,
     BlockPeaks,
     BlockShaking,
     BlockState,
-    Corners,
+    CornerSolutions,
     PredictedBlock,
 )
-from overturning.dem.kernel.clock import BLOCK, Attempt, Clock, next_attempt
+from overturning.dem.kernel.clock import BLOCK, Clock, StepAttempt, next_attempt
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.time_step import Scheme
 
 
-class CundallConstants(NamedTuple):
-    """Constants of Cundall's scheme."""
+class CundallSchemeConstants(NamedTuple):
+    """Constants of Cundall's scheme in the block kernel: lag of its velocities, and steps computed ahead."""
 
     lag: float = 0.5
     """Lag of velocities behind positions, steps."""
@@ -42,8 +42,8 @@ class CundallConstants(NamedTuple):
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
 
 
-class CentredConstants(NamedTuple):
-    """Constants of the centred scheme."""
+class CentredSchemeConstants(NamedTuple):
+    """Constants of the centred scheme in the block kernel: lag of its velocities, and steps computed ahead."""
 
     lag: float = 0.0
     """Lag of velocities behind positions, steps."""
@@ -58,12 +58,12 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
     unused = springs if with_vertical else [*springs, "lift"]
     solution = centred.solve_velocities if with_friction else centred.solve_velocities_without_friction
     load_block, load_shaking, load_clock = (
-        ROWS.access(Block).load,
+        ROWS.access(BlockConstants).load,
         ROWS.access(BlockShaking).load,
         ROWS.access(Clock).load,
     )
     load_state, _, store_state = ROWS.access(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = ROWS.access(Attempt, unused_fields=[] if with_friction else ["tries"])
+    load_attempt, store_attempt, _ = ROWS.access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
     load_assumed_slip, store_assumed_slip, _ = ROWS.access(
         AssumedSlip, unused_fields=[] if with_friction else ["left", "right"]
     )
@@ -100,7 +100,7 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
             drifts, drift, tilting = flat_landing_slip(block, held, w.ex + d.vx, w.ez + d.vz)
             assumed_left = AssumedCorner(d.slid_left, fine, held, drifts, drift, tilting)
             assumed_right = AssumedCorner(d.slid_right, fine, held, drifts, drift, tilting)
-            both = Corners(
+            both = CornerSolutions(
                 commit.corner_at_solution(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.corner_at_solution(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
@@ -109,7 +109,7 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
             assumed = commit.next_assumed_slip(
                 AssumedSlip(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
             )
-            accepted = AcceptedStep(s, load_peaks(state, j), load_account(state, j))
+            accepted = AcceptedBlockStep(s, load_peaks(state, j), load_account(state, j))
             accepted = commit.state_after_step(block, accepted, w, d, both, length, with_vertical, with_friction)
             store_attempt(state, j, attempt)
             store_assumed_slip(state, j, assumed)
@@ -133,7 +133,7 @@ def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG
 
     There is no variant without friction: tangential springs then carry no force.
     """
-    load_block, load_shaking = ROWS.access(Block).load, ROWS.access(BlockShaking).load
+    load_block, load_shaking = ROWS.access(BlockConstants).load, ROWS.access(BlockShaking).load
     load_state, store_state, _ = ROWS.access(BlockState, unused_fields=["normal"])
     load_peaks, store_peaks, _ = ROWS.access(BlockPeaks)
     load_account, store_account, _ = ROWS.access(BlockAccount, unused_fields=["power", "loss"])
@@ -154,8 +154,8 @@ def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG
 
 
 SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
-    Scheme.CUNDALL: (CundallConstants(), cundall_loops),
-    Scheme.CENTRED: (CentredConstants(), centred_loops),
+    Scheme.CUNDALL: (CundallSchemeConstants(), cundall_loops),
+    Scheme.CENTRED: (CentredSchemeConstants(), centred_loops),
 }
 """Constants of each scheme and the function that makes its loops; the type of the constants selects the loops."""
 

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.path import convert_block_path
-from overturning.dem.block.rules import BlockRules
+from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL, RIGID_TIME_RATIO, TICKS
 from overturning.dem.block.tables import CASE, RESULT, ROW
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import Plan, base_motions_by_azimuth, evaluate_rounded, group_equal_cases
+from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, evaluate_rounded, group_equal_cases
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
 from overturning.dem.time_step import (
     Scheme,
@@ -36,7 +36,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, kw_only=True)
-class BlockPlan(Plan):
+class BlockPlan(SimulationPlan):
     """Plan for n cases of a single block."""
 
     result_dtype: ClassVar[Any] = RESULT
@@ -51,21 +51,21 @@ class BlockPlan(Plan):
         """Queue index of each case; cases with equal step lengths, all with or all without friction, share one."""
         return group_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
-    def kernel_rules(
+    def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
-    ) -> BlockRules:
+    ) -> BlockKernelInput:
         """Return the kernel's input for cases with equal step lengths, all with or all without friction."""
         scheme, queued = (
             SCHEMES[self.scheme][0],
-            self.common_rules(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
+            self.common_kernel_input(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
         )
-        cases, job = queued["cases"], queued.pop("job")
+        cases, settings = queued["cases"], queued.pop("settings")
         cases["settled"] *= step_divisor
         cases["gentle"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
-        job = job._replace(steps_per_check=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
+        settings = settings._replace(steps_per_check=int(settings.ticks / float(cases["standing"][0])) + scheme.ahead)
         with_friction = 0 if cases["friction"][0] > 0 else None
-        return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
+        return BlockKernelInput(settings, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
 
     def case_variables(
         self,
@@ -87,7 +87,7 @@ class BlockPlan(Plan):
         return convert_block_path(self.model.scene, self.motion, self.cases, path_rows, float(self.table[0]["alpha"]))
 
 
-def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
+def plan_block_simulation(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
     """Check the arguments and plan the cases of a single block.
 
     Parameters

@@ -18,26 +18,26 @@ from overturning.dem.block.state import (
     ROWS,
     TICKS,
     AssumedSlip,
-    Block,
+    BlockConstants,
     BlockPeaks,
     BlockShaking,
     BlockState,
-    Corner,
+    CornerState,
     corner_position,
 )
-from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.clock import Clock, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
 from overturning.dem.kernel.ground import Ground, count_skippable_samples, is_rest_check_sample, motion_over_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING, impact_time, normalise_cosine_and_sine
-from overturning.dem.kernel.queue import Job, path_with_room, register_implementations
+from overturning.dem.kernel.queue import QueueSettings, path_with_room, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-class BlockRules(NamedTuple):
+class BlockKernelInput(NamedTuple):
     """Input of the kernel for cases of a single block, all with the same number of steps per sample, also at rest."""
 
-    job: Job
+    settings: QueueSettings
     cases: NDArray[np.void]
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
@@ -58,11 +58,11 @@ class BlockWorkspace(NamedTuple):
     state: Any
 
 
-load_block, store_block, _ = ROWS.access(Block)
+load_block, store_block, _ = ROWS.access(BlockConstants)
 load_state, store_state, _ = ROWS.access(BlockState)
 load_peaks, store_peaks, _ = ROWS.access(BlockPeaks)
 load_course, store_course, _ = ROWS.access(CaseProgress)
-store_attempt, store_assumed_slip, store_clock = (ROWS.access(of).store for of in (Attempt, AssumedSlip, Clock))
+store_attempt, store_assumed_slip, store_clock = (ROWS.access(of).store for of in (StepAttempt, AssumedSlip, Clock))
 load_assumed_slip = ROWS.access(AssumedSlip).load
 store_push, store_lift = ROWS.access(BlockShaking, "push").store, ROWS.access(BlockShaking, "lift").store
 NUMBERS: Final = ROWS.count
@@ -71,21 +71,21 @@ COS, SIN, TICK, LAST_UPRIGHT = (
     ROWS.row(BlockPeaks, "last_upright"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
-    ROWS.row(Attempt, "length"),
+    ROWS.row(StepAttempt, "length"),
     ROWS.row(RestState, "rest_limit"),
     ROWS.row(RestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
-def allocate_workspace(rules: Any) -> Any:  # noqa: ARG001, its type selects this function
+def allocate_workspace(inputs: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the rows of all lanes."""
     return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
 
 
-def start_case(rules: Any, work: Any, lane: int, case: int) -> None:
-    """Load a case into a lane: at static equilibrium on both corners, or tilted on one corner."""
-    initialise_lane(work.state, lane, rules.cases[case], rules.job.interval, rules.job.ticks)
+def start_case(inputs: Any, workspace: Any, lane: int, case: int) -> None:
+    """Load a case into a lane (column): at static equilibrium on both corners, or tilted on one corner."""
+    initialise_lane(workspace.state, lane, inputs.cases[case], inputs.settings.interval, inputs.settings.ticks)
 
 
 @njit(**INNER)
@@ -96,7 +96,7 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
     b, h, c, s = 0.5 * case.width, 0.5 * case.height, case.tilt_cos, case.tilt_sin
     k, ks = case.stiffness, case.tangential
     inertia = 3.0 / (b * b + h * h)
-    block = Block(
+    block = BlockConstants(
         half_width=b,
         half_height=h,
         inertia=inertia,
@@ -116,7 +116,7 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
     x = b * ((1.0 - c) if s > 0.0 else (c - 1.0)) + h * s if tilted else 0.0
     (arm_l, drop_l), (arm_r, drop_r) = corner_position(-1.0, block, c, s), corner_position(1.0, block, c, s)
-    left, right = Corner(0.0, x + arm_l, drop_l - z, 0.0), Corner(0.0, x + arm_r, drop_r - z, 0.0)
+    left, right = CornerState(0.0, x + arm_l, drop_l - z, 0.0), CornerState(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = BlockState(
@@ -139,7 +139,7 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
     store_block(state, lane, block)
     store_clock(state, lane, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, lane, at_rest)
-    store_attempt(state, lane, Attempt(case.finest, case.dwell, 0.0))
+    store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
     store_assumed_slip(state, lane, AssumedSlip(0.0, 0.0))
     store_peaks(state, lane, BlockPeaks(abs(case.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy(block, at_rest, 0.0)
@@ -150,17 +150,25 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
     store_course(state, lane, course)
 
 
-def load_sample_motion(rules: Any, work: Any, cases: Any, lane_count: int) -> None:
+def load_sample_motion(inputs: Any, workspace: Any, cases: Any, lane_count: int) -> None:
     """Begin a sample: normalise the rotations and load the base motion."""
-    load_next_sample(work.state, lane_count, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
+    load_next_sample(
+        workspace.state, lane_count, inputs.row, cases, inputs.ground.along, inputs.ground.up, inputs.settings
+    )
 
 
 @njit(**INNER)
 def load_next_sample(
-    state: Any, lane_count: int, motion_rows: Any, cases: Any, horizontal_ground: Any, vertical_ground: Any, job: Job
+    state: Any,
+    lane_count: int,
+    motion_rows: Any,
+    cases: Any,
+    horizontal_ground: Any,
+    vertical_ground: Any,
+    settings: QueueSettings,
 ) -> None:
     """Scale cosine and sine of the rotation to length 1; load the base motion of the current sample of each lane."""
-    ticks, interval, scale = job.ticks, job.interval, 1.0 / job.ticks
+    ticks, interval, scale = settings.ticks, settings.interval, 1.0 / settings.ticks
     for j in range(lane_count):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
@@ -177,28 +185,29 @@ def load_next_sample(
             store_lift(state, j, motion_over_sample(vertical_ground, i, course.amplitude, scale))
 
 
-def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
+def advance_one_sample(inputs: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample; record the first lane at its start, and when it reaches the end of its sample."""
-    # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
-    job, scheme, up, with_friction, state = rules.job, rules.scheme, rules.ground.up, rules.with_friction, work.state
-    step, ticks, steps_per_check = select_loops(scheme, up, with_friction), job.ticks, job.steps_per_check
+    # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
+    settings, scheme, state = inputs.settings, inputs.scheme, workspace.state
+    up, with_friction = inputs.ground.up, inputs.with_friction
+    step, ticks, steps_per_check = select_loops(scheme, up, with_friction), settings.ticks, settings.steps_per_check
     stride = steps_per_check if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
-        path = path_with_room(path, recorded_rows + steps_per_check, job.max_rows)
+        path = path_with_room(path, recorded_rows + steps_per_check, settings.max_rows)
         if path.shape[0] < recorded_rows + steps_per_check:
             return path, -1
     for done in range(0, steps_per_check, stride):
         if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
-            record_block_motion(state, 0, scheme.lag, job.interval, ticks, path[recorded_rows])
+            record_block_motion(state, 0, scheme.lag, settings.interval, ticks, path[recorded_rows])
             recorded_rows += 1
         step((up, with_friction), state, lane_count, stride, ticks)
     return path, recorded_rows
 
 
-def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> int:
-    """Mark the lanes that may have ended, and count them."""
+def mark_ending_lanes(inputs: Any, workspace: Any, active_count: int, marks: Any) -> int:
+    """Mark the lanes whose case may have ended, and count them."""
     return mark_possibly_ended(
-        work.state, active_count, marks, rules.job.ticks, float(rules.job.samples), rules.deepest
+        workspace.state, active_count, marks, inputs.settings.ticks, float(inputs.settings.samples), inputs.deepest
     )
 
 
@@ -206,7 +215,7 @@ def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> i
 def mark_possibly_ended(
     state: Any, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float, max_penetration: float
 ) -> int:
-    """Mark and count lanes that have fallen, have failed, or are past the samples in which the motion can move them."""
+    """Mark and count lanes that fell, failed, or are past the samples in which the motion can move their block."""
     count = 0
     for j in range(active_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
@@ -219,9 +228,11 @@ def mark_possibly_ended(
     return count
 
 
-def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
-    """Skip samples of lanes at rest."""
-    skip_samples_at_rest(work.state, cases, active_count, rules.row, rules.ground, rules.job.ticks, skipped_samples)
+def skip_quiet_samples(inputs: Any, workspace: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
+    """Skip, for blocks at rest, the samples in which the motion cannot move them."""
+    skip_samples_at_rest(
+        workspace.state, cases, active_count, inputs.row, inputs.ground, inputs.settings.ticks, skipped_samples
+    )
 
 
 @njit(**INNER)
@@ -270,7 +281,7 @@ def skip_samples_at_rest(
 
 
 @njit(**INLINE)
-def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: Block) -> float:
+def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: BlockConstants) -> float:
     """Return the largest component of a velocity or acceleration; rotation counts at half the height."""
     turn, most = (
         abs(rotational) * block.half_height,
@@ -279,17 +290,19 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
     return most if most > turn else turn
 
 
-def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
-    """Return the `Status` of a lane, or `GOES_ON`."""
-    return case_status(work.state, lane, rules.scheme.lag, rules.job.ticks, float(rules.job.samples), rules.deepest)
+def lane_end_status(inputs: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
+    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    return case_status(
+        workspace.state, lane, inputs.scheme.lag, inputs.settings.ticks, float(inputs.settings.samples), inputs.deepest
+    )
 
 
-def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of a lane."""
-    write_case_results(work.state, lane, status, rules.scheme.lag, rules.results[case])
+def write_lane_results(inputs: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+    """Write the results of the case in a lane into the table of results."""
+    write_case_results(workspace.state, lane, status, inputs.scheme.lag, inputs.results[case])
 
 
 register_implementations(
-    BlockRules, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
+    BlockKernelInput, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
     skip_quiet_samples, lane_end_status, write_lane_results,
 )  # fmt: skip

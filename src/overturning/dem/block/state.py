@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
+from overturning.dem.kernel.clock import BLOCK, Clock, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import LinearMotion
-from overturning.dem.kernel.lanes import INLINE, Rows
+from overturning.dem.kernel.lanes import INLINE, RowLayout
 
 COLUMNS: Final = 48
 """Number of blocks computed side by side: enough to hide the latency of operations, few enough for the L1 cache."""
@@ -39,8 +39,8 @@ RIGID_TIME_RATIO: Final = 100.0
 """Smallest ratio of sampling interval to 1/ω for which a block on both corners takes sample-long steps."""
 
 
-class Block(NamedTuple):
-    """Constants of a case; half width and half height in m."""
+class BlockConstants(NamedTuple):
+    """Size, contact constants and step settings of a block; half width and half height in m."""
 
     half_width: float
     half_height: float
@@ -70,8 +70,8 @@ class Block(NamedTuple):
     """Share of the moment of friction that rotates a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
 
 
-class Corner(NamedTuple):
-    """State of a corner at the end of the last step."""
+class CornerState(NamedTuple):
+    """Spring, place and normal force of a lower corner at the end of the last step."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -118,8 +118,8 @@ class BlockState(NamedTuple):
     ax: float
     az: float
     aw: float
-    left: Corner
-    right: Corner
+    left: CornerState
+    right: CornerState
     tick: float
     """Ticks since the start of the sample."""
     landing: float
@@ -160,7 +160,7 @@ class BlockShaking(NamedTuple):
     """Upward acceleration of the base, added to gravity."""
 
 
-class Drift(NamedTuple):
+class DriftedBlock(NamedTuple):
     """Position and velocities of a block at the end of a step with constant acceleration."""
 
     x: float
@@ -227,8 +227,8 @@ class BlockChange(NamedTuple):
     slid_right: float
 
 
-class Sliding(NamedTuple):
-    """Tangential state of a corner that the equations would assume."""
+class TangentialState(NamedTuple):
+    """Friction and sliding of a corner that the equations of a step assume."""
 
     f: float
     """Predicted tangential force per mass, m/s²."""
@@ -240,8 +240,8 @@ class Sliding(NamedTuple):
     """True if a normal force pushes the corner out while it slides."""
 
 
-class Contribution(NamedTuple):
-    """Contribution of a corner to the three equations, per mass.
+class CornerEquationTerms(NamedTuple):
+    """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
     The forces are those for zero velocity at the end of the step; `press`, `stick` and `slide` multiply velocities.
     """
@@ -258,10 +258,10 @@ class Contribution(NamedTuple):
     """Tangential force of a sliding corner per normal velocity, times half the step."""
 
 
-class Corrected(NamedTuple):
+class CornerSolution(NamedTuple):
     """State of a corner at the solution of the equations."""
 
-    corner: Corner
+    corner: CornerState
     """State for the next step."""
     f: float
     """Tangential force per mass, m/s²."""
@@ -291,35 +291,35 @@ class Corrected(NamedTuple):
     """True if its friction had the opposite sign before."""
 
 
-class Corners(NamedTuple):
+class CornerSolutions(NamedTuple):
     """State of both corners at the solution of the equations."""
 
-    left: Corrected
-    right: Corrected
+    left: CornerSolution
+    right: CornerSolution
 
 
-class AcceptedStep(NamedTuple):
-    """Parts of a case that an accepted step changes."""
+class AcceptedBlockStep(NamedTuple):
+    """State, peaks and energy account of a block, which an accepted step changes."""
 
     state: BlockState
     peaks: BlockPeaks
     account: BlockAccount
 
 
-ROWS: Final = Rows(
-    COLUMNS, Block, Clock, BlockState, Attempt, AssumedSlip, BlockPeaks, BlockAccount, BlockShaking, CaseProgress,
-    PredictedBlock, BlockChange, RestState,
+ROWS: Final = RowLayout(
+    COLUMNS, BlockConstants, Clock, BlockState, StepAttempt, AssumedSlip, BlockPeaks, BlockAccount, BlockShaking,
+    CaseProgress, PredictedBlock, BlockChange, RestState,
 )  # fmt: skip
 
 
 @njit(**INLINE)
-def corner_position(side: float, block: Block, cosine: float, sine: float) -> tuple[float, float]:
+def corner_position(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
     """Return the position of a lower corner from the centre, along s and downwards, m; side −1 is left, +1 right."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 
 @njit(**INLINE)
-def base_displacement(block: Block, centre_x: float, sine: float) -> float:
+def base_displacement(block: BlockConstants, centre_x: float, sine: float) -> float:
     """Return the displacement of the base midpoint, m, from that of the centre and the sine of θ."""
     return centre_x - block.half_height * sine

@@ -14,8 +14,8 @@ from overturning.dem.body.state import (
     VERTEX,
     BaseContactState,
     BodyConstants,
+    BodyVertex,
     PointBeforeAndAfter,
-    Vertex,
     VertexHistory,
 )
 from overturning.dem.body.vectors import Matrix, matrix_times_vector
@@ -30,27 +30,31 @@ RESTS: Final = 0.5
 
 
 @njit(**INLINE)
-def belongs_to_base(body: BodyConstants, vertex: Vertex) -> bool:
+def belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
     """True if a vertex of a body belongs to its base."""
     return vertex.own.z <= -LEVEL * body.foot
 
 
 @njit(**INLINE)
-def rests_on_spring(body: BodyConstants, previous: VertexHistory) -> float:
+def rests_on_spring(body: BodyConstants, previous_point: VertexHistory) -> float:
     """Return 1 if a point is carried by its spring rather than its dashpot (it neither lands nor lifts), else 0."""
-    spring = body.stiffness * previous.depth
-    return 1.0 if (previous.depth > 0.0) & (abs(previous.normal - spring) < RESTS * spring) else 0.0
+    spring = body.stiffness * previous_point.depth
+    return 1.0 if (previous_point.depth > 0.0) & (abs(previous_point.normal - spring) < RESTS * spring) else 0.0
 
 
 @njit(**INLINE)
 def update_base_ends(
-    body: BodyConstants, base_contact: BaseContactState, frame: Matrix, vertex: Vertex, previous: VertexHistory
+    body: BodyConstants,
+    base_contact: BaseContactState,
+    frame: Matrix,
+    vertex: BodyVertex,
+    previous_point: VertexHistory,
 ) -> BaseContactState:
     """Update the lowest and highest base vertex of a body with one more vertex."""
     height, below, still = (
         matrix_times_vector(frame, vertex.own).z,
         belongs_to_base(body, vertex),
-        rests_on_spring(body, previous),
+        rests_on_spring(body, previous_point),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & ((height < base_contact.low) | ((height == base_contact.low) & (still > base_contact.low_rests)))
@@ -64,7 +68,11 @@ def update_base_ends(
 
 @njit(**INLINE)
 def contact_is_deferred(
-    body: BodyConstants, base_contact: BaseContactState, vertex: Vertex, height: float, previous: VertexHistory
+    body: BodyConstants,
+    base_contact: BaseContactState,
+    vertex: BodyVertex,
+    height: float,
+    previous_point: VertexHistory,
 ) -> bool:
     """True if a base vertex between the lowest and the highest one carries no load yet, as these two do not both rest.
 
@@ -72,7 +80,7 @@ def contact_is_deferred(
     """
     slack = body.ends * (base_contact.high - base_contact.low)
     between = (height > base_contact.low + slack) & (height < base_contact.high - slack) & belongs_to_base(body, vertex)
-    return between & (previous.depth <= 0.0) & (not both_ends_rest(base_contact))
+    return between & (previous_point.depth <= 0.0) & (not both_ends_rest(base_contact))
 
 
 @njit(**INLINE)
@@ -101,7 +109,7 @@ def both_ends_rest(base_contact: BaseContactState) -> bool:
 
 load_body, load_frame = ROWS.access(BodyConstants).load, ROWS.access(Matrix).load
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-load_vertex, load_memory = VERTEX.access(Vertex).load, VERTEX.access(PointBeforeAndAfter, "old").load
+load_vertex, load_memory = VERTEX.access(BodyVertex).load, VERTEX.access(PointBeforeAndAfter, "old").load
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = VERTEX.row(PointBeforeAndAfter, "old.landing"), VERTEX.row(PointBeforeAndAfter, "old.depth")
 SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactState, "longest_landing")

@@ -39,7 +39,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, Attempt, Clock
+from overturning.dem.kernel.clock import BODY, Clock, StepAttempt
 from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -114,7 +114,7 @@ def rim_point_position(body: BodyConstants, frame: Matrix, ahead: float, aside: 
 
 
 @njit(**INLINE)
-def is_fine_step(clock: Clock, attempt: Attempt) -> bool:
+def is_fine_step(clock: Clock, attempt: StepAttempt) -> bool:
     """True if a step is so fine that predicted forces decide about contact and slip."""
     return attempt.length <= FINE * clock.finest
 
@@ -141,8 +141,8 @@ def predict_contact_point(
     predicted: PredictedBody,
     frame: Matrix,
     arm: Vector,
-    previous: VertexHistory,
-    fine_step: bool,
+    previous_point: VertexHistory,
+    step_is_fine: bool,
     has_rim: bool,
     contact_rule: tuple[bool, bool, float],
 ) -> PredictedPoint:
@@ -155,24 +155,24 @@ def predict_contact_point(
     deferred, flat, new_landing = contact_rule
     u = plus(predicted.end, cross_product(predicted.spin, arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
-    slip_x = predicted.half * (previous.x + u.x) if has_rim else (predicted.place.x + arm.x) - previous.x
-    slip_y = predicted.half * (previous.y + u.y) if has_rim else (predicted.place.y + arm.y) - previous.y
-    was = previous.depth > 0.0
-    tx, ty = (previous.sx + slip_x if was else 0.0), (previous.sy + slip_y if was else 0.0)
+    slip_x = predicted.half * (previous_point.x + u.x) if has_rim else (predicted.place.x + arm.x) - previous_point.x
+    slip_y = predicted.half * (previous_point.y + u.y) if has_rim else (predicted.place.y + arm.y) - previous_point.y
+    was = previous_point.depth > 0.0
+    tx, ty = (previous_point.sx + slip_x if was else 0.0), (previous_point.sy + slip_y if was else 0.0)
     depth = -(predicted.place.z + arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
-    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if fine_step else previous.normal != 0.0
+    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if step_is_fine else previous_point.normal != 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if fine_step else previous.normal)
+    most = body.friction * (n if step_is_fine else previous_point.normal)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = flat_landing_slip(body, arm, predicted.end, predicted.spin, flat)
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if fine_step else previous.slid > 0.0
+    slides = square > most * most if step_is_fine else previous_point.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
     turn = angular_velocity(body, frame, Vector(
@@ -211,7 +211,7 @@ def friction_share(friction_limit: float, squared_force: float, slides: bool) ->
 
 @njit(**INLINE)
 def contact_equations(
-    body: BodyConstants, half_step: float, point: PredictedPoint, previous: VertexHistory, fine_step: bool
+    body: BodyConstants, half_step: float, point: PredictedPoint, previous_point: VertexHistory, step_is_fine: bool
 ) -> ContactEquations:
     """Return the terms of a contact point in the equations of a step, f' = f − G (e_v + e_w × r).
 
@@ -222,7 +222,7 @@ def contact_equations(
     press, stick = body.dashpot + half_step * body.stiffness, body.dashpot + half_step * body.tangential
     n = body.stiffness * point.depth - body.dashpot * u.z
     hx, hy = -(body.tangential * point.tx) - body.dashpot * u.x, -(body.tangential * point.ty) - body.dashpot * u.y
-    part = friction_share(body.friction * (n if fine_step else previous.normal), hx * hx + hy * hy, slides)
+    part = friction_share(body.friction * (n if step_is_fine else previous_point.normal), hx * hx + hy * hy, slides)
     mx, my = body.friction * point.dx, body.friction * point.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
     across = half_step * (stick * part if slides else stick)

@@ -38,6 +38,7 @@ from overturning.dem.body.state import (
     BodyPeaks,
     BodyShaking,
     BodyState,
+    BodyVertex,
     ContactEquations,
     ContactSum,
     LargestFindings,
@@ -46,10 +47,9 @@ from overturning.dem.body.state import (
     PredictedPoint,
     StepRejection,
     TerminationLimits,
-    Vertex,
 )
 from overturning.dem.body.vectors import Matrix, matrix_times_vector, rotation_matrix
-from overturning.dem.kernel.clock import BODY, Attempt, Clock, next_attempt
+from overturning.dem.kernel.clock import BODY, Clock, StepAttempt, next_attempt
 from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
 
 load_body, load_shaking = ROWS.access(BodyConstants).load, ROWS.access(BodyShaking).load
@@ -59,7 +59,7 @@ load_limits = ROWS.access(TerminationLimits).load
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 load_peaks, _, store_peaks = ROWS.access(BodyPeaks)
 load_account, _, store_account = ROWS.access(BodyAccount)
-load_attempt, store_attempt, _ = ROWS.access(Attempt)
+load_attempt, store_attempt, _ = ROWS.access(StepAttempt)
 load_rejection, store_rejection, _ = ROWS.access(StepRejection)
 load_clock = ROWS.access(Clock).load
 load_predicted, store_predicted, _ = ROWS.access(PredictedBody)
@@ -72,7 +72,7 @@ add_equations, add_sum, larger_of = (
     tuple_arithmetic(ContactSum).plus,
     tuple_arithmetic(LargestFindings).largest,
 )
-load_vertex = VERTEX.access(Vertex).load
+load_vertex = VERTEX.access(BodyVertex).load
 load_memory, _, store_memory = VERTEX.access(PointBeforeAndAfter, "old")
 load_point, store_point, _ = VERTEX.access(PredictedPoint)
 load_next, store_next, _ = VERTEX.access(PointBeforeAndAfter, "new")

@@ -42,7 +42,7 @@ FAST_TURN: Final = 0.1
 @njit(**INLINE)
 def released_spring_energy(
     body: BodyConstants,
-    previous: VertexHistory,
+    previous_point: VertexHistory,
     depth: float,
     stretch_before_slip: tuple[float, float],
     stretch_after_slip: tuple[float, float],
@@ -52,16 +52,17 @@ def released_spring_energy(
     `stretch_before_slip` is the tangential stretch before slip and `stretch_after_slip` that after slip, m.
     """
     kx, ky = stretch_after_slip
-    inside, was = depth > 0.0, previous.depth > 0.0
-    sinking, over = depth - previous.depth, depth * previous.depth
+    inside, was = depth > 0.0, previous_point.depth > 0.0
+    sinking, over = depth - previous_point.depth, depth * previous_point.depth
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
-        body.tangential * ((previous.sx + kx) * stretched_x + (previous.sy + ky) * stretched_y) + body.stiffness * over
+        body.tangential * ((previous_point.sx + kx) * stretched_x + (previous_point.sy + ky) * stretched_y)
+        + body.stiffness * over
     )
     let_go = let_go if inside | was else 0.0
     # A deferred point starts with a compressed spring.
-    return let_go - 0.5 * body.stiffness * (depth * depth) if inside & (previous.depth == 0.0) else let_go
+    return let_go - 0.5 * body.stiffness * (depth * depth) if inside & (previous_point.depth == 0.0) else let_go
 
 
 @njit(**INLINE)
@@ -69,9 +70,9 @@ def compute_point_forces(
     body: BodyConstants,
     predicted: PredictedBody,
     point: PredictedPoint,
-    previous: VertexHistory,
+    previous_point: VertexHistory,
     change: BodyChange,
-    fine_step: bool,
+    step_is_fine: bool,
     has_rim: bool,
 ) -> tuple[ContactSum, LargestFindings, VertexHistory]:
     """Compute the forces of a contact point at the solution, within their limits, its findings, and its new state."""
@@ -79,7 +80,7 @@ def compute_point_forces(
     u = plus(point.velocity, e)
     depth, tx, ty = point.depth - half * e.z, point.tx + half * e.x, point.ty + half * e.y
     depth = 0.0 if (point.deferred > 0.0) & (depth > 0.0) else depth
-    inside, was = depth > 0.0, previous.depth > 0.0
+    inside, was = depth > 0.0, previous_point.depth > 0.0
     changed = point.depth if point.depth > depth else depth
     changed = -depth if was else changed
     spring = body.stiffness * depth if inside else 0.0
@@ -99,22 +100,25 @@ def compute_point_forces(
     power = (spring - n) * u.z - (
         (fx + body.tangential * kx) * (u.x - spin.y * off) + (fy + body.tangential * ky) * (u.y + spin.x * off)
     )
-    let_go = released_spring_energy(body, previous, depth, (point.tx + half * e.x, point.ty + half * e.y), (kx, ky))
+    let_go = released_spring_energy(
+        body, previous_point, depth, (point.tx + half * e.x, point.ty + half * e.y), (kx, ky)
+    )
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
-    more = depth * (2.0 * half / (depth - previous.depth if fresh else 1.0)) - half if fresh else 0.0
-    landing = (point.new_landing if fresh else previous.landing) - 2.0 * half
+    more = depth * (2.0 * half / (depth - previous_point.depth if fresh else 1.0)) - half if fresh else 0.0
+    landing = (point.new_landing if fresh else previous_point.landing) - 2.0 * half
     carries = most > 0.0
     assumed = point.slides > 0.0
     wrong = carries & (slips != assumed)
     backwards = carries & assumed & (fx * point.dx + fy * point.dy < 0.0)
     # In a long step the spring is stretched although the point comes back; the velocity shows this.
-    back = carries & slips & ((fx * previous.sx + fy * previous.sy > 0.0) | (fx * u.x + fy * u.y > 0.0))
+    back = carries & slips & ((fx * previous_point.sx + fy * previous_point.sy > 0.0) | (fx * u.x + fy * u.y > 0.0))
     force = Vector(fx, fy, n)
     moment = cross_product(lever, force)
     findings = LargestFindings(
-        changed, 1.0 if wrong & (not fine_step) else 0.0, 1.0 if backwards & (not fine_step) else 0.0,
-        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not fine_step) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
+        changed, 1.0 if wrong & (not step_is_fine) else 0.0, 1.0 if backwards & (not step_is_fine) else 0.0,
+        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not step_is_fine) else 0.0, 0.0 if n > 0.0 else 1.0,
+        depth,
     )  # fmt: skip
     x, y = (
         (u.x if has_rim else (predicted.place.x + r.x) + half * e.x),
@@ -187,7 +191,7 @@ def step_findings(
 
 
 class AcceptedBodyStep(NamedTuple):
-    """Parts of a case that an accepted step changes."""
+    """State, peaks and accounts of a body, which an accepted step changes."""
 
     state: BodyState
     peaks: BodyPeaks
@@ -197,7 +201,7 @@ class AcceptedBodyStep(NamedTuple):
 @njit(**INLINE)
 def complete_step(
     body: BodyConstants,
-    previous: AcceptedBodyStep,
+    previous_step: AcceptedBodyStep,
     predicted: PredictedBody,
     change: BodyChange,
     contact_sum: ContactSum,
@@ -205,7 +209,7 @@ def complete_step(
     step_ticks: float,
 ) -> AcceptedBodyStep:
     """Compute state, peaks and accounts of a body at the end of the step; `deepest` is its largest penetration, m."""
-    (s, peaks, account), half = previous, predicted.half
+    (s, peaks, account), half = previous_step, predicted.half
     a, push, tick = centre_acceleration(contact_sum.force, predicted.shaking), predicted.shaking, s.tick + step_ticks
     v = plus(extrapolate(predicted.velocity, half, a), contact_sum.impulse)
     momentum = plus(extrapolate(predicted.momentum, half, contact_sum.moment), contact_sum.twist)

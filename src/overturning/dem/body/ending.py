@@ -28,7 +28,7 @@ from overturning.dem.body.vectors import (
     plus,
     rotation_matrix,
 )
-from overturning.dem.kernel.clock import Attempt
+from overturning.dem.kernel.clock import StepAttempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, is_still
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
@@ -40,7 +40,7 @@ load_account, load_course, load_limits = (ROWS.access(of).load for of in (BodyAc
 load_shaking = ROWS.access(BodyShaking).load
 load_memory = VERTEX.access(PointBeforeAndAfter, "old").load
 VERTEX_SIZE: Final = VERTEX.size
-LENGTH: Final = ROWS.row(Attempt, "length")
+LENGTH: Final = ROWS.row(StepAttempt, "length")
 
 
 @njit(**INLINE)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import outcome_variables
-from overturning.dem.body.rules import BodyRules, RimBodies, VertexBodies
+from overturning.dem.body.rules import BodyKernelInput, RimBodies, VertexBodies
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
     largest_unit_eigenvalue,
@@ -22,7 +22,7 @@ from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import Plan, group_equal_cases
+from overturning.dem.plan import SimulationPlan, group_equal_cases
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
 from overturning.dem.time_step import Scheme, parse_scheme, shortest_contact_time, steps_per_sample
 from overturning.errors import ArgumentError
@@ -37,7 +37,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyPlan(Plan):
+class BodyPlan(SimulationPlan):
     """Plan for n cases of a single 3-D body."""
 
     split_long_queues: ClassVar[bool] = True
@@ -69,16 +69,16 @@ class BodyPlan(Plan):
         up = super().vertical_ground
         return np.zeros(self.motion.samples + 3) if up is None else up
 
-    def kernel_rules(
+    def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
-    ) -> BodyRules:
+    ) -> BodyKernelInput:
         """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
-        queued = self.common_rules(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
+        queued = self.common_kernel_input(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
-        job, standing = queued["job"], float(queued["cases"]["standing"][0])
-        queued["job"] = job._replace(steps_per_check=int(job.ticks / standing))
+        settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
+        queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
         queued["cases"]["settled"] *= step_divisor
-        return BodyRules(
+        return BodyKernelInput(
             **queued,
             kind=self.kind,
             bodies=self.bodies,
@@ -111,7 +111,7 @@ class BodyPlan(Plan):
         return BodyPath(path_rows, (cosine, sine), *self.model.shape.outline(*size))
 
 
-def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
+def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
     """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
     shape, contact, start = model.shape, model.contact, model.start
     if parse_scheme(numerics.scheme) != Scheme.CENTRED:

@@ -30,17 +30,17 @@ from overturning.dem.body.state import (
     BodyPeaks,
     BodyShaking,
     BodyState,
+    BodyVertex,
     LoadedSample,
     PointBeforeAndAfter,
     TerminationLimits,
-    Vertex,
     VertexHistory,
     lean_measure,
 )
 from overturning.dem.body.vectors import (
     Matrix,
     Quaternion,
-    Symmetric,
+    SymmetricMatrix,
     Vector,
     cross_product,
     full_matrix,
@@ -50,7 +50,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.clock import Clock, StepAttempt
 from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, cannot_end_yet
 from overturning.dem.kernel.ground import (
     Ground,
@@ -61,7 +61,7 @@ from overturning.dem.kernel.ground import (
 )
 from overturning.dem.kernel.lanes import INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING
-from overturning.dem.kernel.queue import Job, lookup_by_type, path_with_room, register_implementations
+from overturning.dem.kernel.queue import QueueSettings, lookup_by_type, path_with_room, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -81,10 +81,10 @@ LOOPS: Final = {VertexBodies: sample_loops(False), RimBodies: sample_loops(True)
 """Function that computes the steps of a sample, by the type of the marker."""
 
 
-class BodyRules(NamedTuple):
+class BodyKernelInput(NamedTuple):
     """Input of the kernel for cases of 3-D bodies, all with the same numbers of steps per sample and of vertices."""
 
-    job: Job
+    settings: QueueSettings
     cases: NDArray[np.void]
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
@@ -118,12 +118,12 @@ store_turn = ROWS.access(BodyState, "turn").store
 load_peaks, store_peaks, _ = ROWS.access(BodyPeaks)
 load_course, store_course, _ = ROWS.access(CaseProgress)
 load_limits, store_limits, _ = ROWS.access(TerminationLimits)
-store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (BodyShaking, Attempt, Clock))
-store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(PointBeforeAndAfter, "old").store
+store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (BodyShaking, StepAttempt, Clock))
+store_vertex, store_memory = VERTEX.access(BodyVertex).store, VERTEX.access(PointBeforeAndAfter, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row(BodyState, "tick"), ROWS.row(BodyPeaks, "last_upright")
-LENGTH, LOADED = ROWS.row(Attempt, "length"), ROWS.row(LoadedSample, "sample")
+LENGTH, LOADED = ROWS.row(StepAttempt, "length"), ROWS.row(LoadedSample, "sample")
 REST_LIMIT, AT_REST = ROWS.row(RestState, "rest_limit"), ROWS.row(RestState, "at_rest")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
@@ -132,17 +132,17 @@ loops_of = lookup_by_type(LOOPS)
 """Return the loops of bodies, selected by the type of their marker."""
 
 
-def allocate_workspace(rules: Any) -> Any:
+def allocate_workspace(inputs: Any) -> Any:
     """Allocate the state rows of all cases that are computed together, and the rows of their vertices."""
-    state = aligned_zeros(NUMBERS * COLUMNS + rules.points.shape[1] * OF_A_VERTEX)
+    state = aligned_zeros(NUMBERS * COLUMNS + inputs.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
-def start_case(rules: Any, work: Any, lane: int, case: int) -> None:
+def start_case(inputs: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case into a lane, in its initial state."""
-    given = rules.cases[case]
-    body, points, interval = rules.bodies[given.body], rules.points[given.body], rules.job.interval
-    initialise_lane(work.state, work.vertices, lane, given, body, points, interval, rules.job.ticks)
+    given = inputs.cases[case]
+    body, points, interval = inputs.bodies[given.body], inputs.points[given.body], inputs.settings.interval
+    initialise_lane(workspace.state, workspace.vertices, lane, given, body, points, interval, inputs.settings.ticks)
 
 
 @njit(**INNER)
@@ -155,8 +155,8 @@ def initialise_lane(
         state[row * COLUMNS + lane] = 0.0
     ks, at = case.tangential, case.start
     body = BodyConstants(
-        inverse=Symmetric(solid.ixx, solid.iyy, solid.izz, solid.ixy, solid.ixz, solid.iyz),
-        inertia=Symmetric(solid.axx, solid.ayy, solid.azz, solid.axy, solid.axz, solid.ayz),
+        inverse=SymmetricMatrix(solid.ixx, solid.iyy, solid.izz, solid.ixy, solid.ixz, solid.iyz),
+        inertia=SymmetricMatrix(solid.axx, solid.ayy, solid.azz, solid.axy, solid.axz, solid.ayz),
         foot=solid.foot,
         radius=solid.radius,
         stiffness=case.stiffness,
@@ -178,7 +178,7 @@ def initialise_lane(
         one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
         own = Vector(points[i, 0], points[i, 1], points[i, 2])
         arm = matrix_times_vector(f, own)
-        store_vertex(one, lane, Vertex(own))
+        store_vertex(one, lane, BodyVertex(own))
         # Velocity is stored for points of a rim, position for vertices.
         known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
@@ -201,7 +201,7 @@ def initialise_lane(
     store_body(state, lane, body)
     store_clock(state, lane, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, lane, begin)
-    store_attempt(state, lane, Attempt(case.finest, case.dwell, 0.0))
+    store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
     store_peaks(state, lane, BodyPeaks(lean_measure(f), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (np.sqrt(solid.reach * solid.reach + solid.foot * solid.foot) - solid.foot)
     store_course(state, lane, CaseProgress(
@@ -215,9 +215,9 @@ def initialise_lane(
 
 
 @njit(**INNER)
-def angular_momentum(a: Symmetric, f: Matrix, w: Vector) -> Vector:
+def angular_momentum(a: SymmetricMatrix, f: Matrix, w: Vector) -> Vector:
     """Return the angular momentum of a body in space; `a` is its inverse inertia, `f` its axes, `w` its rate."""
-    cofactors = Symmetric(
+    cofactors = SymmetricMatrix(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
     )  # fmt: skip
@@ -227,15 +227,17 @@ def angular_momentum(a: Symmetric, f: Matrix, w: Vector) -> Vector:
     )
 
 
-def load_sample_motion(rules: Any, work: Any, cases: Any, lane_count: int) -> None:
+def load_sample_motion(inputs: Any, workspace: Any, cases: Any, lane_count: int) -> None:
     """Begin a sample: normalise the rotations and load the base motion."""
-    load_next_sample(work.state, lane_count, rules.row, cases, rules.ground, rules.job)
+    load_next_sample(workspace.state, lane_count, inputs.row, cases, inputs.ground, inputs.settings)
 
 
 @njit(**INNER)
-def load_next_sample(state: Any, lane_count: int, motion_rows: Any, cases: Any, ground: Any, job: Job) -> None:
+def load_next_sample(
+    state: Any, lane_count: int, motion_rows: Any, cases: Any, ground: Any, settings: QueueSettings
+) -> None:
     """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
-    along, up, ticks, interval, scale = ground.along, ground.up, job.ticks, job.interval, 1.0 / job.ticks
+    along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
     for j in range(lane_count):
         s = load_state(state, j)
         q = s.turn
@@ -257,28 +259,32 @@ def load_next_sample(state: Any, lane_count: int, motion_rows: Any, cases: Any, 
         store_shaking(state, j, BodyShaking(push_x, push_y, motion_over_sample(up, i, course.amplitude, scale)))
 
 
-def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
+def advance_one_sample(inputs: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample; record the first lane at its start, if time has passed since the last row."""
-    # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
-    job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
+    # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
+    settings, kind, count, base = inputs.settings, inputs.kind, inputs.points.shape[1], inputs.base
     if path.shape[0] > 0:
-        path = path_with_room(path, recorded_rows + 1, job.max_rows)
+        path = path_with_room(path, recorded_rows + 1, settings.max_rows)
         if path.shape[0] == recorded_rows:
             return path, -1
-        record_body_motion(work.state, 0, job.interval, job.ticks, path[recorded_rows])
+        record_body_motion(workspace.state, 0, settings.interval, settings.ticks, path[recorded_rows])
         recorded_rows += 1 if recorded_rows == 0 or path[recorded_rows].time > path[recorded_rows - 1].time else 0
-    loops_of(kind)(kind, work.state, work.vertices, count, base, lane_count, job.steps_per_check, job.ticks)
+    loops_of(kind)(
+        kind, workspace.state, workspace.vertices, count, base, lane_count, settings.steps_per_check, settings.ticks
+    )
     return path, recorded_rows
 
 
-def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> int:
+def mark_ending_lanes(inputs: Any, workspace: Any, active_count: int, marks: Any) -> int:
     """Mark the lanes whose case may have ended, and count them."""
-    return mark_possibly_ended(work.state, active_count, marks, rules.job.ticks, float(rules.job.samples))
+    return mark_possibly_ended(
+        workspace.state, active_count, marks, inputs.settings.ticks, float(inputs.settings.samples)
+    )
 
 
 @njit(**INNER)
 def mark_possibly_ended(state: Any, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float) -> int:
-    """Mark and count lanes that have fallen, have failed, or are past the samples in which the motion can move them."""
+    """Mark and count lanes that fell, failed, or are past the samples in which the motion can move their body."""
     count = 0.0
     for j in range(active_count):
         s, limits = load_state(state, j), load_limits(state, j)
@@ -295,7 +301,7 @@ def mark_possibly_ended(state: Any, active_count: int, marks: Any, ticks_per_sam
 
 @njit(**INNER)
 def mark_possibly_at_rest(state: Any, active_count: int) -> int:
-    """Mark and count lanes that may be at rest: a quick test for all lanes, passed by every lane at rest."""
+    """Mark and count lanes whose body may be at rest: a quick test that every body at rest passes."""
     number = 0
     for j in range(active_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
@@ -308,37 +314,38 @@ def mark_possibly_at_rest(state: Any, active_count: int) -> int:
     return number
 
 
-def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
-    """Skip samples of lanes whose body is at rest."""
-    job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
-    count = rules.points.shape[1]
+def skip_quiet_samples(inputs: Any, workspace: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
+    """Skip, for bodies at rest, the samples in which the motion cannot move them."""
+    settings, state, ground, row, base = inputs.settings, workspace.state, inputs.ground, inputs.row, inputs.base
+    count = inputs.points.shape[1]
     if mark_possibly_at_rest(state, active_count) == 0:
         return
     for j in range(active_count):
-        course, over, rest_limit = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[REST_LIMIT + j]
+        course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks)
+        rest_limit = state[REST_LIMIT + j]
         now = course.sample + over
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, rest_limit)
-        if quiet and is_at_rest(state, work.vertices, count, base, j, rest_limit):
+        if quiet and is_at_rest(state, workspace.vertices, count, base, j, rest_limit):
             samples = count_skippable_samples(ground, row[cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
             skipped_samples[j] += samples
 
 
-def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:
-    """Return the `Status` of a lane, or `GOES_ON`."""
-    end, sectors = float(rules.job.samples), rules.sectors[rules.cases[case].body]
-    return case_status(work.state, work.vertices, rules.base, lane, rules.job.ticks, end, sectors)
+def lane_end_status(inputs: Any, workspace: Any, lane: int, case: int) -> int:
+    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    end, sectors = float(inputs.settings.samples), inputs.sectors[inputs.cases[case].body]
+    return case_status(workspace.state, workspace.vertices, inputs.base, lane, inputs.settings.ticks, end, sectors)
 
 
-def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
+def write_lane_results(inputs: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in a lane."""
-    sectors = rules.sectors[rules.cases[case].body]
-    write_case_results(work.state, work.vertices, lane, status, rules.results[case], sectors)
+    sectors = inputs.sectors[inputs.cases[case].body]
+    write_case_results(workspace.state, workspace.vertices, lane, status, inputs.results[case], sectors)
 
 
 register_implementations(
-    BodyRules, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
+    BodyKernelInput, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
     skip_quiet_samples, lane_end_status, write_lane_results,
 )  # fmt: skip

@@ -13,17 +13,17 @@ from numba import njit
 from overturning.dem.body.vectors import (
     Matrix,
     Quaternion,
-    Symmetric,
+    SymmetricMatrix,
     Vector,
     full_matrix,
     matrix_times_vector,
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, Attempt, Clock
+from overturning.dem.kernel.clock import BODY, Clock, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import LinearMotion
-from overturning.dem.kernel.lanes import INLINE, Rows
+from overturning.dem.kernel.lanes import INLINE, RowLayout
 
 COLUMNS: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
@@ -36,11 +36,11 @@ TICKS: Final = BODY.whole
 
 
 class BodyConstants(NamedTuple):
-    """Constants of a case."""
+    """Inertia, contact constants and limits of a body, which do not change during a case."""
 
-    inverse: Symmetric
+    inverse: SymmetricMatrix
     """Inverse inertia in the body's own axes, m/I, 1/m²."""
-    inertia: Symmetric
+    inertia: SymmetricMatrix
     """Inertia in the body's own axes, I/m, m²."""
     foot: float
     """Height of the centre above the base, m."""
@@ -69,7 +69,7 @@ class BodyConstants(NamedTuple):
 
 
 class BodyState(NamedTuple):
-    """State of a body."""
+    """Position, rotation, velocities and accelerations of a body."""
 
     place: Vector
     """Position of the centre, m."""
@@ -89,8 +89,8 @@ class BodyState(NamedTuple):
     """Ticks since the start of the sample."""
 
 
-class Vertex(NamedTuple):
-    """Vertex of a body."""
+class BodyVertex(NamedTuple):
+    """Vertex of a body, in the axes of the body."""
 
     own: Vector
     """Position from the centre in the body's own axes, m."""
@@ -313,12 +313,12 @@ class LargestFindings(NamedTuple):
     """Largest penetration, m."""
 
 
-ROWS: Final = Rows(
+ROWS: Final = RowLayout(
     COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyAccount, BodyShaking,
-    LoadedSample, CaseProgress, TerminationLimits, Attempt, StepRejection, PredictedBody, ContactEquations, BodyChange,
-    ContactSum, LargestFindings, RestState,
+    LoadedSample, CaseProgress, TerminationLimits, StepAttempt, StepRejection, PredictedBody, ContactEquations,
+    BodyChange, ContactSum, LargestFindings, RestState,
 )  # fmt: skip
-VERTEX: Final = Rows(COLUMNS, Vertex, PointBeforeAndAfter, PredictedPoint)
+VERTEX: Final = RowLayout(COLUMNS, BodyVertex, PointBeforeAndAfter, PredictedPoint)
 
 
 @njit(**INLINE)

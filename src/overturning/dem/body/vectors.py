@@ -24,7 +24,7 @@ class Quaternion(NamedTuple):
     z: float
 
 
-class Symmetric(NamedTuple):
+class SymmetricMatrix(NamedTuple):
     """Symmetric 3 × 3 matrix."""
 
     xx: float
@@ -105,7 +105,7 @@ def transpose(m: Matrix) -> Matrix:
 
 
 @njit(**INLINE)
-def full_matrix(symmetric: Symmetric) -> Matrix:
+def full_matrix(symmetric: SymmetricMatrix) -> Matrix:
     """Convert a symmetric matrix to a full one."""
     return Matrix(
         symmetric.xx,

@@ -96,7 +96,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     load, save = cache._load_overload, cache.save_overload
 
     def use_index_of_model(signature: Any) -> None:
-        # One index per model, by the type of its rules: unpickling an index imports the modules of all models in it.
+        # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
         model = getattr(next(iter(signature), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
         file._index_path, file._data_name_pattern = str(folder / f"{base}.nbi"), f"{base}.{{number:d}}.nbc"

@@ -16,7 +16,7 @@ from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.time_step import MAX_ROCKING_STEP
 
 
-class Pace(NamedTuple):
+class StepControl(NamedTuple):
     """Constants of the step control of a model."""
 
     longest: float
@@ -51,13 +51,13 @@ class Pace(NamedTuple):
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
-BLOCK: Final = Pace(
+BLOCK: Final = StepControl(
     longest=MAX_ROCKING_STEP, finest=0.08, whole=2.0**24, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
 )
-SCENE: Final = Pace(
+SCENE: Final = StepControl(
     longest=0.0125, finest=0.16, whole=2.0**20, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
 )
-BODY: Final = Pace(
+BODY: Final = StepControl(
     longest=0.004, finest=0.1, whole=2.0**9, fine=2.0, tries=3.0, dwell=8.0, settled_above=8.0, settled=4.0
 )
 
@@ -84,11 +84,11 @@ class Clock(NamedTuple):
     dwell: float
     """Steps of one length after a contact change."""
     settled: float
-    """Steps of one length above `Pace.settled_above`."""
+    """Steps of one length above `StepControl.settled_above`."""
 
 
-class Attempt(NamedTuple):
-    """Next step to attempt."""
+class StepAttempt(NamedTuple):
+    """Length of the next step to attempt, steps left at this length, and tries so far."""
 
     length: float
     """Length, ticks."""
@@ -121,8 +121,13 @@ class StepFindings(NamedTuple):
 
 @njit(**INLINE)
 def next_attempt(
-    pace: Pace, clock: Clock, attempt: Attempt, findings: StepFindings, end_tick: float, ticks_per_sample: float
-) -> tuple[bool, bool, Attempt]:
+    pace: StepControl,
+    clock: Clock,
+    attempt: StepAttempt,
+    findings: StepFindings,
+    end_tick: float,
+    ticks_per_sample: float,
+) -> tuple[bool, bool, StepAttempt]:
     """Accept or reject an attempted step and choose the next. Returns (rejected, keep assumed contacts, next attempt).
 
     `end_tick` is the end of the attempt. A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP` of a
@@ -158,4 +163,4 @@ def next_attempt(
     then = above if longer & (not (findings.changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = pace.whole if (length > pace.whole) & (shorter | (not findings.stands)) else then
-    return shorter | retry, sooner, Attempt(then, left, attempt.tries + 1.0 if retry else 0.0)
+    return shorter | retry, sooner, StepAttempt(then, left, attempt.tries + 1.0 if retry else 0.0)

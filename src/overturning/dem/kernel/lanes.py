@@ -11,7 +11,7 @@ loads the tuples, calls the functions and stores the results. LLVM vectorises su
 
 Three other forms are not vectorised, or are slow: a named tuple *of arrays* (each array has its own base address and
 may overlap the others); a choice between two whole tuples before they are stored, or between numbers within a tuple's
-own arguments; and a conditional (masked) store. `Access.store_unless` selects number by number instead.
+own arguments; and a conditional (masked) store. `LaneAccess.store_unless` selects number by number instead.
 """
 
 import hashlib
@@ -156,8 +156,8 @@ unknown: Final[Any] = intrinsic(_unknown)
 """``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
-class Access(NamedTuple):
-    """Compiled functions that load a named tuple from a lane and store it."""
+class LaneAccess(NamedTuple):
+    """Compiled functions that load a named tuple from a lane (column) of the state array, and store it."""
 
     load: Any
     """``load(array, j)`` returns the tuple of lane j."""
@@ -167,7 +167,7 @@ class Access(NamedTuple):
     """``store_unless(array, j, keep, value)`` writes a tuple to lane j unless `keep` is true."""
 
 
-class Arithmetic(NamedTuple):
+class TupleArithmetic(NamedTuple):
     """Compiled elementwise arithmetic of a named tuple."""
 
     zero: Any
@@ -181,14 +181,14 @@ class Arithmetic(NamedTuple):
 
 
 @cache
-def tuple_arithmetic(tuple_type: type) -> Arithmetic:
+def tuple_arithmetic(tuple_type: type) -> TupleArithmetic:
     """Return the arithmetic of a named tuple of numbers or of further such tuples."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def larger(builder: Any, x: Any, y: Any) -> Any:
         return select_frozen(builder, builder.fcmp_ordered(">", x, y), x, y)
 
-    return Arithmetic(
+    return TupleArithmetic(
         zero_tuple_maker(tuple_type),
         elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
         elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
@@ -196,7 +196,7 @@ def tuple_arithmetic(tuple_type: type) -> Arithmetic:
     )
 
 
-class Rows:
+class RowLayout:
     """Layout of named tuples in an array: the row of each of their numbers.
 
     Parameters
@@ -217,13 +217,13 @@ class Rows:
         self.count: Final = len(numbers)
         self.size: Final = lanes * self.count
         self._rows = {number: lanes * row for row, number in enumerate(numbers)}
-        self._made: dict[tuple[object, ...], Access] = {}
+        self._made: dict[tuple[object, ...], LaneAccess] = {}
 
     def row(self, tuple_type: type, field_path: str) -> int:
         """Return the index at which the row of a number starts; `field_path` joins field names: ``left.spring``."""
         return self._rows[tuple_type, field_path]
 
-    def access(self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()) -> Access:
+    def access(self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()) -> LaneAccess:
         """Return the functions that load and store a tuple.
 
         Parameters
@@ -244,7 +244,7 @@ class Rows:
             self._made[key] = self._make_access(tuple_type, kind, prefix, inner)
         return self._made[key]
 
-    def _make_access(self, tuple_type: type, inner_type: type, path_prefix: str, stored_paths: list[str]) -> Access:
+    def _make_access(self, tuple_type: type, inner_type: type, path_prefix: str, stored_paths: list[str]) -> LaneAccess:
         rows = [
             self._rows[tuple_type, path_prefix + path] if path in stored_paths else None
             for path in number_paths(inner_type)
@@ -253,7 +253,7 @@ class Rows:
         name = (
             f"{inner_type.__module__}.{inner_type.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
         )
-        return Access(
+        return LaneAccess(
             tuple_loader(inner_type, rows, name),
             tuple_storer(inner_type, rows, name),
             conditional_tuple_storer(inner_type, rows, name),

@@ -1,8 +1,8 @@
 """Queue of cases for the lanes of a kernel: a lane whose case has ended takes the next case.
 
-The queue is independent of the model. A model has a named tuple of rules, which holds all data of its cases, and
-functions that are selected by the type of that tuple (`register_implementations`): Numba caches machine code selected
-by type, but not that of closures. Lanes do not share data, so the result of a case depends on the case alone.
+The queue is independent of the model. Each model has a named tuple with the input of its kernel, and functions that
+are selected by the type of that tuple (`register_implementations`): Numba caches machine code selected by type, but not
+that of closures. Lanes do not share data, so the result of a case depends on the case alone.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, a
 from overturning.model.status import Status
 
 
-class Job(NamedTuple):
+class QueueSettings(NamedTuple):
     """Settings shared by all cases of a queue. Scalars only: passing a tuple of arrays increments reference counts."""
 
     samples: int
@@ -41,10 +41,10 @@ class Job(NamedTuple):
     """Number of cases computed side by side."""
 
 
-class Rules(Protocol):
-    """Fields that the rules of every model have, for cases with the same number of steps per sample."""
+class KernelInput(Protocol):
+    """Fields that the kernel input of every model has, for cases with the same number of steps per sample."""
 
-    job: Job
+    settings: QueueSettings
     """Settings shared by all cases."""
     cases: NDArray[np.void]
     """Table of cases, shape (n,)."""
@@ -57,32 +57,34 @@ class Rules(Protocol):
     """Motion of the base."""
 
 
-class Work(Protocol):
-    """Arrays that a kernel computes in."""
+class KernelWorkspace(Protocol):
+    """Arrays in which a kernel keeps the state of the cases that it computes."""
 
     state: Any
     """Flat array with a row per quantity and a column per lane."""
 
 
-# Stubs of the functions that each model implements; `register_implementations` registers the implementations.
+# Signatures of the functions that each model implements; `register_implementations` registers the implementations.
 
 
-def allocate_workspace(rules: Rules) -> Work:
+def allocate_workspace(inputs: KernelInput) -> KernelWorkspace:
     """Return the arrays that the kernel computes in, a named tuple."""
     raise NotImplementedError
 
 
-def start_case(rules: Rules, work: Work, lane: int, case: int) -> None:
-    """Put a case into a lane, before its first step."""
+def start_case(inputs: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> None:
+    """Put a case into a lane (a column of the arrays), before its first step."""
     raise NotImplementedError
 
 
-def load_sample_motion(rules: Rules, work: Work, cases: Any, lane_count: int) -> None:
+def load_sample_motion(inputs: KernelInput, workspace: KernelWorkspace, cases: Any, lane_count: int) -> None:
     """Begin a sample: load the base motion of the first `lane_count` lanes; `cases` holds the case of each lane."""
     raise NotImplementedError
 
 
-def advance_one_sample(rules: Rules, work: Work, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
+def advance_one_sample(
+    inputs: KernelInput, workspace: KernelWorkspace, lane_count: int, path: Any, recorded_rows: int
+) -> tuple[Any, int]:
     """Compute the steps of a sample and record the path of the first lane; return the path and its number of rows.
 
     The returned path may be a longer copy of `path`. The number of rows is −1 if the path has reached its limit.
@@ -90,7 +92,7 @@ def advance_one_sample(rules: Rules, work: Work, lane_count: int, path: Any, rec
     raise NotImplementedError
 
 
-def mark_ending_lanes(rules: Rules, work: Work, active_count: int, marks: Any) -> int:
+def mark_ending_lanes(inputs: KernelInput, workspace: KernelWorkspace, active_count: int, marks: Any) -> int:
     """Set `marks` to 1 for each lane that may have ended and to 0 for the others; return the number of ones.
 
     A quick test for all lanes at once; `lane_end_status` decides.
@@ -98,7 +100,9 @@ def mark_ending_lanes(rules: Rules, work: Work, active_count: int, marks: Any) -
     raise NotImplementedError
 
 
-def skip_quiet_samples(rules: Rules, work: Work, cases: Any, active_count: int, skipped_samples: Any) -> None:
+def skip_quiet_samples(
+    inputs: KernelInput, workspace: KernelWorkspace, cases: Any, active_count: int, skipped_samples: Any
+) -> None:
     """Skip, in lanes at rest, samples in which the motion cannot move the body; add their number to `skipped_samples`.
 
     At rest all contacts are closed, nothing slides, the last step was a long one, and residual motion and vibration are
@@ -107,22 +111,22 @@ def skip_quiet_samples(rules: Rules, work: Work, cases: Any, active_count: int, 
     raise NotImplementedError
 
 
-def lane_end_status(rules: Rules, work: Work, lane: int, case: int) -> int:
+def lane_end_status(inputs: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
     """Return the `Status` of a lane whose case has ended, or `GOES_ON`."""
     raise NotImplementedError
 
 
-def write_lane_results(rules: Rules, work: Work, lane: int, case: int, status: int) -> None:
+def write_lane_results(inputs: KernelInput, workspace: KernelWorkspace, lane: int, case: int, status: int) -> None:
     """Write the results of a lane's case, except status, steps and skipped samples."""
     raise NotImplementedError
 
 
-def register_implementations(rules: type, *functions: Callable[..., Any]) -> None:
-    """Register functions, named like the stubs above, for models whose rules have the type `rules`."""
+def register_implementations(input_type: type, *functions: Callable[..., Any]) -> None:
+    """Register the functions of a model, named like those above, for kernel input of the type `input_type`."""
     for function in functions:
 
         def choose(actual: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
-            return function if actual.instance_class is rules else None
+            return function if actual.instance_class is input_type else None
 
         options = OWNER if function.__name__ in {"allocate_workspace", "advance_one_sample"} else INLINE
         overload(globals()[function.__name__], jit_options=options, strict=False)(choose)  # type: ignore[arg-type]
@@ -144,7 +148,7 @@ def lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
 
 @njit(**INNER)
 def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
-    """Copy all rows of lane `source` to lane `target`."""
+    """Copy the state of the case in lane (column) `source` to lane `target`."""
     for row in range(state.size // lanes):
         state[row * lanes + target] = state[row * lanes + source]
 
@@ -164,13 +168,13 @@ def path_with_room(path: Any, min_rows: int, max_rows: int) -> Any:
 
 
 @njit(**QUEUE)
-def run_queue(rules: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tuple[Any, int]:
+def run_queue(inputs: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tuple[Any, int]:
     """Run cases, all with the same steps per sample.
 
     Parameters
     ----------
-    rules : NamedTuple
-        Rules of the model, with the cases and the table of results; see `Rules`.
+    inputs : NamedTuple
+        Input of the model's kernel, with the cases and the table of results; see `KernelInput`.
     ordered_cases : ndarray of int64, shape (m,)
         Indices of the cases to run, in this order.
     steps_done : ndarray of int64, shape (1,)
@@ -185,9 +189,9 @@ def run_queue(rules: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tup
     recorded : int
         Number of rows filled; −1 if the path has reached its limit, in which case the results are incomplete.
     """
-    rules = borrowed(rules)  # the caller keeps the arrays alive
-    job, work = rules.job, allocate_workspace(rules)
-    lanes, steps, results = job.lanes, job.steps_per_check * job.step_weight, rules.results
+    inputs = borrowed(inputs)  # the caller keeps the arrays alive
+    settings, workspace = inputs.settings, allocate_workspace(inputs)
+    lanes, steps, results = settings.lanes, settings.steps_per_check * settings.step_weight, inputs.results
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned_zeros(lanes)
     left_out = np.zeros(lanes, np.int64)
     # Force int64; Numba would type these as literals and compile every callee twice.
@@ -199,39 +203,39 @@ def run_queue(rules: Any, ordered_cases: Any, steps_done: Any, path: Any) -> tup
             lane = active if head < ordered_cases.size else filled
             case[lane] = ordered_cases[head if head < ordered_cases.size else 0]
             done[lane], left_out[lane] = int(results[case[lane]].block_steps), none
-            start_case(rules, work, lane, case[lane])
+            start_case(inputs, workspace, lane, case[lane])
             filled = max(filled, lane + 1)
             if head < ordered_cases.size:
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
             return path, recorded
-        skip_quiet_samples(rules, work, case, active, left_out)
+        skip_quiet_samples(inputs, workspace, case, active, left_out)
         columns = (active + 7) // 8 * 8
-        load_sample_motion(rules, work, case, columns)
-        path, recorded = advance_one_sample(rules, work, columns, path, recorded)
+        load_sample_motion(inputs, workspace, case, columns)
+        path, recorded = advance_one_sample(inputs, workspace, columns, path, recorded)
         steps_done[0] += active * steps
         spent = none
         for lane in range(active):
             done[lane] += steps
-            spent += 1 if done[lane] >= job.budget else 0
-        lane = none if mark_ending_lanes(rules, work, active, due) + spent > 0 else active
+            spent += 1 if done[lane] >= settings.budget else 0
+        lane = none if mark_ending_lanes(inputs, workspace, active, due) + spent > 0 else active
         while lane < active:
-            status, over = GOES_ON, done[lane] >= job.budget
+            status, over = GOES_ON, done[lane] >= settings.budget
             if over or due[lane] > 0.0:
-                status = lane_end_status(rules, work, lane, case[lane])
+                status = lane_end_status(inputs, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
                 status = Status.OVER_BUDGET if over and status != Status.SIMULATED else status
             if status == GOES_ON:
                 lane += 1
                 continue
-            write_lane_results(rules, work, lane, case[lane], status)
+            write_lane_results(inputs, workspace, lane, case[lane], status)
             results[case[lane]].status, results[case[lane]].block_steps = status, done[lane]
             results[case[lane]].samples_left_out = left_out[lane]
             # The last active lane moves into the free lane.
             active -= 1
             case[lane], done[lane], due[lane] = case[active], done[active], due[active]
             left_out[lane] = left_out[active]
-            copy_lane(work.state, lanes, active, lane)
+            copy_lane(workspace.state, lanes, active, lane)
 
 
 cache_compiled_kernel(run_queue)

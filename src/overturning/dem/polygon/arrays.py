@@ -196,7 +196,7 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     nearest = k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, bounds = (
         k.VertexPosition(0.0, 0.0),
-        k.Face(0.0, 0.0, 0.0, 0.0, 0.0),
+        k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0),
         k.ContactRanges(0.0, 0.0, 0.0, 0.0),
     )
     pairs = []
@@ -217,7 +217,7 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
         history = k.PairHistory(k.VertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
         stands = float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b])
         pairs.append(
-            k.Pair(
+            k.PairState(
                 face_a=face,
                 face_b=face,
                 bounds=bounds,

@@ -47,8 +47,8 @@ def case_status(state: Any, lane: int, scene: Any, stands_from: Any, last_sample
     `stands_from` are the samples from which its parts stand for good, shape (parts,).
     """
     case = rows.load_case(state, lane)
-    rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
-    check, moving, standing, fallen, safe, slid = count_standing_and_fallen(state, lane, rules)
+    element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
+    check, moving, standing, fallen, safe, slid = count_standing_and_fallen(state, lane, element_rules)
     if not np.isfinite(check) or deepest_penetration(state, lane, scene) > limits.deepest:
         return Status.UNSTABLE
     gap = SUPPORT_GAP * limits.deepest
@@ -60,26 +60,26 @@ def case_status(state: Any, lane: int, scene: Any, stands_from: Any, last_sample
         and calm
         and rest_of_record_is_weak(state, lane, stands_from, scene.parts, case.sample)
     )
-    if standing == 0 or (weak and not any_airborne(state, lane, scene, rules, gap)):
+    if standing == 0 or (weak and not any_airborne(state, lane, scene, element_rules, gap)):
         return Status.SIMULATED
     if case.sample < last_sample and case.sample < case.calm:
         return GOES_ON
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded ends.
-    if moving < limits.rest_energy and count_loaded_ends(state, lane, scene, rules) >= 2 * standing:
+    if moving < limits.rest_energy and count_loaded_ends(state, lane, scene, element_rules) >= 2 * standing:
         return Status.SIMULATED
     if case.sample < last_sample:
         return GOES_ON
-    if fallen == 0 and not slid and all_in_place(state, lane, scene, rules, gap):
+    if fallen == 0 and not slid and all_in_place(state, lane, scene, element_rules, gap):
         spare = case_energy(state, lane, scene) - case.energy
         # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
-        over = spare < 0.5 * limits.least_barrier and not can_exceed_peak_rotation(state, lane, rules, spare)
+        over = spare < 0.5 * limits.least_barrier and not can_exceed_peak_rotation(state, lane, element_rules, spare)
         if over and not any_sliding(state, lane, scene):
             return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON
-    still = moving < 1e-4 * limits.least_scale or not can_fall_at_rest(state, lane, rules, scene.gravity)
-    return Status.SIMULATED if still and not any_airborne(state, lane, scene, rules, gap) else Status.UNDECIDED
+    still = moving < 1e-4 * limits.least_scale or not can_fall_at_rest(state, lane, element_rules, scene.gravity)
+    return Status.SIMULATED if still and not any_airborne(state, lane, scene, element_rules, gap) else Status.UNDECIDED
 
 
 @njit(**INNER)
@@ -303,13 +303,13 @@ def record_support_time(
 def write_case_results(state: Any, lane: int, scene: Any, case_result: Any, element_results: Any) -> None:
     """Mark the fallen elements of a case, and write its results."""
     v = int(state[rows.VARIANT + lane])
-    rules, limits = scene.elements[v], scene.limits[v]
-    mark_fallen_elements(state, lane, scene, rules, SUPPORT_GAP * limits.deepest)
+    element_rules, limits = scene.elements[v], scene.limits[v]
+    mark_fallen_elements(state, lane, scene, element_rules, SUPPORT_GAP * limits.deepest)
     work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         absorbed += q[rows.ABSORBED + lane]
-    for e in range(rules.size):
+    for e in range(element_rules.size):
         item = rows.load_element(rows.of_element(state, e), lane)
         totals, record = item.totals, item.record
         work += totals.work

@@ -76,7 +76,7 @@ plus = tuple_arithmetic(PairMatrix).plus
 @njit(**INLINE)
 def assume_end_state(
     contact_law: ContactLaw,
-    previous: EndHistory,
+    previous_end: EndHistory,
     signed_friction: float,
     end: ContactEnd,
     both_ends: CommonStretch,
@@ -92,10 +92,10 @@ def assume_end_state(
     (fine, held), a, b = is_fine_and_flat, pair_motion.a, pair_motion.b
     opening, slipping = opening_and_slip_rates(end, pair_motion.velocity)
     n, drag = contact_law.normal * end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
-    stretch = spring_stretch(previous, end, both_ends, contact_law.compliance, drag)
+    stretch = spring_stretch(previous_end, end, both_ends, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
     pressed = (held | (n > 0.0)) & (end.closed > 0.0)
-    on = (pressed | ((not fine) & (previous.normal != 0.0))) & (end.faces > 0.0)
+    on = (pressed | ((not fine) & (previous_end.normal != 0.0))) & (end.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
     drifts, drift = flat_landing_slip(contact_law, end, pair_motion.velocity, a, b, held)
@@ -197,7 +197,7 @@ class EndSolution(NamedTuple):
 @njit(**INLINE)
 def end_at_solution(
     contact_law: ContactLaw,
-    previous: EndHistory,
+    previous_end: EndHistory,
     end: ContactEnd,
     assumed_contact: AssumedContact,
     motion_and_change: tuple[PairMotion, RelativeVector],
@@ -217,7 +217,7 @@ def end_at_solution(
     more_open, more_slip = opening_and_slip_rates(end, d)
     opening, slipping = opening + more_open, slipping + more_slip
     depth, stretch = end.depth - half_step * more_open, assumed_contact.stretch + half_step * more_slip
-    touches, was = end.faces > 0.0, previous.carrier != OPEN
+    touches, was = end.faces > 0.0, previous_end.carrier != OPEN
     inside = (depth > 0.0) & touches
     n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
@@ -231,9 +231,11 @@ def end_at_solution(
     spring = spring if inside else 0.0
     assumed = 0.0 if fine else assumed_contact.slid
     changed = (
-        (inside != was) | ((not was) & (touches & (end.depth > 0.0))) | (was & (previous.carrier != carrier_code(end)))
+        (inside != was)
+        | ((not was) & (touches & (end.depth > 0.0)))
+        | (was & (previous_end.carrier != carrier_code(end)))
     )
-    wrong, back = (found != assumed) & loaded, (found * previous.tangent < 0.0) & loaded
+    wrong, back = (found != assumed) & loaded, (found * previous_end.tangent < 0.0) & loaded
     now = EndResult(EndForce(n, force, spring), depth, end.slip + half_step * more_slip, inside)
     return EndSolution(now, half_step * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back)
 

@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, EndHistory, Face, Pair, Pose
+from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ElementFace, EndHistory, PairState, Pose
 
 
 @njit(**INNER)
@@ -67,7 +67,9 @@ def end_that_replaces_vertex(faces: Any, vertex: int, end_0: int, end_1: int) ->
 
 
 @njit(**INNER)
-def end_normal(pose_a: Pose, pose_b: Pose, face_a: Face, face_b: Face, vertex_is_of_a: bool) -> tuple[float, float]:
+def end_normal(
+    pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
+) -> tuple[float, float]:
     """Return the direction of the normal force on a at an end: b's normal for a vertex of a, else minus a's normal."""
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
@@ -76,7 +78,7 @@ def end_normal(pose_a: Pose, pose_b: Pose, face_a: Face, face_b: Face, vertex_is
 
 
 @njit(**INNER)
-def end_position(pair: Pair, pose_a: Pose, pose_b: Pose, end: int, vertex_is_of_a: bool) -> tuple[float, float]:
+def end_position(pair: PairState, pose_a: Pose, pose_b: Pose, end: int, vertex_is_of_a: bool) -> tuple[float, float]:
     """Return the position of the contact vertex of an end from the centre of a, m."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
     along = own.low if vertex_is_of_a == (end == 0) else own.high

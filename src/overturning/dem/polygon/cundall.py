@@ -44,7 +44,7 @@ class CundallScheme(NamedTuple):
 @njit(**INLINE)
 def end_after_step(
     contact_law: ContactLaw,
-    previous: EndHistory,
+    previous_end: EndHistory,
     end: ContactEnd,
     both_ends: CommonStretch,
     steps_per_second: float,
@@ -58,7 +58,7 @@ def end_after_step(
     n = contact_law.normal * end.depth + fade * (end.depth - end.before)
     n = n if end.closed & (flat_landing[0] | (n > 0.0)) else 0.0
     drag = fade * end.slip
-    stretch = spring_stretch(previous, end, both_ends, contact_law.compliance, drag)
+    stretch = spring_stretch(previous_end, end, both_ends, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
     # The spring of a slipping end is shortened to the force that friction can hold.
     force, holds, slips = apply_friction(t, n, contact_law, flat_landing)

@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex, earlier_vertex_positions
-from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, Pair
+from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, PairState
 
 
 @njit(**INNER)
@@ -33,7 +33,7 @@ def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float
 
 
 @njit(**INNER)
-def pair_spring_energy(pair: Pair) -> float:
+def pair_spring_energy(pair: PairState) -> float:
     """Compute the energy stored in the springs of a pair, J."""
     total, history = 0.0, pair.history
     for end in range(2):

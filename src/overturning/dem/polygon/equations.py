@@ -11,7 +11,16 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, tuple_arithmetic, unknown, window_slicer
+from overturning.dem.kernel.lanes import (
+    APART,
+    INLINE,
+    INNER,
+    OWNER,
+    RowLayout,
+    tuple_arithmetic,
+    unknown,
+    window_slicer,
+)
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import PairForce, PairMatrix
 from overturning.dem.polygon.state import ElementConstants, PlanarVector
@@ -31,7 +40,7 @@ class Submatrix(NamedTuple):
     ww: float
 
 
-SUBMATRIX: Final = Rows(rows.COLUMNS, Submatrix)
+SUBMATRIX: Final = RowLayout(rows.COLUMNS, Submatrix)
 SIZE: Final = SUBMATRIX.size
 load, store, _ = SUBMATRIX.access(Submatrix)
 minus = tuple_arithmetic(Submatrix).minus

@@ -8,10 +8,10 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
     THEIRS,
+    ElementFace,
     ElementState,
     EndHistory,
-    Face,
-    Pair,
+    PairState,
     Pose,
     VertexPosition,
     VertexPositions,
@@ -110,18 +110,18 @@ def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
 
 
 @njit(**INNER)
-def polygon_face(faces: Any, face_index: int) -> Face:
+def polygon_face(faces: Any, face_index: int) -> ElementFace:
     """Return one face of a polygon from the array of all its faces."""
     nx, nz = faces[face_index, 4], faces[face_index, 5]
     low, high = (
         nx * faces[face_index, 1] - nz * faces[face_index, 0],
         nx * faces[face_index, 3] - nz * faces[face_index, 2],
     )
-    return Face(nx, nz, faces[face_index, 6], low, high)
+    return ElementFace(nx, nz, faces[face_index, 6], low, high)
 
 
 @njit(**INLINE)
-def relative_face_position(face_a: Face, face_b: Face, pose_a: Pose, pose_b: Pose) -> RelativePosition:
+def relative_face_position(face_a: ElementFace, face_b: ElementFace, pose_a: Pose, pose_b: Pose) -> RelativePosition:
     """Compute the relative position of the faces of a pair."""
     dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
     anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
@@ -159,14 +159,18 @@ def locate_vertex_of_a(
     tangent_offset: float,
     face_distance: float,
     position: RelativePosition,
-    previous: VertexPosition,
+    previous_position: VertexPosition,
 ) -> LocatedVertex:
     """Return depth, place and lever arms of a vertex of a at b's face, `face_distance` (m) from b's centre."""
     own_n, own_t = rotate_to_other_face(normal_offset, tangent_offset, position.turn_q, position.turn_r)
     height, place = own_n + position.bn, own_t + position.bt
     seen = VertexPosition(face_distance - height, place)
     return LocatedVertex(
-        seen, previous.depth, previous.place - place, LeverArms(own_t, own_n), LeverArms(place, height)
+        seen,
+        previous_position.depth,
+        previous_position.place - place,
+        LeverArms(own_t, own_n),
+        LeverArms(place, height),
     )
 
 
@@ -176,27 +180,31 @@ def locate_vertex_of_b(
     tangent_offset: float,
     face_distance: float,
     position: RelativePosition,
-    previous: VertexPosition,
+    previous_position: VertexPosition,
 ) -> LocatedVertex:
     """Return depth, place and lever arms of a vertex of b at a's face; the place increases with the slip of a."""
     own_n, own_t = rotate_to_other_face(normal_offset, tangent_offset, -position.turn_q, position.turn_r)
     height, place = own_n + position.an, own_t + position.at
     seen = VertexPosition(face_distance + height, place)
     return LocatedVertex(
-        seen, previous.depth, place - previous.place, LeverArms(place, height), LeverArms(own_t, own_n)
+        seen,
+        previous_position.depth,
+        place - previous_position.place,
+        LeverArms(place, height),
+        LeverArms(own_t, own_n),
     )
 
 
 @njit(**INLINE)
 def locate_vertices(
-    face_a: Face, face_b: Face, position: RelativePosition, previous: VertexPositions
+    face_a: ElementFace, face_b: ElementFace, position: RelativePosition, previous_positions: VertexPositions
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
     """Return depth, place and lever arms of the first and second vertex of a's face, then of b's face."""
     return (
-        locate_vertex_of_a(face_a.off, face_a.low, face_b.off, position, previous.a1),
-        locate_vertex_of_a(face_a.off, face_a.high, face_b.off, position, previous.a2),
-        locate_vertex_of_b(face_b.off, face_b.low, face_a.off, position, previous.b1),
-        locate_vertex_of_b(face_b.off, face_b.high, face_a.off, position, previous.b2),
+        locate_vertex_of_a(face_a.off, face_a.low, face_b.off, position, previous_positions.a1),
+        locate_vertex_of_a(face_a.off, face_a.high, face_b.off, position, previous_positions.a2),
+        locate_vertex_of_b(face_b.off, face_b.low, face_a.off, position, previous_positions.b1),
+        locate_vertex_of_b(face_b.off, face_b.high, face_a.off, position, previous_positions.b2),
     )
 
 
@@ -225,13 +233,13 @@ def contact_end(
 
 
 @njit(**INLINE)
-def common_stretch(pair: Pair, pose_a: Pose, pose_b: Pose) -> CommonStretch:
+def common_stretch(pair: PairState, pose_a: Pose, pose_b: Pose) -> CommonStretch:
     """Compute the common stretch of the two nearest faces; neither end touches if the elements are out of reach."""
     return stretch_between_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
-def stretch_between_poses(pair: Pair, pose_a: Pose, pose_b: Pose, may_touch: bool) -> CommonStretch:
+def stretch_between_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> CommonStretch:
     """Compute the common stretch of two faces; the contact vertex of each end is the inner of two vertices.
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
@@ -253,7 +261,7 @@ def stretch_between_poses(pair: Pair, pose_a: Pose, pose_b: Pose, may_touch: boo
 
 @njit(**INNER)
 def earlier_vertex_positions(
-    pair: Pair, element_a: ElementState, element_b: ElementState, elapsed: float
+    pair: PairState, element_a: ElementState, element_b: ElementState, elapsed: float
 ) -> VertexPositions:
     """Compute depths and places of the vertices of both faces of a pair `elapsed` seconds ago."""
     f = relative_face_position(

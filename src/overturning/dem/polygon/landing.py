@@ -21,7 +21,7 @@ class PairMotion(NamedTuple):
 
 
 @njit(**INLINE)
-def lands_now(contact_law: ContactLaw, previous: EndHistory, end: ContactEnd, motion: PairMotion) -> bool:
+def lands_now(contact_law: ContactLaw, previous_end: EndHistory, end: ContactEnd, motion: PairMotion) -> bool:
     """True if a contact end is landing, touches in this step, or will touch as part of the same impact.
 
     The time until it touches is at most `overturning.dem.kernel.mechanics.impact_time`, in products here.
@@ -30,14 +30,16 @@ def lands_now(contact_law: ContactLaw, previous: EndHistory, end: ContactEnd, mo
     sinking = opening if opening < 0.0 else 0.0
     rate = contact_law.dashpot * (motion.a.inverse_mass + motion.b.inverse_mass)
     soon = (rate * end.depth > sinking) & (contact_law.normal * end.depth > contact_law.dashpot * sinking)
-    return (previous.landing > 0.0) | ((previous.carrier == OPEN) & (end.faces > 0.0) & soon)
+    return (previous_end.landing > 0.0) | ((previous_end.carrier == OPEN) & (end.faces > 0.0) & soon)
 
 
 @njit(**INLINE)
-def lands_flat(contact_law: ContactLaw, previous: PairHistory, both_ends: CommonStretch, motion: PairMotion) -> bool:
+def lands_flat(
+    contact_law: ContactLaw, previous_pair: PairHistory, both_ends: CommonStretch, motion: PairMotion
+) -> bool:
     """True if both ends of a pair land in one impact, so that a dashpot may pull while its end is in contact."""
-    one = lands_now(contact_law, previous.one, both_ends.one, motion)
-    return (contact_law.landing > 0.0) & one & lands_now(contact_law, previous.two, both_ends.two, motion)
+    one = lands_now(contact_law, previous_pair.one, both_ends.one, motion)
+    return (contact_law.landing > 0.0) & one & lands_now(contact_law, previous_pair.two, both_ends.two, motion)
 
 
 @njit(**INLINE)

@@ -153,7 +153,7 @@ def carrier_code(end: ContactEnd) -> float:
 
 @njit(**INLINE)
 def spring_stretch(
-    previous: EndHistory, end: ContactEnd, both_ends: CommonStretch, compliance: float, damping_force: float
+    previous_end: EndHistory, end: ContactEnd, both_ends: CommonStretch, compliance: float, damping_force: float
 ) -> float:
     """Return the stretch (m) of an end's tangential spring before slip.
 
@@ -161,11 +161,11 @@ def spring_stretch(
     not change. A new contact starts with 0.
     """
     carrier = carrier_code(end)
-    share = -((carrier * both_ends.turn_r) * previous.normal) - previous.tangent * both_ends.turn_q
-    share = previous.tangent if previous.carrier == TRANSFERRED else share
+    share = -((carrier * both_ends.turn_r) * previous_end.normal) - previous_end.tangent * both_ends.turn_q
+    share = previous_end.tangent if previous_end.carrier == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
-    stretch = previous.spring + end.slip if previous.carrier == carrier else equivalent
-    return stretch if previous.carrier != OPEN else 0.0
+    stretch = previous_end.spring + end.slip if previous_end.carrier == carrier else equivalent
+    return stretch if previous_end.carrier != OPEN else 0.0
 
 
 @njit(**INLINE)
@@ -220,7 +220,7 @@ def apply_friction(
 
 @njit(**INLINE)
 def next_end_history(
-    previous: EndHistory,
+    previous_end: EndHistory,
     other_end: EndHistory,
     end: ContactEnd,
     result: EndResult,
@@ -232,23 +232,23 @@ def next_end_history(
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
     begun = contact_law.landing if other_end.carrier == OPEN else other_end.landing - elapsed
-    left = previous.landing - elapsed if previous.carrier != OPEN else begun
+    left = previous_end.landing - elapsed if previous_end.carrier != OPEN else begun
     carrier = carrier_code(end) if result.inside else OPEN
     return EndHistory(result.force.spring, carrier, result.force.n, result.force.t, left if result.inside else 0.0)
 
 
 @njit(**INLINE)
-def twice_energy_absorbed(previous: EndHistory, end: ContactEnd, result: EndResult) -> float:
+def twice_energy_absorbed(previous_end: EndHistory, end: ContactEnd, result: EndResult) -> float:
     """Return twice the energy that an end absorbed in a step, J: mean force times displacement."""
-    value = (previous.normal + result.force.n) * (result.depth - end.before) - (
-        previous.tangent + result.force.t
+    value = (previous_end.normal + result.force.n) * (result.depth - end.before) - (
+        previous_end.tangent + result.force.t
     ) * result.slip
-    return value if (previous.carrier != OPEN) | result.inside else 0.0
+    return value if (previous_end.carrier != OPEN) | result.inside else 0.0
 
 
 @njit(**INLINE)
 def next_pair_history(
-    previous: PairHistory,
+    previous_pair: PairHistory,
     both_ends: CommonStretch,
     vertices: VertexPositions,
     results: tuple[EndResult, EndResult],
@@ -257,15 +257,16 @@ def next_pair_history(
 ) -> PairHistory:
     """Return the contact history of a pair after a step that ends with the given vertex positions."""
     s1, s2 = results
-    deepest = updated_maximum(previous.deepest, s1.depth if s1.inside else 0.0)
+    deepest = updated_maximum(previous_pair.deepest, s1.depth if s1.inside else 0.0)
     deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
     absorbed = 0.5 * (
-        twice_energy_absorbed(previous.one, both_ends.one, s1) + twice_energy_absorbed(previous.two, both_ends.two, s2)
+        twice_energy_absorbed(previous_pair.one, both_ends.one, s1)
+        + twice_energy_absorbed(previous_pair.two, both_ends.two, s2)
     )
     return PairHistory(
         vertices,
-        next_end_history(previous.one, previous.two, both_ends.one, s1, contact_law, elapsed),
-        next_end_history(previous.two, previous.one, both_ends.two, s2, contact_law, elapsed),
+        next_end_history(previous_pair.one, previous_pair.two, both_ends.one, s1, contact_law, elapsed),
+        next_end_history(previous_pair.two, previous_pair.one, both_ends.two, s2, contact_law, elapsed),
         deepest,
-        previous.absorbed + absorbed,
+        previous_pair.absorbed + absorbed,
     )

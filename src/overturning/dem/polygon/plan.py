@@ -12,12 +12,12 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import Plan, base_motions_by_azimuth, check_path_size
+from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, check_path_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_path_columns, scene_path
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import COLUMNS
-from overturning.dem.polygon.rules import SCHEMES, SceneRules
+from overturning.dem.polygon.rules import SCHEMES, SceneKernelInput
 from overturning.dem.quiet import (
     SAFE_SHARE,
     SCENE_REST_THRESHOLD_FACTOR,
@@ -47,7 +47,7 @@ after another element has fallen."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class PolygonPlan(Plan):
+class PolygonPlan(SimulationPlan):
     """Plan for n cases of a scene of polygons."""
 
     split_long_queues: ClassVar[bool] = True
@@ -59,21 +59,21 @@ class PolygonPlan(Plan):
     scheme: Scheme
     variants: list[PreparedScene]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): index of each case's variant
-    stands_from: FloatArray  # see `SceneRules`
+    stands_from: FloatArray  # see `SceneKernelInput`
     arrays: t.SceneArrays
 
     def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Add ``each``, shape (count, elements), to the tables of `Plan.tables`."""
+        """Add ``each``, shape (count, elements), to the tables of `SimulationPlan.tables`."""
         each = (case_count, self.arrays.elements.shape[1])
         return {"results": np.zeros(case_count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
 
-    def kernel_rules(
+    def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
-    ) -> SceneRules:
+    ) -> SceneKernelInput:
         """Return the kernel's input for cases with the same number of steps per sample."""
         scheme = SCHEMES[self.scheme]
-        return SceneRules(
-            **self.common_rules(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
+        return SceneKernelInput(
+            **self.common_kernel_input(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
             scheme=scheme,
             stands_from=self.stands_from[case_numbers],
             variant=self.variant[case_numbers],
@@ -136,7 +136,7 @@ class PolygonPlan(Plan):
         return scene_path(self.variants[0], path_rows)
 
 
-def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
+def plan_scene_simulation(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
     """Check the arguments and plan the cases of a scene; see `overturning.dem.run.run` for the errors."""
     scheme, scene = parse_scheme(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():

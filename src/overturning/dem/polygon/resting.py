@@ -9,7 +9,7 @@ from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import stretch_between_poses
-from overturning.dem.polygon.state import OPEN, ElementState, EndHistory, Pair
+from overturning.dem.polygon.state import OPEN, ElementState, EndHistory, PairState
 
 IN_PLACE: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
@@ -35,7 +35,7 @@ def has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
 
 
 @njit(**INLINE)
-def count_touching_ends(pair: Pair) -> int:
+def count_touching_ends(pair: PairState) -> int:
     """Count the touching ends of a pair."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
@@ -98,7 +98,7 @@ def any_airborne(state: Any, lane: int, scene: Any, element_rules: Any, max_gap:
 
 
 @njit(**INLINE)
-def end_is_sliding(pair: Pair, end_history: EndHistory) -> bool:
+def end_is_sliding(pair: PairState, end_history: EndHistory) -> bool:
     """True if a touching end of a pair slides: its friction force has reached the limit."""
     return bool(
         end_history.carrier != OPEN

@@ -1,6 +1,6 @@
 """Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
-The array has the rows of the case (`CaseState`), then those of each element (`ElementState`) and each pair (`Pair`).
+The array has the rows of the case (`CaseState`), then those of each element (`ElementState`) and pair (`PairState`).
 Functions for one case take and return these tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)`` and so on
 read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them. They
 use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor on the
@@ -12,10 +12,10 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER, Rows, tuple_arithmetic, window_slicer
+from overturning.dem.kernel.lanes import INNER, RowLayout, tuple_arithmetic, window_slicer
 from overturning.dem.polygon.faces import CommonStretch
 from overturning.dem.polygon.mechanics import AssumedContact
-from overturning.dem.polygon.state import CaseState, ElementState, Pair, PairHistory, StoredFindings
+from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredFindings
 
 COLUMNS: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
@@ -31,9 +31,9 @@ class PairStep(NamedTuple):
     """History at the end of the step, used only if the step is accepted."""
 
 
-CASE: Final = Rows(COLUMNS, CaseState)
-ELEMENT: Final = Rows(COLUMNS, ElementState)
-PAIR: Final = Rows(COLUMNS, Pair, PairStep)
+CASE: Final = RowLayout(COLUMNS, CaseState)
+ELEMENT: Final = RowLayout(COLUMNS, ElementState)
+PAIR: Final = RowLayout(COLUMNS, PairState, PairStep)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
 load_case, store_case, _ = CASE.access(CaseState)
@@ -55,15 +55,15 @@ _, store_totals, keep_totals = ELEMENT.access(ElementState, "totals")
 _, store_travel, _ = ELEMENT.access(ElementState, "travel")
 _, store_record, _ = ELEMENT.access(ElementState, "record")
 load_home, store_home, _ = ELEMENT.access(ElementState, "home")
-load_pair, _, _ = PAIR.access(Pair)
-_, store_face_a, _ = PAIR.access(Pair, "face_a")
-_, store_face_b, _ = PAIR.access(Pair, "face_b")
-_, store_bounds, _ = PAIR.access(Pair, "bounds")
-_, store_law, _ = PAIR.access(Pair, "law")
-load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
-_, store_history, keep_history = PAIR.access(Pair, "history")
-_, store_vertices, _ = PAIR.access(Pair, "history.before")
-load_memory, store_memory, _ = PAIR.access(Pair, "history.one")
+load_pair, _, _ = PAIR.access(PairState)
+_, store_face_a, _ = PAIR.access(PairState, "face_a")
+_, store_face_b, _ = PAIR.access(PairState, "face_b")
+_, store_bounds, _ = PAIR.access(PairState, "bounds")
+_, store_law, _ = PAIR.access(PairState, "law")
+load_nearest, store_nearest, _ = PAIR.access(PairState, "nearest")
+_, store_history, keep_history = PAIR.access(PairState, "history")
+_, store_vertices, _ = PAIR.access(PairState, "history.before")
+load_memory, store_memory, _ = PAIR.access(PairState, "history.one")
 load_step, _, _ = PAIR.access(PairStep)
 _, store_ends, _ = PAIR.access(PairStep, "ends", ("turn_q", "turn_r", "closed"))
 _, store_predicted_one, _ = PAIR.access(PairStep, "one")
@@ -77,9 +77,9 @@ _OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until rec
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(ElementState, p) for p in _OF_ELEMENT.split())
 LAST_UPRIGHT: Final = ELEMENT.row(ElementState, "totals.last_upright")
 _OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.absorbed"
-LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row(Pair, p) for p in _OF_PAIR.split())
-PAIR_LEVER: Final = PAIR.row(Pair, "nearest.lever")
-SECOND: Final = PAIR.row(Pair, "history.two.spring") - PAIR.row(Pair, "history.one.spring")
+LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row(PairState, p) for p in _OF_PAIR.split())
+PAIR_LEVER: Final = PAIR.row(PairState, "nearest.lever")
+SECOND: Final = PAIR.row(PairState, "history.two.spring") - PAIR.row(PairState, "history.one.spring")
 
 
 def flatten_numbers(tuples: Iterable[Any]) -> list[float]:

@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.clock import Clock, StepAttempt
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import (
     Ground,
@@ -28,7 +28,7 @@ from overturning.dem.kernel.ground import (
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
-from overturning.dem.kernel.queue import Job, lookup_by_type, register_implementations
+from overturning.dem.kernel.queue import QueueSettings, lookup_by_type, register_implementations
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
@@ -58,10 +58,10 @@ CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
 
 
-class SceneRules(NamedTuple):
+class SceneKernelInput(NamedTuple):
     """Input of the kernel for cases of a scene, all with the same number of steps per sample."""
 
-    job: Job
+    settings: QueueSettings
     cases: NDArray[np.void]
     """Case parameters, of type `arrays.CASE`, shape (cases,)."""
     row: NDArray[np.int64]
@@ -100,9 +100,9 @@ step_of = lookup_by_type(STEPS)
 """Return the step function of a scheme, selected by the type of its constants."""
 
 
-def allocate_workspace(rules: Any) -> Any:
+def allocate_workspace(inputs: Any) -> Any:
     """Allocate the state rows and the working memory of the cases that are computed together."""
-    elements, pairs, initial = rules.scene.elements.shape[1], rules.scene.layout.shape[0], rules.scene.initial
+    elements, pairs, initial = inputs.scene.elements.shape[1], inputs.scene.layout.shape[0], inputs.scene.initial
     owner = aligned_zeros(initial.shape[1] * rows.COLUMNS)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
@@ -128,14 +128,14 @@ def borrow_scene_arrays(scene: Any) -> Any:
     )
 
 
-def start_case(rules: Any, work: Any, lane: int, case: int) -> None:
+def start_case(inputs: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case into a lane: the scene at rest, with the friction, damping and amplitude of the case."""
-    state, scene, given, v = work.state, rules.scene, rules.cases[case], rules.variant[case]
-    ticks, interval = rules.job.ticks, rules.job.interval
-    resume_pairs(state, scene, work.pairs, np.inf)
+    state, scene, given, v = workspace.state, inputs.scene, inputs.cases[case], inputs.variant[case]
+    ticks, interval = inputs.settings.ticks, inputs.settings.interval
+    resume_pairs(state, scene, workspace.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
-    initialise_case(state, lane, given, float(v), interval, ticks, rules.scheme.lag)
+    initialise_case(state, lane, given, float(v), interval, ticks, inputs.scheme.lag)
     for i in range(scene.elements.shape[1]):
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
@@ -159,7 +159,7 @@ def initialise_case(
         LinearMotion(0.0, 0.0, 0.0),
         case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
     )
-    first = Attempt(case_parameters.finest, case_parameters.dwell, 0.0)
+    first = StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
     clock = Clock(case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled)
     rows.store_case(
         state,
@@ -172,7 +172,7 @@ def initialise_case(
             clock=clock,
             attempt=first,
             findings=rows.no_findings(),
-            decision=StepDecision(0.0, 0.0, Attempt(0.0, 0.0, 0.0)),
+            decision=StepDecision(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
             amplitude=case_parameters.amplitude,
             rest_limit=case_parameters.rest_limit,
             sample=case_parameters.first,
@@ -207,11 +207,12 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
         q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
-def load_sample_motion(rules: Any, work: Any, cases: Any, lane_count: int) -> None:  # noqa: ARG001, all lanes are computed
+def load_sample_motion(inputs: Any, workspace: Any, cases: Any, lane_count: int) -> None:  # noqa: ARG001, all lanes are computed
     """Begin a sample: scale the cosine and sine of each rotation to length 1, and load the ground motion."""
-    for i in range(work.moves.size):
-        normalise_rotations(rows.of_element(work.state, i))
-    load_ground_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, 1.0 / rules.job.ticks)
+    for i in range(workspace.moves.size):
+        normalise_rotations(rows.of_element(workspace.state, i))
+    ground, samples_per_tick = inputs.ground, 1.0 / inputs.settings.ticks
+    load_ground_motion(ground.up, workspace.state, ground.along, inputs.row, cases, samples_per_tick)
 
 
 @njit(**APART)
@@ -240,19 +241,15 @@ def load_ground_motion(
             rows.store_up(state, j, motion_over_sample(vertical_ground, i, factor, samples_per_tick))
 
 
-def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:  # noqa: ARG001
+def advance_one_sample(inputs: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:  # noqa: ARG001
     """Compute the steps of a sample; record the first lane at its start, with the mean forces until the next sample."""
-    step = step_of(rules.scheme)
-    scene, up, state, elements = borrow_scene_arrays(rules.scene), rules.ground.up, work.state, work.moves.size
-    lag, interval, ticks, steps_per_check = (
-        rules.scheme.lag,
-        rules.job.interval,
-        rules.job.ticks,
-        rules.job.steps_per_check,
-    )
+    step, settings, lag = step_of(inputs.scheme), inputs.settings, inputs.scheme.lag
+    scene, up, state = borrow_scene_arrays(inputs.scene), inputs.ground.up, workspace.state
+    elements, interval = workspace.moves.size, settings.interval
+    ticks, steps_per_check = settings.ticks, settings.steps_per_check
     # Without reference counts, which every step would update.
-    matrix, pattern, moves = borrowed(work.matrix), borrowed(work.pattern), borrowed(work.moves)
-    pairs = borrowed(work.pairs)
+    matrix, pattern, moves = borrowed(workspace.matrix), borrowed(workspace.pattern), borrowed(workspace.moves)
+    pairs = borrowed(workspace.pairs)
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
     for _ in range(steps_per_check):
@@ -282,16 +279,16 @@ def advance_one_sample(rules: Any, work: Any, lane_count: int, path: Any, record
 @njit(**INNER)
 def end_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
     """Record slip and support of each element at the end of a sample, and go to the next sample."""
-    rules = scene.elements[0]
-    for i in range(rules.size):
-        if rules[i].rides >= 0.0 and rules[i].is_free > 0.0:
-            shift_rest_pose(rows.of_element(state, i), rows.of_element(state, int(rules[i].rides)))
-    for i in range(rules.size):
-        if rules[i].rides == i:
+    element_rules = scene.elements[0]
+    for i in range(element_rules.size):
+        if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:
+            shift_rest_pose(rows.of_element(state, i), rows.of_element(state, int(element_rules[i].rides)))
+    for i in range(element_rules.size):
+        if element_rules[i].rides == i:
             shift_rest_pose(rows.of_element(state, i), rows.of_element(state, i))
-    for i in range(rules.size):
-        if rules[i].is_free > 0.0:
-            on = rows.of_element(state, int(rules[i].support))
+    for i in range(element_rules.size):
+        if element_rules[i].is_free > 0.0:
+            on = rows.of_element(state, int(element_rules[i].support))
             record_slip_and_upright_time(
                 rows.of_element(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
             )
@@ -304,23 +301,23 @@ def end_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interva
         state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
 
 
-def mark_ending_lanes(rules: Any, work: Any, active_count: int, marks: Any) -> int:
-    """Mark the lanes that are due for a test of their end, and count them."""
-    stride, count = max(int(CHECK_INTERVAL / rules.job.interval), 1), 0
+def mark_ending_lanes(inputs: Any, workspace: Any, active_count: int, marks: Any) -> int:
+    """Mark the lanes whose case is due for a test of its end, and count them."""
+    stride, count = max(int(CHECK_INTERVAL / inputs.settings.interval), 1), 0
     for j in range(active_count):
-        part = work.state[rows.SAMPLE + j] // stride
-        marks[j] = 1.0 if part != work.state[rows.LAST_CHECK + j] else 0.0
-        work.state[rows.LAST_CHECK + j] = part
+        part = workspace.state[rows.SAMPLE + j] // stride
+        marks[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
+        workspace.state[rows.LAST_CHECK + j] = part
         count += int(marks[j])
     return count
 
 
-def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
-    """Skip samples of lanes at rest."""
-    state, ground, row, scene, ticks = work.state, rules.ground, rules.row, rules.scene, rules.scheme.ticks
+def skip_quiet_samples(inputs: Any, workspace: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
+    """Skip, for scenes at rest, the samples in which the motion cannot move them."""
+    state, ground, row, scene, ticks = workspace.state, inputs.ground, inputs.row, inputs.scene, inputs.scheme.ticks
     for j in range(active_count):
         case = rows.load_case(state, j)
-        now = case.sample + case.shaking.tick * (1.0 / rules.job.ticks)
+        now = case.sample + case.shaking.tick * (1.0 / inputs.settings.ticks)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and below_rest_threshold(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
@@ -330,19 +327,19 @@ def skip_quiet_samples(rules: Any, work: Any, cases: Any, active_count: int, ski
             skipped_samples[j] += samples
 
 
-def lane_end_status(rules: Any, work: Any, lane: int, case: int) -> int:
-    """Return the `Status` of a lane, or `GOES_ON`."""
-    status = case_status(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
-    kept = status == Status.SIMULATED and work.state[rows.SAMPLE + lane] < rules.cases[case].kept_until
+def lane_end_status(inputs: Any, workspace: Any, lane: int, case: int) -> int:
+    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    status = case_status(workspace.state, lane, inputs.scene, inputs.stands_from[case], float(inputs.settings.samples))
+    kept = status == Status.SIMULATED and workspace.state[rows.SAMPLE + lane] < inputs.cases[case].kept_until
     return GOES_ON if kept else status
 
 
-def write_lane_results(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
+def write_lane_results(inputs: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
     """Mark the fallen elements of the case in a lane, and write the results of the case."""
-    write_case_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
+    write_case_results(workspace.state, lane, inputs.scene, inputs.results[case], inputs.each[case])
 
 
 register_implementations(
-    SceneRules, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
+    SceneKernelInput, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
     skip_quiet_samples, lane_end_status, write_lane_results,
 )  # fmt: skip

@@ -78,9 +78,9 @@ def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, f
 
 
 @njit(**INNER)
-def nearest_faces(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous: NearestFaces) -> FacePair:
+def nearest_faces(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces) -> FacePair:
     """Return the nearest faces of a pair: largest separation, then more opposite normals, then lower index."""
-    best = FacePair(-np.inf, int(previous.face_a), int(previous.face_b), np.inf, 0.0)
+    best = FacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
         if other.gap > best.gap or (other.gap == best.gap and other.opposed < best.opposed):

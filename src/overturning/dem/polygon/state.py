@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.clock import Clock, StepAttempt
 from overturning.dem.kernel.ground import LinearMotion
 
 
@@ -34,7 +34,7 @@ class StepDecision(NamedTuple):
     """Above 0 if the step is rejected."""
     sooner: float
     """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
-    then: Attempt
+    then: StepAttempt
     """Next attempt."""
 
 
@@ -49,7 +49,7 @@ class CaseState(NamedTuple):
     lag: float
     """Time by which velocities lag behind poses, s."""
     clock: Clock
-    attempt: Attempt
+    attempt: StepAttempt
     findings: StoredFindings
     decision: StepDecision
     amplitude: float
@@ -204,7 +204,7 @@ class ElementState(NamedTuple):
     home: RestPose
 
 
-class Face(NamedTuple):
+class ElementFace(NamedTuple):
     """Face of an element in the axes of the element."""
 
     nx: float
@@ -323,11 +323,11 @@ class PairHistory(NamedTuple):
     """Energy that the contact has absorbed from the elements, J."""
 
 
-class Pair(NamedTuple):
-    """State of two elements, a and b, that can touch."""
+class PairState(NamedTuple):
+    """Nearest faces, contact law and history of two elements, a and b, that can touch."""
 
-    face_a: Face
-    face_b: Face
+    face_a: ElementFace
+    face_b: ElementFace
     bounds: ContactRanges
     law: ContactLaw
     nearest: NearestFaces

@@ -29,7 +29,7 @@ class LoadedEnd(NamedTuple):
     slip: float
 
 
-class Joint(NamedTuple):
+class TouchingEndDerivatives(NamedTuple):
     """Touching end, with the derivatives of its approach and its slip by all displacements, shape (3 · free,)."""
 
     touch: TouchingEnd
@@ -54,23 +54,28 @@ def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def joints_at_rest(elements: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0) -> list[Joint]:
+def joints_at_rest(
+    elements: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0
+) -> list[TouchingEndDerivatives]:
     """Return the touching ends of a scene at rest; for `max_lean` see `overturning.model.geometry.touching_ends`."""
     return _joints_of_ends(elements, pairs, touching_ends(elements, pairs, max_lean))
 
 
 def _joints_of_ends(
     elements: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingEnd]
-) -> list[Joint]:
+) -> list[TouchingEndDerivatives]:
     """Return the touching ends with the derivatives of their approach and slip by the displacements."""
-    return [Joint(touch, *_stretch_derivatives(elements, pairs[touch.pair], touch.end)) for touch in touching]
+    return [
+        TouchingEndDerivatives(touch, *_stretch_derivatives(elements, pairs[touch.pair], touch.end))
+        for touch in touching
+    ]
 
 
 def supporting_ends(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ElementPair],
-    joints: list[Joint],
+    joints: list[TouchingEndDerivatives],
     loaded_ends: list[LoadedEnd],
 ) -> list[LoadedEnd]:
     """Return the ends on which elements stand: the loaded ones, with a lean below `MAX_FLUSH_LEAN` ignored.
@@ -115,7 +120,7 @@ def _stretch_derivatives(
 
 
 def _stiffness_matrix(
-    displacement_count: int, joints: list[Joint], normal: FloatArray, tangential: FloatArray
+    displacement_count: int, joints: list[TouchingEndDerivatives], normal: FloatArray, tangential: FloatArray
 ) -> FloatArray:
     """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
     matrix = np.zeros((displacement_count, displacement_count))
@@ -125,7 +130,11 @@ def _stiffness_matrix(
 
 
 def static_equilibrium(
-    scene: Scene, elements: list[PlacedElement], joints: list[Joint], normal: FloatArray, tangential: FloatArray
+    scene: Scene,
+    elements: list[PlacedElement],
+    joints: list[TouchingEndDerivatives],
+    normal: FloatArray,
+    tangential: FloatArray,
 ) -> tuple[FloatArray, list[LoadedEnd]] | None:
     """Compute the static equilibrium on the contact springs (N/m for each pair); contacts carry no tension.
 
@@ -158,7 +167,7 @@ def static_equilibrium(
 
 
 def contact_laws(
-    scene: Scene, elements: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint]
+    scene: Scene, elements: list[PlacedElement], pairs: list[ElementPair], joints: list[TouchingEndDerivatives]
 ) -> ContactLaws:
     """Compute springs, dashpots and friction of each pair; stiffness "auto" follows from its load at rest.
 
@@ -208,7 +217,7 @@ def contact_laws(
 
 
 def largest_eigenvalues(
-    elements: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: ContactLaws
+    elements: list[PlacedElement], pairs: list[ElementPair], joints: list[TouchingEndDerivatives], laws: ContactLaws
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
@@ -229,7 +238,9 @@ def largest_eigenvalues(
     return values[0], values[1]
 
 
-def smallest_eigenvalue(elements: list[PlacedElement], joints: list[Joint], laws: ContactLaws) -> float:
+def smallest_eigenvalue(
+    elements: list[PlacedElement], joints: list[TouchingEndDerivatives], laws: ContactLaws
+) -> float:
     """Return the smallest eigenvalue of the springs of the scene at rest, 1/s²; 0 if an element can move freely."""
     root = _inverse_root_masses(elements)
     matrix = _stiffness_matrix(root.size, joints, laws.normal, laws.tangential)

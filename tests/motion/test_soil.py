@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from overturning import Motion, run_study
 from overturning.commands.workflow import surface
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, RockBelowSoil, SoilLayer, propagate_through_soil
+from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import processing_entry_text, record_origin_and_processing
@@ -25,12 +25,12 @@ if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
 
 INTERVAL = 0.01
-LAYER, ROCK = SoilLayer(thickness_m=20, velocity_m_s=200), RockBelowSoil(velocity_m_s=1000)
+LAYER, ROCK = Layer(thickness_m=20, velocity_m_s=200), Rock(velocity_m_s=1000)
 SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
 PULSE = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
-def transfer(frequency: np.ndarray, layer: SoilLayer, rock: RockBelowSoil) -> np.ndarray:
+def transfer(frequency: np.ndarray, layer: Layer, rock: Rock) -> np.ndarray:
     """Return the ratio of surface to outcrop (Kramer 1996, eq. 7.28) for the shear modulus G (√(1 − 4ξ²) + 2iξ)."""
     speed = [one.velocity_m_s * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
     impedance = layer.density_kg_m3 * speed[0] / (rock.density_kg_m3 * speed[1])
@@ -85,7 +85,7 @@ def test_equivalent_linear_response_of_weak_motion_is_linear(noise: np.ndarray) 
 
 def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="thickness_m"):
-        SoilLayer(thickness_m=0, velocity_m_s=200)
+        Layer(thickness_m=0, velocity_m_s=200)
     with pytest.raises(ValidationError, match="layers"):
         Site(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):

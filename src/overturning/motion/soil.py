@@ -27,7 +27,7 @@ TOLERANCE: Final = 0.01
 """Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
 
 
-class RockBelowSoil(BaseModel, extra="forbid", frozen=True):
+class Rock(BaseModel, extra="forbid", frozen=True):
     """The half-space below the soil."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
@@ -35,7 +35,7 @@ class RockBelowSoil(BaseModel, extra="forbid", frozen=True):
     damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
 
 
-class SoilLayer(BaseModel, extra="forbid", frozen=True):
+class Layer(BaseModel, extra="forbid", frozen=True):
     """A layer of soil."""
 
     thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
@@ -74,7 +74,7 @@ def import_pystrata() -> Any:
     return package
 
 
-def check_layers(layers: Sequence[SoilLayer]) -> None:
+def check_layers(layers: Sequence[Layer]) -> None:
     """Raise an ArgumentError if pystrata cannot be imported, or if it does not know the curve of a layer."""
     package = import_pystrata()
     for layer in layers:
@@ -82,12 +82,7 @@ def check_layers(layers: Sequence[SoilLayer]) -> None:
 
 
 def propagate_through_soil(
-    samples: ArrayLike,
-    sampling_interval: float,
-    layers: Sequence[SoilLayer],
-    rock: RockBelowSoil,
-    *,
-    outcrop: bool = True,
+    samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
 ) -> SurfaceComponent:
     """Compute a horizontal component at the surface from the motion of the rock.
 
@@ -97,9 +92,9 @@ def propagate_through_soil(
         Acceleration, m/s².
     sampling_interval : float
         Time between samples, s.
-    layers : sequence of SoilLayer
+    layers : sequence of Layer
         Layers from the surface down. The analysis is equivalent-linear if at least one has a curve.
-    rock : RockBelowSoil
+    rock : Rock
         Half-space below the layers.
     outcrop : bool
         True if the motion is that of outcropping rock; False if it is that of the rock below the layers ("within", as
@@ -132,16 +127,16 @@ def propagate_through_soil(
     return SurfaceComponent(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
-def _soil_type(pystrata_package: Any, layer: SoilLayer | RockBelowSoil) -> Any:
+def _soil_type(pystrata_package: Any, layer: Layer | Rock) -> Any:
     """Return pystrata's soil type of a layer or of the rock."""
     weight = layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
-    if isinstance(layer, RockBelowSoil) or layer.curve is None:
+    if isinstance(layer, Rock) or layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, layer.damping)
     _check_curve(pystrata_package, layer)
     return pystrata_package.site.SoilType.from_published("", weight, layer.curve)
 
 
-def _check_curve(pystrata_package: Any, layer: SoilLayer) -> None:
+def _check_curve(pystrata_package: Any, layer: Layer) -> None:
     """Raise an ArgumentError if pystrata does not know the curve of a layer."""
     known = pystrata_package.site.known_published_curves() if layer.curve is not None else [None]
     if layer.curve not in known:

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.model.geometry import reference_element_size
 from overturning.model.scene import Scene
-from overturning.motion.soil import RockBelowSoil, SoilLayer
+from overturning.motion.soil import Layer, Rock
 from overturning.records.site import Site
 from overturning.settings import Population, UniformRange
 from overturning.study.schema import Study
@@ -92,9 +92,7 @@ def _doubtful_density(key: str, density: float) -> Iterator[str]:
 
 def _doubtful_site(key: str, site: Site) -> Iterator[str]:
     """Yield warnings about the soil of a site."""
-    below: list[tuple[str, SoilLayer | RockBelowSoil]] = [
-        (f"layers.{number}", one) for number, one in enumerate(site.layers)
-    ]
+    below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
     for name, one in [*below, ("rock", site.rock)]:
         velocity = one.velocity_m_s
         if velocity < SLOWEST_SOIL:

@@ -24,7 +24,7 @@ from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
 from tests.report.by_hand import MOTION, STUDIES, SURVEY, findings_by_hand
 
-CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "95", "10", "180"}
+CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
 """Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
 
 NUMBER = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)

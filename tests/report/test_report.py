@@ -20,7 +20,7 @@ def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> No
     assert "<script>window.hurt" not in page
     assert "&lt;script&gt;window.hurt" in page
     # The page names only the page next to it, and works without it.
-    assert set(re.findall(r'(?:src|href)="(?!#|data:)([^"]*)', page)) == {"explore.html"}
+    assert set(re.findall(r'(?:src|href)="(?!#|data:)([^"#]*)', page)) == {"explore.html"}
     for script in re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL):
         json.loads(script)
 

@@ -49,6 +49,7 @@ from overturning.findings.extent import (
     study_extent,
 )
 from overturning.findings.population import PopulationFindings, population_findings
+from overturning.findings.published import PublishedAgreement, PublishedPeak, published_agreement, published_peaks
 from overturning.findings.results import Results, open_results
 from overturning.findings.study import (
     CaseCounts,
@@ -92,6 +93,10 @@ class Findings(Finding):
     """Comparison of each survey of fallen stones with the prediction."""
     inferred_motions: list[InferredMotion]
     """Motion inferred from each survey."""
+    published_peaks: list[PublishedPeak]
+    """Published peaks of the motions and computed ones."""
+    published_agreement: list[PublishedAgreement]
+    """Blocks for which all published outcomes are found."""
     published_comparisons: list[PublishedComparison]
     """Outcomes next to published ones."""
     population: PopulationFindings | None
@@ -130,6 +135,8 @@ def findings_from_results(results: Results) -> Findings:
         not_converged=unconverged_soil_analyses(results),
         surveys=all_survey_findings(results),
         inferred_motions=inferred_motions(results),
+        published_peaks=published_peaks(results),
+        published_agreement=published_agreement(results),
         published_comparisons=compare_with_published(results),
         population=population_findings(results),
         logistic_fit=fit_overturning_probability(results),

@@ -1,0 +1,81 @@
+"""Comparison of a study with published peaks of its motions and published outcomes."""
+
+from typing import Final
+
+from overturning.findings.causes import computed_outcomes_at_published_cells
+from overturning.findings.results import Results
+from overturning.findings.values import Finding
+from overturning.units import CM, GAL
+
+PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s", "PGV", "cm/s", CM, 0.05),
+                ("pgd", "pgd_cm", "PGD", "cm", CM, 0.20))  # fmt: skip
+"""Variable, key of the study, measure, unit, factor to SI, and difference that the choices of a processing explain."""
+
+
+class PublishedPeak(Finding):
+    """Published peak of one component, and that of the study's motion."""
+
+    component: str
+    measure: str
+    unit: str
+    published: float
+    computed: float
+    difference: float
+    """Share by which the computed peak is larger."""
+    expected_within: float
+    """Largest difference that the processing of a record explains."""
+    agrees: bool
+
+
+class PublishedAgreement(Finding):
+    """Blocks of a variant for which all published outcomes are found."""
+
+    variant: str
+    blocks: int
+    """Number of heights times frictions."""
+    blocks_that_agree: int
+    heights_that_agree_m: list[float]
+    """Heights for which all published outcomes are found with at least one friction."""
+
+
+def published_peaks(results: Results) -> list[PublishedPeak]:
+    """Compare the peaks along the published azimuths with the published peaks."""
+    ids, rows = [name.id for name in results.record_names], []
+    for row in results.study.published:
+        measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
+        for variable, key, measure, unit, factor, tolerance in PEAKS:
+            published = getattr(row, key)
+            if published is not None:
+                computed = float(measures[variable]) / factor
+                difference = computed / published - 1.0
+                rows.append(
+                    PublishedPeak(
+                        component=row.label or f"{row.record}, {row.azimuth:g}°",
+                        measure=measure,
+                        unit=unit,
+                        published=published,
+                        computed=computed,
+                        difference=difference,
+                        expected_within=tolerance,
+                        agrees=abs(difference) <= tolerance,
+                    )
+                )
+    return rows
+
+
+def published_agreement(results: Results) -> list[PublishedAgreement]:
+    """Count, for each variant, the blocks for which all published outcomes are found; empty without any."""
+    wanted = tuple(row.overturns for row in results.study.published)
+    rows = []
+    for variant in results.cubes if wanted else ():
+        found = computed_outcomes_at_published_cells(results, variant)
+        agreeing = [block for block, overturns in found.items() if overturns == wanted]
+        rows.append(
+            PublishedAgreement(
+                variant=variant,
+                blocks=len(found),
+                blocks_that_agree=len(agreeing),
+                heights_that_agree_m=sorted({round(height, 9) for height, _ in agreeing}),
+            )
+        )
+    return rows

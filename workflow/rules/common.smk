@@ -80,7 +80,9 @@ def load():
                 restore_cubes(results)  # kept by an interrupted run
                 for path in remove_damaged_results(results):
                     logger.warning(f"{DAMAGED}{path}")
-                for name, count in remove_files_of_dropped_records(results, entries).items():
+                for name, count in remove_files_of_dropped_records(
+                    results, entries
+                ).items():
                     logger.warning(
                         f"record {name} is no longer in the study: removed its {count} files in {results}"
                     )

@@ -9,7 +9,10 @@ rule fragility:
         f"{RESULTS}/fragility/fragility.csv",
         f"{RESULTS}/fragility/fragility-pga.xml",
         f"{RESULTS}/fragility/fragility-pgv.xml",
-        [f"{RESULTS}/fragility/{measure_file_name(f'SA({period})')}" for period in PERIODS],
+        [
+            f"{RESULTS}/fragility/{measure_file_name(f'SA({period})')}"
+            for period in PERIODS
+        ],
     log:
         f"{LOGS}/fragility.log",
     benchmark:

@@ -18,7 +18,10 @@ from tests.figures.films import two_panels
 
 
 def test_strip_has_the_times_of_uplift_and_fall() -> None:
-    """The first block rotates by (π/2) ((t − 1)/1.5)³ from 1 s on; the other by 0.1 e⁻ᵗ sin 2πt, 0.05 at 0.1 s."""
+    """The first block rotates by (π/2) ((t − 1)/1.5)³ from 1 s on.
+
+    The other one rotates by 0.1 e⁻ᵗ sin 2πt: by 0.05 at 0.1 s.
+    """
     film = two_panels()
     times, names = strip_times(film)
     assert names == STRIP_MIXED, "the other block does not lie at the end"

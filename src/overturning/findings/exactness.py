@@ -49,7 +49,7 @@ class ConvergenceFindings(Finding):
     share_at_rest: Number
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
     undecidable: ChangedCases
-    """Cases run again that change with a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
+    """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
     moved_by_amplitude: ChangedCases | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
 

@@ -229,9 +229,9 @@ class CellEnsemble:
     ) -> tuple[Arrays, int]:
         """Run the ensemble members of all cells, and return the ensemble variables and the number of block steps.
 
-        `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells that
-        are copied from others by symmetry; these are not run. `run_cases` runs the cases of members. The variables have
-        shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
+        `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells
+        that are copied from others by symmetry; these are not run. `run_cases` runs the cases of members. The
+        variables have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
         overturned, marked, members = nominal_outcomes["overturned"], nominal_outcomes[self.model.copied], self.members
         azimuths = nominal_outcomes.get("fall_azimuth")

@@ -26,7 +26,8 @@ NO_AXIS_DEG: Final = 180.0 * LEVEL
 """Width of an arc that contains a random axis with probability `LEVEL`, degrees.
 
 A survey in which every stone fell does not constrain the axis: in simulated surveys of this kind, arcs with a mean
-width of 71 % of 180° contained the true axis in 73 % of cases (`verification/backwards_coverage.py`), like random arcs.
+width of 71 % of 180° contained the true axis in 73 % of cases, like random arcs
+(`verification/backwards_coverage.py`).
 """
 
 _STORED: Final = {

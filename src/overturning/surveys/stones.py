@@ -210,8 +210,8 @@ def _intended_column(name: str) -> str:
 def azimuth_unit_warnings(rows: Sequence[SurveyRow], file_name: str) -> list[str]:
     """Return doubts about the unit of a survey's azimuths, each with the likely cause; `file_name` is that of its file.
 
-    Azimuths in radians lie within ±2π and are no whole numbers. Those in gon cannot be recognised unless they lie above
-    360, which `SurveyRow` refuses, or are the half and full quarters of 400.
+    Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
+    above 360, which `SurveyRow` refuses, or are the half and full quarters of 400.
     """
     doubts = []
     for column in ("azimuth_deg", "face_azimuth_deg"):

@@ -34,10 +34,10 @@ def lands_flat(block: BlockConstants, state: BlockState, left: tuple[float, floa
 
 @njit(**INLINE)
 def flat_landing_slip(block: BlockConstants, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float, float]:
-    """Return whether a block that lands flat slides (`slides_flat`), ±μ, and the share of friction's moment that acts.
+    """Return if a block that lands flat slides (`slides_flat`), ±μ, and the share of friction's moment that acts.
 
-    Decided by the velocity of the centre. Where μ ≤ B/H the resultant impulse passes through the base, which therefore
-    takes the whole moment of friction.
+    The velocity of the centre decides. If μ ≤ B/H, the resultant impulse passes through the base, which
+    therefore takes the whole moment of friction.
     """
     slides = is_flat_landing & slides_flat(block.friction, vx, vz)
     return slides, math.copysign(block.friction, vx), (block.tilting if slides else 1.0)

@@ -121,7 +121,7 @@ def _rocking_start(base_motion: LinearBaseMotion, remaining_time: float, b_over_
 def _fill_taylor_series(series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float) -> None:
     """Fill in the Taylor series from their first terms.
 
-    The rows of `series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration and jerk.
+    The rows of `series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration, jerk.
     Angles are positive towards the side to which the block leans.
     """
     angle, velocity, sine, cosine, acceleration, jerk = (
@@ -308,9 +308,9 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
     Notes
     -----
     A block at rest starts to rock if |a| > (g + a_up) B/H. The coefficient of restitution is 1 − 1.5 sin²α, and 0
-    for B/H ≥ √2. The block has fallen at |θ| = 90°. After the record it is simulated until its next turning point,
-    since its later peaks are smaller, and for at most 20/p. It never leaves the ground: the outcome is meaningless if
-    a_up < −g.
+    for B/H ≥ √2. The block has fallen at |θ| = 90°. After the record it is simulated until its next turning
+    point, since its later peaks are smaller, and for at most 20/p. It never leaves the ground: the outcome is
+    meaningless if a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
     row, ground = base_motions_by_azimuth(motion, cases)

@@ -91,7 +91,9 @@ def cannot_end_yet(
 
 @njit(**INLINE)
 def is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
-    """True if a body on its contacts neither moves nor vibrates, by speed (m/s), acceleration (m/s²) and last step (s).
+    """True if a body on its contacts neither moves nor vibrates.
+
+    The speed (m/s), the acceleration (m/s²) and the length of the last step (s) decide.
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """

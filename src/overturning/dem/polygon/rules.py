@@ -207,7 +207,12 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
         q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
-def load_sample_motion(inputs: Any, workspace: Any, cases: Any, lane_count: int) -> None:  # noqa: ARG001, all lanes are computed
+def load_sample_motion(
+    inputs: Any,
+    workspace: Any,
+    cases: Any,
+    lane_count: int,  # noqa: ARG001, all lanes are computed
+) -> None:
     """Begin a sample: scale the cosine and sine of each rotation to length 1, and load the ground motion."""
     for i in range(workspace.moves.size):
         normalise_rotations(rows.of_element(workspace.state, i))
@@ -241,7 +246,13 @@ def load_ground_motion(
             rows.store_up(state, j, motion_over_sample(vertical_ground, i, factor, samples_per_tick))
 
 
-def advance_one_sample(inputs: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:  # noqa: ARG001
+def advance_one_sample(
+    inputs: Any,
+    workspace: Any,
+    lane_count: int,  # noqa: ARG001, all lanes are computed
+    path: Any,
+    recorded_rows: int,
+) -> tuple[Any, int]:
     """Compute the steps of a sample; record the first lane at its start, with the mean forces until the next sample."""
     step, settings, lag = step_of(inputs.scheme), inputs.settings, inputs.scheme.lag
     scene, up, state = borrow_scene_arrays(inputs.scene), inputs.ground.up, workspace.state

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INNER, OWNER
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import SummedMotion
@@ -84,28 +84,28 @@ def add_to_summed_motion(element_rows: Any) -> None:
         )
 
 
+@njit(**INLINE)
+def summed_motion_of_pair(pair_rows: Any, a_rows: Any, b_rows: Any, j: int) -> float:
+    """Return the summed motions of both elements of a pair in column `j` (m): translations, and rotations × lever."""
+    lever = rows.load_nearest(pair_rows, j).lever
+    a, b = rows.load_element(a_rows, j).travel, rows.load_element(b_rows, j).travel
+    return (a.moved + b.moved) + lever * (a.turned + b.turned)
+
+
 @njit(**APART)
 def suspend_pair(pair_rows: Any, a_rows: Any, b_rows: Any) -> None:
     """Suspend a pair that cannot touch soon: subtract the summed motions of both elements from its own motion."""
     for j in range(rows.COLUMNS):
-        lever, on, by = (
-            rows.load_nearest(pair_rows, j).lever,
-            rows.load_element(a_rows, j).travel,
-            rows.load_element(b_rows, j).travel,
-        )
-        pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - ((on.moved + by.moved) + lever * (on.turned + by.turned))
+        motion = summed_motion_of_pair(pair_rows, a_rows, b_rows, j)
+        pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
 
 
 @njit(**APART)
 def resume_pair(pair_rows: Any, a_rows: Any, b_rows: Any) -> None:
     """Resume a suspended pair: add the summed motions of both elements to the motion of the pair."""
     for j in range(rows.COLUMNS):
-        lever, on, by = (
-            rows.load_nearest(pair_rows, j).lever,
-            rows.load_element(a_rows, j).travel,
-            rows.load_element(b_rows, j).travel,
-        )
-        pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + ((on.moved + by.moved) + lever * (on.turned + by.turned))
+        motion = summed_motion_of_pair(pair_rows, a_rows, b_rows, j)
+        pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion
 
 
 @njit(**INNER)

@@ -303,7 +303,8 @@ def most_friction(thin: Thinned) -> Bodies:
             )
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
-    about = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records; steps refer to row one."
+    rows = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records"
+    about = f"{rows}; *steps* is the number of time steps, divided by that of the first row."
     return {"most-friction": f"{markdown(heads, lines)}\n\n{about}"}
 
 

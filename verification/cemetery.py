@@ -82,9 +82,9 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
     return wrap_text(
         f"The computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1, "
-        f"have a median of {middle:.0f} %; half of the records give {low:.0f} to {high:.0f} %, and all records give "
-        f"{rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} records, and more "
-        f"than 99 % of the stones fall under {most} records."
+        f"have a median of {middle:.0f} %; the middle half of the records gives {low:.0f} to {high:.0f} %, and all "
+        f"records give {rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} records, "
+        f"and more than 99 % of the stones fall under {most} records."
     )
 
 
@@ -131,8 +131,8 @@ def cemetery(results: Results) -> str:
         for one in found.by_intensity
     ]
     text = wrap_text(
-        f"The median fall rate under the records at amplitude 1 is {middle:.0f} %; half of the records give "
-        f"{low:.0f} to {high:.0f} %. The next table gives the median fall rate over records and amplitudes."
+        f"The median fall rate under the records at amplitude 1 is {middle:.0f} %; the middle half of the records "
+        f"gives {low:.0f} to {high:.0f} %. The next table gives the median fall rate over records and amplitudes."
     )
     table = markdown(("JMA intensity", "median fall rate", "motions", "records", "earthquakes"), rows)
     return f"{text}\n\n{table}\n"

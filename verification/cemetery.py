@@ -83,8 +83,8 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     return wrap_text(
         f"The computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1, "
         f"have a median of {middle:.0f} %; the middle half of the records gives {low:.0f} to {high:.0f} %, and all "
-        f"records give {rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} records, "
-        f"and more than 99 % of the stones fall under {most} records."
+        f"records give {rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} "
+        f"records, and more than 99 % of the stones fall under {most} records."
     )
 
 

@@ -77,16 +77,25 @@ class Variable:
         return array.astype(self.dtype)
 
 
+_STATUS: Final = Variable(
+    "status", "i1", "how the outcome was found", attributes={
+        "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
+        "flag_meanings": " ".join(code.name.lower() for code in Status),
+    },
+)  # fmt: skip
+_PEAK_PENETRATION: Final = Variable("peak_penetration", "f4", "largest penetration of any contact", "m")
+_ENERGY_ERROR: Final = Variable(
+    "energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"
+)
+_MEMBERS: Final = Variable("members", "i2", "ensemble members with an outcome")
+
 VARIABLES: Final = (
     Variable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
         "comment": "missing where the outcome was not found; see status",
     }),
-    Variable("status", "i1", "how the outcome was found", attributes={
-        "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
-        "flag_meanings": " ".join(code.name.lower() for code in Status),
-    }),
+    _STATUS,
     Variable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored",
     }),
@@ -100,19 +109,17 @@ VARIABLES: Final = (
     }),
     Variable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
     Variable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
-    Variable("peak_penetration", "f4", "largest penetration of any contact", "m"),
-    Variable("energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"),
+    _PEAK_PENETRATION,
+    _ENERGY_ERROR,
 )  # fmt: skip
 """Outcome variables of planar models."""
-
-_AS_IN_PLANES: Final = {item.name: item for item in VARIABLES}
 
 BODY_VARIABLES: Final = (
     Variable("overturned", "i1", "whether the block falls", attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls",
         "comment": "missing where the outcome was not found; see status",
     }),
-    _AS_IN_PLANES["status"],
+    _STATUS,
     Variable(
         "fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree",
         of_falls=True,
@@ -136,8 +143,8 @@ BODY_VARIABLES: Final = (
         "residual_twist", "f4", "rotation about the vertical at the end, clockwise from above", "degree",
         attributes={"comment": "missing where the block falls"},
     ),
-    _AS_IN_PLANES["peak_penetration"],
-    _AS_IN_PLANES["energy_error"],
+    _PEAK_PENETRATION,
+    _ENERGY_ERROR,
     Variable(
         "angular_momentum_error", "f4",
         "residual of vertical angular momentum about the initial place and of moments, over m sqrt(g R^3)",
@@ -169,7 +176,7 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
         )
         for side, other in (("towards", "away"), ("away", "towards"))
     ),
-    Variable("members", "i2", "ensemble members with an outcome"),
+    _MEMBERS,
 )  # fmt: skip
 """Ensemble variables of planar models."""
 
@@ -200,6 +207,6 @@ BODY_ENSEMBLE_VARIABLES: Final = (
         )
     ),
     Variable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
-    Variable("members", "i2", "ensemble members with an outcome"),
+    _MEMBERS,
 )  # fmt: skip
 """Ensemble variables of a 3-D body."""

@@ -13,7 +13,7 @@ from pen import Pen, Point
 
 from overturning.figures.style import FALLS, FAULT, MISSING
 from overturning.model.element import Element
-from overturning.model.geometry import PlacedElement, common_stretch, nearest_faces, place_elements
+from overturning.model.geometry import PlacedElement, nearest_faces, place_elements, shared_segment_ends
 from overturning.model.scene import Scene
 
 IMAGES = Path(__file__).parent / "images"
@@ -285,7 +285,7 @@ def faces() -> Pen:
             for end in ends:
                 if abs(end[0]) < 1.35:
                     pen.dot(at(end), 4, fill="#ffffff", stroke=colour)
-        for end in common_stretch(a, b):
+        for end in shared_segment_ends(a, b):
             if math.isfinite(end.gap):
                 pen.dot(at(end.point), 4)
     return pen

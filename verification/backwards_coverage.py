@@ -21,7 +21,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run
 from overturning.findings.surveys import SurveyCommandResults, inferred_motion
 from overturning.model.cases import Cases
-from overturning.model.shapes import Circle, Rectangle
+from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import draw_posterior
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.report.terminal import paragraphs_of
@@ -86,7 +86,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
         level / motion.pgv * np.exp(draw.normal(0, site, count)),
         damping,
     )
-    result = run(Circle() if columns else Rectangle(), motion.motion, cases)
+    result = run(Cylinder() if columns else RectangularPrism(), motion.motion, cases)
     azimuth = result.fall_azimuth + turned + draw.normal(0, 8, count)
     fell = result.overturned == 1
     lapse = draw.random(count) < lapses

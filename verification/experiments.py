@@ -25,7 +25,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
 from overturning.model.scene import gravestone
-from overturning.model.shapes import Rectangle
+from overturning.model.shapes import RectangularPrism
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from verification.inputs import NO_SLIDING, Group, grid, half_circle_azimuths, near_fault, study_groups
@@ -239,7 +239,7 @@ def run_three_d(group: Group, damping: float) -> Peaks:
         ahead = Motion(along, 0.0 * along, sampling_interval=group.motion.sampling_interval)
         shapes = Cases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], NO_SLIDING)
         contact = VertexContact(damping_ratio=damping)
-        found = run(Body(Rectangle(), contact), ahead, shapes)
+        found = run(Body(RectangularPrism(), contact), ahead, shapes)
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
     sides, tilts, steps = (np.concatenate(part) for part in zip(*parts, strict=True))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.status import Status
 from overturning.study.answers import DifferenceCounts, count_differences
 from verification.inputs import Group
@@ -21,9 +21,9 @@ ROCKS: Final = 0.05
 """Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
 
 
-def join_results(found: Sequence[Results]) -> Results:
+def join_results(found: Sequence[CaseResults]) -> CaseResults:
     """Return the results of several groups, joined in order."""
-    return Results(**{name: np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])})
+    return CaseResults(**{name: np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])})
 
 
 def answers(groups: Sequence[Group], repeats: int = 1, **settings: Any) -> Answer:
@@ -100,7 +100,7 @@ class Difference(NamedTuple):
         }
 
 
-def difference(found: Results, exact: Results, shape: Sequence[int] = ()) -> Difference:
+def difference(found: CaseResults, exact: CaseResults, shape: Sequence[int] = ()) -> Difference:
     """Compare results with a reference; `shape` is that of the grid, and one size may be -1."""
     right, flags = exact.overturned, found.overturned
     firm = neighbours_agree(right.reshape(shape)).ravel() if shape else np.zeros(right.size, bool)

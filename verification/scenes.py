@@ -20,7 +20,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
 from overturning.model.geometry import place_elements, reference_element_size
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
 from verification.engines import ENGINES, installed, sides_of_scene
@@ -140,7 +140,7 @@ def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, 
     return np.array(sides)
 
 
-def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[Results, np.ndarray]:
+def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
     """Return the results at a tenth of the default step, and True for firm cases (see the module)."""
     fine = run(scene, motion, cases, Numerics(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.size, dtype=bool)
@@ -202,7 +202,7 @@ def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
     # Half of the azimuths; the others are mirror images.
     cases = grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
-    def answer(general: bool, factor: float = 1.0, step: str = "auto") -> Results:
+    def answer(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
         numerics = Numerics(general=general, time_step=step, leave_out=False)
         return join_results([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions])
 

@@ -22,7 +22,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
-from overturning.model.shapes import Rectangle
+from overturning.model.shapes import RectangularPrism
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from overturning.study.load import load_study
@@ -104,7 +104,7 @@ def memory() -> Iterator[Figure]:
 
 def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
-    plan = plan_cases(Body(Rectangle()), motion, cases, numerics)
+    plan = plan_cases(Body(RectangularPrism()), motion, cases, numerics)
     found: Outcome = {}
     for group in np.unique(plan.queue_group):
         chosen = np.flatnonzero(plan.queue_group == group)
@@ -150,7 +150,7 @@ def convergence() -> Iterator[Figure]:
 def study() -> Iterator[Figure]:
     """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
-    axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.names[1:]}
+    axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(near_fault().values())
     run_all(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
@@ -196,8 +196,8 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         ("quarter of the step", {"time_step": "0.25 stable"}),
         ("cundall", {"scheme": "cundall"}),
         ("cundall, half the step", {"scheme": "cundall", "time_step": "0.25 stable"}),
-        ("δ/B 2e-5", {"model": Body(Rectangle(), VertexContact(static_penetration=2e-5))}),
-        ("δ/B 2e-7", {"model": Body(Rectangle(), VertexContact(static_penetration=2e-7))}),
+        ("δ/B 2e-5", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-5))}),
+        ("δ/B 2e-7", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-7))}),
     ):
         other, seconds = time_run(partial(run_all, chosen, **options), 1, int)
         same = other["overturned"] == nominal["overturned"]
@@ -211,7 +211,9 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
 def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     """Compare flags and azimuths with other engines for some of the cases."""
     ours, seconds = time_run(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
-    fine = run_all(chosen, time_step="0.25 stable", model=Body(Rectangle(), VertexContact(static_penetration=2e-7)))
+    fine = run_all(
+        chosen, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
+    )
     shape = ours["overturned"].shape
     cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
     flags, azimuths = {}, {}

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.variables import VARIABLES
 from verification.inputs import Group
 from verification.tables import ROOT
@@ -27,7 +27,7 @@ ENOUGH: Final = 4.0
 class Answer(NamedTuple):
     """Results of all groups of a set, joined in order, and their processor time, s."""
 
-    results: Results
+    results: CaseResults
     seconds: float
 
 
@@ -145,7 +145,7 @@ def run_in_subprocess(
         with np.load(made) as arrays:
             return [
                 Answer(
-                    Results(**{name: arrays[f"{name}{i}"] for name in _NAMES}),
+                    CaseResults(**{name: arrays[f"{name}{i}"] for name in _NAMES}),
                     float(arrays[f"seconds{i}"]),
                 )
                 for i in range(len(settings))

@@ -24,9 +24,9 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.geometry import reference_element_size
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
-from overturning.model.shapes import Polyhedron, Rectangle, shape_of
+from overturning.model.shapes import Polyhedron, RectangularPrism, as_shape
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
 
@@ -76,7 +76,7 @@ def of_rigid(up: bool, order: int) -> dict[str, Any]:
 
 
 def of_faces() -> dict[str, Any]:
-    model = Body(Rectangle())
+    model = Body(RectangularPrism())
     grid = create_grid(model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6])
     return simulate_with_face_planes(model, ground(), grid, Numerics())
 
@@ -122,36 +122,36 @@ SCENES = {
 }
 
 OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
-    "block": partial(of_cases, Planes(), drawn(200, 1)),
-    "block, ground up and down": partial(of_cases, Planes(), drawn(200, 2, tilted=True), True),
-    "block, nothing left out": partial(of_cases, Planes(), drawn(100, 3), True, leave_out=False),
-    "block, finer": partial(of_cases, Planes(), drawn(16, 5), True, refinement=2),
-    "block, quarter of the stable step": partial(of_cases, Planes(), drawn(8, 6), time_step="0.25 stable"),
-    "block, short budget": partial(of_cases, Planes(), drawn(30, 5), budget=4000),
+    "block": partial(of_cases, PlanarModel(), drawn(200, 1)),
+    "block, ground up and down": partial(of_cases, PlanarModel(), drawn(200, 2, tilted=True), True),
+    "block, nothing left out": partial(of_cases, PlanarModel(), drawn(100, 3), True, leave_out=False),
+    "block, finer": partial(of_cases, PlanarModel(), drawn(16, 5), True, refinement=2),
+    "block, quarter of the stable step": partial(of_cases, PlanarModel(), drawn(8, 6), time_step="0.25 stable"),
+    "block, short budget": partial(of_cases, PlanarModel(), drawn(30, 5), budget=4000),
     "soft block": partial(of_cases, SOFT, drawn(120, 7), True),
     "bouncing block": partial(of_cases, BOUNCING, drawn(120, 8, tilted=True)),
     "block, Cundall": partial(of_cases, BOUNCING, drawn(40, 9), True, scheme="cundall"),
     "soft block, Cundall": partial(of_cases, SOFT, drawn(40, 10, tilted=True), scheme="cundall"),
     "rigid block": partial(of_rigid, False, 12),
     "rigid block, ground up and down": partial(of_rigid, True, 8),
-    "rectangle": partial(of_cases, Body(Rectangle()), drawn(80, 11, oblong=True), True),
+    "rectangle": partial(of_cases, Body(RectangularPrism()), drawn(80, 11, oblong=True), True),
     "rectangle, level ground": partial(
-        of_cases, Body(Rectangle(), VertexContact(1e-4, 0.5, 0.3)), drawn(50, 12, oblong=True)
+        of_cases, Body(RectangularPrism(), VertexContact(1e-4, 0.5, 0.3)), drawn(50, 12, oblong=True)
     ),
-    "cylinder": partial(of_cases, Body(shape_of("circle")), drawn(40, 13), True),
-    "octagon": partial(of_cases, Body(shape_of(8)), drawn(30, 14), leave_out=False),
+    "cylinder": partial(of_cases, Body(as_shape("circle")), drawn(40, 13), True),
+    "octagon": partial(of_cases, Body(as_shape(8)), drawn(30, 14), leave_out=False),
     "wedge": partial(of_cases, Body(WEDGE), drawn(30, 15), True),
     "rectangle with the planes of its faces": of_faces,
     **{
         f"scene: {name}": partial(
-            of_cases, Planes(one), drawn(20, 20 + number, reference_element_size(one)), number % 2 == 1
+            of_cases, PlanarModel(one), drawn(20, 20 + number, reference_element_size(one)), number % 2 == 1
         )
         for number, (name, one) in enumerate(SCENES.items())
     },
-    "scene of a block": partial(of_cases, Planes(), drawn(30, 30), True, general=True),
+    "scene of a block": partial(of_cases, PlanarModel(), drawn(30, 30), True, general=True),
     "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
     "stack, Cundall": partial(
-        of_cases, Planes(LOOSE), drawn(6, 32, reference_element_size(LOOSE)), True, scheme="cundall"
+        of_cases, PlanarModel(LOOSE), drawn(6, 32, reference_element_size(LOOSE)), True, scheme="cundall"
     ),
 }
 """Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""

@@ -11,8 +11,8 @@ from overturning.dem.polygon.plan import PolygonPlan, plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
-from overturning.model.planes import Planes
-from overturning.model.results import Results
+from overturning.model.planes import PlanarModel
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.motion.motion import Motion
 
@@ -51,15 +51,15 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
 def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonPlan:
     height, ratio = reference_element_size(made)
     return plan_scene_simulation(
-        Planes(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
+        PlanarModel(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
     )
 
 
-def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Results, np.ndarray, np.ndarray]:
+def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Run a case; return results, times (s), and poses with velocities, shape (samples, elements, 6)."""
     path = np.zeros((motion.samples + more, 2 + 6 * how.arrays.sizes.size))
     answers, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-    return Results(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
+    return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
 def set_state(how: PolygonPlan, element: int, **values: float) -> None:

@@ -14,9 +14,9 @@ from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import check_scene, gravestone
-from overturning.model.shapes import Rectangle
+from overturning.model.shapes import RectangularPrism
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
@@ -146,14 +146,17 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
     budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
     scene, cases = shipped("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
     numerics = Numerics(budget=budget, **step)
-    stones, steps = run(scene, MOTION, cases, numerics), plan_cases(Planes(scene), MOTION, cases, numerics).steps.item()
+    stones, steps = (
+        run(scene, MOTION, cases, numerics),
+        plan_cases(PlanarModel(scene), MOTION, cases, numerics).steps.item(),
+    )
     assert stones.status.tolist() == [Status.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
     assert budget / ELEMENT_STEP <= stones.block_steps.item() < budget / ELEMENT_STEP + 3 * steps
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
-        run(Rectangle(), MOTION, body, numerics),
-        plan_cases(Body(Rectangle(), VertexContact()), MOTION, body, numerics).steps.item(),
+        run(RectangularPrism(), MOTION, body, numerics),
+        plan_cases(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
     )
     assert solid.status.tolist() == [Status.OVER_BUDGET]
     assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps

@@ -11,7 +11,7 @@ from overturning.errors import ArgumentError
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
 from overturning.model.mesh import read_mesh
-from overturning.model.shapes import Circle, Polyhedron, Rectangle, Regular, orientation_grid, shape_of
+from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism, as_shape, orientation_grid
 from overturning.model.solid import Solid
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -37,7 +37,7 @@ def integrated(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, 
 
 
 def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
-    box, prism = Polyhedron(BOX).solid(0.6, 0, 0), Rectangle().solid(0.6, 1 / 3, 2.0)
+    box, prism = Polyhedron(BOX).solid(0.6, 0, 0), RectangularPrism().solid(0.6, 1 / 3, 2.0)
     np.testing.assert_allclose(box.inertia, prism.inertia, atol=1e-12)
     assert {tuple(p) for p in np.round(box.points, 9)} == {tuple(p) for p in np.round(prism.points, 9)}
     assert box.fall_tilt == pytest.approx(np.pi / 2)
@@ -47,7 +47,7 @@ def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
     same = {"orientation_deg": [10.0, 50.0], "friction": [0.5]}
     boxes = simulate_arrays(motion, Body(Polyhedron(BOX), VertexContact(2e-5)), **same)
     prisms = simulate_arrays(
-        motion, Body(Rectangle(), VertexContact(2e-5)), height=0.6, b_over_h=1 / 3, aspect=2.0, **same
+        motion, Body(RectangularPrism(), VertexContact(2e-5)), height=0.6, b_over_h=1 / 3, aspect=2.0, **same
     )
     assert boxes["overturned"].any()
     for name in ("overturned", "fall_face"):
@@ -73,13 +73,13 @@ def convex(vertices: np.ndarray) -> np.ndarray:
 
 
 def test_regular_prisms_agree_with_the_square_and_the_cylinder() -> None:
-    square, prism = Regular(4).solid(0.6, 0.4, 1.0), Rectangle().solid(0.6, 0.4, 1.0)
+    square, prism = RegularPrism(4).solid(0.6, 0.4, 1.0), RectangularPrism().solid(0.6, 0.4, 1.0)
     np.testing.assert_allclose(square.inertia, prism.inertia, atol=1e-12)
     np.testing.assert_allclose(square.points, prism.points, atol=1e-12)
     np.testing.assert_allclose(
-        Regular(96).solid(0.6, 0.4, 1.0).inertia, Circle().solid(0.6, 0.4, 1.0).inertia, rtol=2e-3
+        RegularPrism(96).solid(0.6, 0.4, 1.0).inertia, Cylinder().solid(0.6, 0.4, 1.0).inertia, rtol=2e-3
     )
-    assert [Regular(6).solid(1, 0.5, 1).period, prism.period, Rectangle().solid(1, 0.5, 2).period] == [
+    assert [RegularPrism(6).solid(1, 0.5, 1).period, prism.period, RectangularPrism().solid(1, 0.5, 2).period] == [
         60.0,
         90.0,
         180.0,
@@ -87,7 +87,7 @@ def test_regular_prisms_agree_with_the_square_and_the_cylinder() -> None:
 
 
 def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
-    body = Polyhedron(WEDGE).given_body
+    body = Polyhedron(WEDGE).unscaled_solid
     # From statics: the body is rotated until a face lies on the ground, with the centre above that face.
     tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.faces]
     assert np.degrees(body.fall_tilt) == pytest.approx(min(tilts), abs=1e-3)
@@ -96,7 +96,7 @@ def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
 
 
 def test_vertices_that_cannot_touch_are_dropped() -> None:
-    body = Polyhedron(BOX).given_body
+    body = Polyhedron(BOX).unscaled_solid
     assert len(body.points) == 4
     # At each tilt below the fall tilt, in any direction, the lowest vertex is not among the dropped ones.
     rng = np.random.default_rng(1)
@@ -105,7 +105,7 @@ def test_vertices_that_cannot_touch_are_dropped() -> None:
     low = np.array([[0.12, 0.1, -0.15], [-0.13, 0.1, -0.15], [-0.1, -0.12, -0.15], [0.11, -0.1, -0.15]])
     whole = np.concatenate([low, lump[lump[:, 2] > -0.1]])
     whole = whole[convex(whole)]
-    stone = Polyhedron(whole).given_body
+    stone = Polyhedron(whole).unscaled_solid
     centred = whole - whole[0]
     for _ in range(300):
         turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.fall_tilt)
@@ -125,7 +125,7 @@ def whole_of(stone: Solid, whole: np.ndarray) -> np.ndarray:
 
 
 def test_an_eccentric_body_rests_on_its_springs() -> None:
-    body = Polyhedron(WEDGE).given_body
+    body = Polyhedron(WEDGE).unscaled_solid
     pose = pose_at_rest(body, 1e6)
     x, y = body.points[: body.base, :2].T
     sunk = (body.centre_height - pose[2]) - (pose[3] * y - pose[4] * x)
@@ -157,7 +157,9 @@ def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
     rows = b"".join(bytes(12) + one.tobytes() + bytes(2) for one in triangles)
     (tmp_path / "binary.stl").write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + rows)
     for path in tmp_path.iterdir():
-        np.testing.assert_allclose(read_mesh(path).given_body.inertia, Polyhedron(BOX).given_body.inertia, rtol=1e-6)
+        np.testing.assert_allclose(
+            read_mesh(path).unscaled_solid.inertia, Polyhedron(BOX).unscaled_solid.inertia, rtol=1e-6
+        )
     with refused(ArgumentError, "box.xyz", ".obj", brief=True):
         read_mesh(tmp_path / "box.xyz")
     (tmp_path / "broken.stl").write_text("solid")
@@ -208,7 +210,7 @@ def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_p
         with refused(ArgumentError, path.name, "not convex", "0.3, 0.0, 0.3", "inside the hull", brief=True):
             read_mesh(path)
     for path in slab(np.delete(NOTCHED, 3, axis=0), tmp_path):
-        assert read_mesh(path).given_body.base == 4
+        assert read_mesh(path).unscaled_solid.base == 4
 
 
 def test_a_convex_mesh_with_rounded_coordinates_is_accepted(tmp_path: Path) -> None:
@@ -219,7 +221,7 @@ def test_a_convex_mesh_with_rounded_coordinates_is_accepted(tmp_path: Path) -> N
     halves = [(one, other, one + 7) for one, other in pairs] + [(other, other + 7, one + 7) for one, other in pairs]
     lines = ["v {} {} {}".format(*point) for point in points] + ["f {} {} {}".format(*half) for half in halves]
     (tmp_path / "frustum.obj").write_text("\n".join(lines))
-    assert read_mesh(tmp_path / "frustum.obj").given_body.base == 7
+    assert read_mesh(tmp_path / "frustum.obj").unscaled_solid.base == 7
 
 
 LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
@@ -266,18 +268,20 @@ def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -
     with refused(ArgumentError, "static_penetration", "0"):
         VertexContact(0.0)
     assert "two components" in simulate(motion, "rectangle", **grid).vertical_motion
-    assert shape_of(6).name == "6 sides"
+    assert as_shape(6).name == "6 sides"
 
 
 @pytest.mark.parametrize("sides", [3, 4, 6, 7])
 def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: int) -> None:
     """The numbering equals that of the named prism, also if the vertices differ in their last digit."""
-    own = Regular(sides).solid(0.6, 0.3, 1.0)
+    own = RegularPrism(sides).solid(0.6, 0.3, 1.0)
     ring = own.points[:sides, :2]
     for turned in (0.0, 1e-15, -1e-15):
         x, y = ring.T
         around = np.column_stack([x - turned * y, y + turned * x])
-        body = Polyhedron(np.concatenate([np.column_stack([around, np.full(sides, z)]) for z in (0.0, 0.6)])).given_body
+        body = Polyhedron(
+            np.concatenate([np.column_stack([around, np.full(sides, z)]) for z in (0.0, 0.6)])
+        ).unscaled_solid
         np.testing.assert_allclose(body.faces, own.faces, atol=1e-9)
 
 
@@ -288,7 +292,7 @@ def test_a_side_with_rounded_vertices_counts_as_one_face(decimals: int) -> None:
         angle = turn + 0.5 * np.pi * np.arange(4)  # directions of the sides, anticlockwise from x
         ring = np.column_stack([np.cos(angle + 0.25 * np.pi), np.sin(angle + 0.25 * np.pi)])
         levels = [np.column_stack([r * ring, np.full(4, z)]) for r, z in ((0.15, 0.0), (0.1, 0.8))]
-        faces = Polyhedron(np.round(np.concatenate(levels), decimals)).given_body.faces
+        faces = Polyhedron(np.round(np.concatenate(levels), decimals)).unscaled_solid.faces
         clockwise = np.sort(-angle % (2.0 * np.pi))
         np.testing.assert_allclose(np.arctan2(-faces[:, 1], faces[:, 0]) % (2.0 * np.pi), clockwise, atol=2e-3)
 
@@ -315,10 +319,10 @@ def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() ->
 
 def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
     grids = [
-        orientation_grid(5.0, Rectangle()),
-        orientation_grid(5.0, Rectangle(), [1.0, 2.0]),
-        orientation_grid(5.0, Circle()),
+        orientation_grid(5.0, RectangularPrism()),
+        orientation_grid(5.0, RectangularPrism(), [1.0, 2.0]),
+        orientation_grid(5.0, Cylinder()),
     ]
     assert [(grid.size, grid[-1]) for grid in grids] == [(18, 85.0), (36, 175.0), (1, 0.0)]
     with refused(ArgumentError, "orientation", "7°", "90°", brief=True):
-        orientation_grid(7.0, Rectangle())
+        orientation_grid(7.0, RectangularPrism())

@@ -8,7 +8,7 @@ from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
-from overturning.model.shapes import Rectangle
+from overturning.model.shapes import RectangularPrism
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -54,7 +54,7 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
 
 
 def test_barriers_over_an_edge_and_over_a_corner() -> None:
-    body = Rectangle().solid(1.0, 0.4, 1.0)
+    body = RectangularPrism().solid(1.0, 0.4, 1.0)
     for arm in np.array([[0.2, 0.0, -0.5], [0.2, 0.2, -0.5]]):
         rise = np.sqrt(arm @ arm) - body.centre_height
         turn = np.cross([0.0, 0.0, 1.0], arm) / np.hypot(*arm[:2])
@@ -274,7 +274,7 @@ def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
 
 @BOTH
 def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
-    inertia = Rectangle().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
+    inertia = RectangularPrism().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory(
         level(1.0),
         Body("rectangle", start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
@@ -306,7 +306,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
         leave_out=False,
         scheme=scheme,
     )
-    momentum = spun(path, Rectangle().solid(0.6, 0.4, 1.0).inertia)
+    momentum = spun(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)
 

@@ -12,7 +12,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model import polyhedron
 from overturning.model.body import Body
-from overturning.model.shapes import Circle, Polyhedron, Rectangle, Regular
+from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism
 from overturning.model.solid import Solid
 from overturning.model.tipping import DIRECTIONS, fall_limits
 from overturning.motion.motion import Motion
@@ -96,7 +96,7 @@ def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: 
     low = np.array([[0.16, 0.1, -0.2], [-0.17, 0.12, -0.2], [-0.14, -0.13, -0.2], [0.15, -0.12, -0.2]])
     whole = np.concatenate([low, lump[lump[:, 2] > -0.15]])
     whole = whole[ConvexHull(whole).vertices]
-    stone, hull = Polyhedron(whole).given_body, polyhedron._convex_hull(whole)
+    stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._convex_hull(whole)
     size = float(np.ptp(whole, axis=0).max())
     fall = fall_limits(hull, size, *polyhedron._resting_faces(hull, size))
     assert len(stone.sectors) > 3
@@ -118,5 +118,5 @@ def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: 
 
 def test_rotationally_symmetric_shapes_have_one_fall_tilt() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
-    for shape in (Polyhedron(BOX), Polyhedron(wider), Rectangle(), Regular(8), Circle()):
+    for shape in (Polyhedron(BOX), Polyhedron(wider), RectangularPrism(), RegularPrism(8), Cylinder()):
         assert len(shape.solid(0.6, 0.4, 1.0).sectors) == 0, shape.name

@@ -18,7 +18,7 @@ from overturning.model.body import Body, Start
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.scene import gravestone
-from overturning.model.shapes import Circle, Rectangle, Regular
+from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism
 from overturning.model.status import Status
 from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
@@ -96,7 +96,12 @@ def test_results_do_not_depend_on_order_threads_or_other_cases(monkeypatch: pyte
         np.testing.assert_array_equal(float(cell[name]), float(whole[name][1, 0, 0, 0, 0]))
 
 
-SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.0), (Circle(), 0.5, 1.0)]
+SHAPES = [
+    (RectangularPrism(), 0.4, 1.0),
+    (RectangularPrism(), 1.5, 2.0),
+    (RegularPrism(5), 0.3, 1.0),
+    (Cylinder(), 0.5, 1.0),
+]
 
 
 @pytest.mark.long
@@ -130,7 +135,7 @@ def test_steps_above_the_stable_limit_are_unstable(
 
 
 def test_the_highest_mode_is_not_exceeded_on_an_edge_or_a_vertex() -> None:
-    body = Rectangle().solid(0.6, 0.4, 1.3)
+    body = RectangularPrism().solid(0.6, 0.4, 1.3)
     whole = largest_unit_eigenvalue(body)
     for kept in ([0, 1], [1, 2], [2]):
         part_of = replace(body, points=body.points[[0, 1, 2, 3]], facets=(np.array(kept),))

@@ -13,7 +13,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.scene import gravestone
-from overturning.model.shapes import shape_of
+from overturning.model.shapes import as_shape
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -199,7 +199,7 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
         for general in (False, True)
     }
     space = Cases(0.0, np.array(heights), 3.0, friction)
-    return found | {"body": run(shape_of("rectangle"), motion, space).peak_slip}
+    return found | {"body": run(as_shape("rectangle"), motion, space).peak_slip}
 
 
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])

@@ -32,7 +32,7 @@ from overturning.dem.time_step import block_highest_eigenvalue, shortest_contact
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -57,7 +57,7 @@ def blocks() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
-        plan_cases(Planes(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(), blocks(),
+        plan_cases(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(), blocks(),
         Numerics(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
@@ -70,7 +70,7 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = blocks()
-    made = plan_cases(Planes(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
+    made = plan_cases(PlanarModel(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.constants_per_mass(width, cases.height, 2650.0)
     square, rate = (
@@ -196,8 +196,10 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
 def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
-    soft, rigid = (plan_cases(Planes(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
-    usual = plan_cases(Planes(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
+    soft, rigid = (
+        plan_cases(PlanarModel(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts
+    )
+    usual = plan_cases(PlanarModel(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
     assert (soft.table["standing"] == WHOLE).all()
     standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)

@@ -12,7 +12,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements, reference_element_size
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -141,7 +141,7 @@ def test_a_fall_angle_given_by_the_scene_is_used() -> None:
     assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).is_single_block
 
 
-def run_case(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> Results:
+def run_case(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> CaseResults:
     return run(made, motion, Cases([azimuth], *reference_element_size(made), friction), Numerics(**options))
 
 

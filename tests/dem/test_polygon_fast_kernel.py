@@ -12,7 +12,7 @@ from overturning.dem.run import plan_cases, run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -63,7 +63,7 @@ def test_same_motion_until_the_second_impact() -> None:
     whole, cases = _motion(7), _cases(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
-    model, numerics, seen = Planes(gravestone(SOFT)), Numerics(scheme="cundall", leave_out=False), 0
+    model, numerics, seen = PlanarModel(gravestone(SOFT)), Numerics(scheme="cundall", leave_out=False), 0
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.size - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))

@@ -11,8 +11,8 @@ from overturning.dem.run import run
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements, reference_element_size
-from overturning.model.pieces import convex_pieces, crosses_itself, doubled_area, joined_outline
-from overturning.model.results import Results
+from overturning.model.pieces import convex_pieces, doubled_triangle_area, joined_outline, polygon_crosses_itself
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
@@ -36,7 +36,7 @@ def area_of(points: np.ndarray) -> float:
     return 0.5 * float((x * np.roll(z, -1) - np.roll(x, -1) * z).sum())
 
 
-def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> Results:
+def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
     height, ratio = reference_element_size(made)
     return run(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
@@ -55,19 +55,20 @@ def test_pieces_are_convex_and_fill_the_outline_with_its_sides_unchanged() -> No
         assert sum(area_of(points[loop]) for loop in pieces) == pytest.approx(area_of(points), rel=1e-12)
         for loop in pieces:
             for k in range(len(loop)):
-                assert doubled_area(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
+                assert doubled_triangle_area(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
         sides = [(loop[k - 1], loop[k]) for loop in pieces for k in range(len(loop))]
         for k in range(len(points)):
             assert sides.count((k, (k + 1) % len(points))) == 1
         assert (
             len(pieces)
-            <= sum(doubled_area(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))) * 2 + 1
+            <= sum(doubled_triangle_area(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))) * 2
+            + 1
         )
 
 
 def test_an_outline_that_crosses_itself_is_detected() -> None:
-    assert crosses_itself(np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]]))
-    assert not crosses_itself(np.array(L_SHAPE, dtype=float))
+    assert polygon_crosses_itself(np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]]))
+    assert not polygon_crosses_itself(np.array(L_SHAPE, dtype=float))
 
 
 def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:

@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import nearest_faces, place_elements, plane_period
+from overturning.model.geometry import nearest_faces, place_elements, scene_azimuth_period_deg
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -32,7 +32,7 @@ def test_shipped_scenes_rest_and_are_skipped_below_their_threshold(name: str) ->
 
 
 def test_only_symmetric_scenes_are_mirrored() -> None:
-    assert [plane_period(shipped(name)) for name in SHIPPED] == [180, 180, 360, 360]
+    assert [scene_azimuth_period_deg(shipped(name)) for name in SHIPPED] == [180, 180, 360, 360]
 
 
 def test_only_the_gravestone_uses_the_block_kernel() -> None:

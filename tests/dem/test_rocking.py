@@ -8,7 +8,7 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -27,7 +27,7 @@ def pulse(period: float) -> np.ndarray:
 
 def under_pulse(
     shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
-) -> tuple[Results, np.ndarray, np.ndarray]:
+) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Return results for heights, B/H and amplitudes over g·B/H, Housner's sides, and a mask of robust cases.
 
     A case is robust if Housner's side does not change when the amplitude changes by ± `spread`.

@@ -21,7 +21,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.falls import as_model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
 from overturning.model.scene import check_scene, gravestone
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
@@ -35,7 +35,7 @@ CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
 
 
 def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() -> None:
-    """`Results.store` copies columns by name, so that no table translates the names."""
+    """`CaseResults.store` copies columns by name, so that no table translates the names."""
     names = {variable.name for variable in VARIABLES} - {"mirrored"} | {*COUNTS}
     assert {*RESULT.names} == names
     assert {*arrays.RESULT.names, *arrays.ELEMENT_RESULT.names} == names
@@ -52,7 +52,7 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     ],
 )
 def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
-    assert type(plan_cases(Planes(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
+    assert type(plan_cases(PlanarModel(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
 
 
 def test_the_gravestone_is_the_default_of_every_function() -> None:
@@ -108,10 +108,10 @@ def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, 
 def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
-    model = Planes(scene)
+    model = PlanarModel(scene)
     grid = create_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
-    arrays = simulate_grid(model, MOTION, grid.replace_rows(friction=np.array([0.1, 0.9])), Numerics())
+    arrays = simulate_grid(model, MOTION, grid.replace_values(friction=np.array([0.1, 0.9])), Numerics())
     with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
         simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
     swept = simulate_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])

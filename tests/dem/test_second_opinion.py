@@ -14,7 +14,7 @@ import pytest
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from tests.dem.near_field import strong_part
@@ -30,7 +30,7 @@ def cases(cells: list[Any]) -> Cases:
     return Cases(*np.array(cells).T)
 
 
-def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def differences(found: CaseResults, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a mask of equal sides, and the differences of peak rotation and slip of cases that stand in both."""
     same = found.overturned == plain[:, 0]
     stands = same & (found.overturned == 0)

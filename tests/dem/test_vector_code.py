@@ -19,7 +19,7 @@ from overturning.dem.polygon.equations import PairSubmatrices
 from overturning.dem.polygon.step import correct_element, predict_element
 from overturning.dem.run import run, run_cases
 from overturning.model.cases import Cases
-from overturning.model.shapes import Rectangle
+from overturning.model.shapes import RectangularPrism
 from overturning.motion.motion import Motion
 from tests.expect import lacking
 
@@ -103,7 +103,7 @@ WAVE = 4.0 * np.sin(0.1 * np.arange(50))
 KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
     "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
     "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
-    "body": (lambda motion, _: run(Rectangle(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
+    "body": (lambda motion, _: run(RectangularPrism(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
 }
 """Function that makes a kernel compile or load, and its number of large loops over the lanes."""
 

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.model.body import Body
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 
 NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
 
@@ -21,7 +21,7 @@ def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
         },
         {"azimuth": [0, 90, 180, 270]},
     )
-    assert isinstance(model_of(cube), Planes)
+    assert isinstance(model_of(cube), PlanarModel)
     members, nominal = (model_of(cube).falls_in_distinct_cells(cube, use_ensemble=one) for one in (True, False))
     assert members["azimuth"].values.tolist() == [0, 90]
     assert members["weight"].values.tolist() == [0.5, 0.5]

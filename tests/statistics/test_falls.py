@@ -7,7 +7,7 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.labels import azimuth_gap_label
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes, azimuth_gaps, fall_probability, plane_index, plane_weight
+from overturning.model.planes import PlanarModel, azimuth_gaps, distinct_plane_positions, fall_probability, plane_weight
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
     count_flag_changes,
@@ -124,7 +124,7 @@ def test_missing_is_not_standing(make_cube, sector) -> None:
 
 
 def test_over_more_dimensions(make_cube, sector) -> None:
-    shares = fall_shares(make_cube(sector(60, 20, largest=0.3)), over=Planes.case_dims)
+    shares = fall_shares(make_cube(sector(60, 20, largest=0.3)), over=PlanarModel.case_dims)
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
     assert shares.dims == ("record",)
 
@@ -140,8 +140,10 @@ def test_lazy_is_the_same(make_cube, sector) -> None:
 def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     regular = make_cube(sector(60, 20))
     extra = make_cube(sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
-    assert plane_weight(extra["azimuth"].values[plane_index(extra["azimuth"].values)]).sum() == pytest.approx(1)
-    assert float(fall_shares(extra, over=("record", *Planes.case_dims))) == pytest.approx(9 / 36)
+    assert plane_weight(
+        extra["azimuth"].values[distinct_plane_positions(extra["azimuth"].values)]
+    ).sum() == pytest.approx(1)
+    assert float(fall_shares(extra, over=("record", *PlanarModel.case_dims))) == pytest.approx(9 / 36)
     assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
         mean_fall_directions(regular)["mean_axis"].values, abs=0.01
     )

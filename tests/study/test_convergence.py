@@ -19,7 +19,7 @@ from overturning.errors import ResultError
 from overturning.findings.comparison import second_computations
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -127,11 +127,13 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
-    def whole(model: Planes | None = None, **changed: Any) -> np.ndarray:
+    def whole(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
         numerics = Numerics(time_step="0.01 stable", **changed)
-        return plan_cases(model or Planes(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
+        return plan_cases(
+            model or PlanarModel(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics
+        ).steps
 
-    stiff = {"model": Planes(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
+    stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(whole(**stiff), whole())
@@ -320,7 +322,7 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
         for name, again in rerun_functions(settings).items()
     }
     finer, nominal = (
-        plan_cases(Planes(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
+        plan_cases(PlanarModel(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
     )
     assert rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
@@ -331,7 +333,7 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
     assert 1.0 < steps["stiffer"] < 1.2
     soft, stiff = (
         prepare_scene(settings.scene).laws,
-        prepare_scene(Planes(settings.scene).with_stiffness_factor(4.0).scene).laws,
+        prepare_scene(PlanarModel(settings.scene).with_stiffness_factor(4.0).scene).laws,
     )
     np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")

@@ -17,8 +17,8 @@ from overturning.errors import ResultError
 from overturning.model.body import Body, direction_weight
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
-from overturning.model.planes import Planes
-from overturning.model.results import Results
+from overturning.model.planes import PlanarModel
+from overturning.model.results import CaseResults
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from overturning.settings import Ensemble
@@ -52,15 +52,17 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def nominal(motion: Motion) -> dict[str, np.ndarray]:
-    return simulate_arrays(motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.names[1:]})
+    return simulate_arrays(
+        motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
+    )
 
 
 def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, everywhere: bool = True, **more):
-    def members_of(cases: Cases, progress: Progress | None) -> Results:
+    def members_of(cases: Cases, progress: Progress | None) -> CaseResults:
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return CellEnsemble(Planes(), members, everywhere, **more).run(motion, GRID, nominal, members_of, progress)[0]
+    return CellEnsemble(PlanarModel(), members, everywhere, **more).run(motion, GRID, nominal, members_of, progress)[0]
 
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
@@ -204,7 +206,7 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 @pytest.mark.parametrize(("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES", 2 * 8 * 10)])
 def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
-    grid = GRID.replace_rows(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
+    grid = GRID.replace_values(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
     members = draw_members(Ensemble(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
@@ -214,7 +216,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = CellEnsemble(Planes(), members).run(motion, grid, nothing, all_stand)[0]
+    found = CellEnsemble(PlanarModel(), members).run(motion, grid, nothing, all_stand)[0]
     held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
@@ -272,9 +274,11 @@ def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.n
     # Whatever stands beside it, a cell has the same members.
     for flat in np.flatnonzero(nominal["mirrored"] == 0)[::7]:
         place = np.unravel_index(flat, GRID.shape)
-        one = GRID.replace_rows(**{name: GRID[name][[at]] for name, at in zip(GRID.names, place, strict=True)})
+        one = GRID.replace_values(
+            **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
+        )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
-        few = CellEnsemble(Planes(), members, widest=0.19)
+        few = CellEnsemble(PlanarModel(), members, widest=0.19)
         alone = few.run(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()

@@ -49,7 +49,7 @@ def parts(folder: Path, pieces: int = 1) -> list[Path]:
         full = outcome(grid.shape, seed)
         for piece, places in enumerate(np.array_split(np.arange(grid["azimuth"].size), pieces)):
             path = folder / f"{name}-{pieces}-{piece}.nc"
-            part = grid.replace_rows(azimuth=grid["azimuth"][places])
+            part = grid.replace_values(azimuth=grid["azimuth"][places])
             cells = {variable: values[places] for variable, values in full.items()}
             write_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
             paths.append(path)

@@ -41,7 +41,9 @@ def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> Non
     directions = np.concatenate([piece.directions for piece in pieces])
     np.testing.assert_array_equal(np.sort(directions), grid.directions)
     for piece in pieces:
-        assert [piece[name].tolist() for name in grid.names[1:]] == [grid[name].tolist() for name in grid.names[1:]]
+        assert [piece[name].tolist() for name in grid.dimension_names[1:]] == [
+            grid[name].tolist() for name in grid.dimension_names[1:]
+        ]
 
 
 def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:

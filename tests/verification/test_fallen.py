@@ -8,19 +8,19 @@ from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
 from overturning.model.geometry import reference_element_size
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
 from verification.stability.checks import fallen_above, flags_fit, scene_contradiction, standing_below
 
 
-def case(scene: Scene) -> Results:
+def case(scene: Scene) -> CaseResults:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
     return run(scene, pulse(6.0), Cases([180.0], *reference_element_size(scene), 0.7))
 
 
-def with_row(prepared: PreparedScene, found: Results, turned_deg: list[float], flags: list[int]) -> Results:
+def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:
     """An answer with other rotations and flags, and the times that go with these."""
     rotation = np.radians([turned_deg]) / prepared.rotation_unit[prepared.free]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
@@ -29,7 +29,7 @@ def with_row(prepared: PreparedScene, found: Results, turned_deg: list[float], f
         "overturned": np.array([flags], np.int8),
         "overturning_time": times.astype(np.float32),
     }
-    return Results(**vars(found) | changed)
+    return CaseResults(**vars(found) | changed)
 
 
 @pytest.mark.parametrize(

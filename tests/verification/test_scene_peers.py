@@ -13,7 +13,7 @@ import pytest
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
 from tests.expect import lacking
@@ -38,9 +38,9 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])
         rigid[here.index] = run(scene, near_field(number), blocks).overturned[:, SHAFT]
-        ours[here.index] = run(Planes(scene).with_stiffness_factor(1 / 200), near_field(number), blocks).overturned[
-            :, SHAFT
-        ]
+        ours[here.index] = run(
+            PlanarModel(scene).with_stiffness_factor(1 / 200), near_field(number), blocks
+        ).overturned[:, SHAFT]
     pymunk, box2d = (kept[name].to_numpy() for name in ("pymunk", "box2d"))
     assert 0.3 < (pymunk != 0).mean() < 0.9
     for what in (np.abs, np.asarray):  # flags, then sides

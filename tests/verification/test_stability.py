@@ -10,7 +10,7 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from verification.stability.cases import (
     ADVERSARIAL,
@@ -81,7 +81,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         "left out above a threshold": {"status": np.array([1], np.int8)},
     }
     for reason, change in wrong.items():
-        assert block_contradiction(SOUND, motion, Results(**vars(found) | change)) == reason
+        assert block_contradiction(SOUND, motion, CaseResults(**vars(found) | change)) == reason
 
 
 def test_too_stiff_contacts_are_refused_by_name() -> None:

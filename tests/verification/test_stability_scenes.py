@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw, Material
 from overturning.model.geometry import reference_element_size
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -73,20 +73,20 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
     assert scene_contradiction(prepared, 0.7, motion, found) == ""
 
-    def changed(name: str, column: int, value: float) -> Results:
+    def changed(name: str, column: int, value: float) -> CaseResults:
         values = getattr(found, name).copy()
         values[0, column] = value
-        return Results(**vars(found) | {name: values})
+        return CaseResults(**vars(found) | {name: values})
 
     wrong = {
         "no flag and no mark": changed("overturned", 1, -128),
         "flag and rotation": changed("overturned", 0, 1),
         "flag and time": changed("overturning_time", 2, np.nan),
         "a number is not finite": changed("peak_slip", 1, np.inf),
-        "energy balance": Results(**vars(found) | {"energy_error": np.array([0.02], np.float32)}),
-        "penetration": Results(**vars(found) | {"peak_penetration": np.array([0.1], np.float32)}),
-        "flag in spite of the mark": Results(**vars(found) | {"status": np.array([Status.UNDECIDED], np.int8)}),
-        "left out above a threshold": Results(**vars(found) | {"status": np.array([Status.AT_REST], np.int8)}),
+        "energy balance": CaseResults(**vars(found) | {"energy_error": np.array([0.02], np.float32)}),
+        "penetration": CaseResults(**vars(found) | {"peak_penetration": np.array([0.1], np.float32)}),
+        "flag in spite of the mark": CaseResults(**vars(found) | {"status": np.array([Status.UNDECIDED], np.int8)}),
+        "left out above a threshold": CaseResults(**vars(found) | {"status": np.array([Status.AT_REST], np.int8)}),
     }
     for reason, answer in wrong.items():
         assert scene_contradiction(prepared, 0.7, motion, answer) == reason

@@ -18,7 +18,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.run import run, run_cases
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
-from overturning.model.shapes import Rectangle
+from overturning.model.shapes import RectangularPrism
 from overturning.motion.motion import Motion
 from verification.shaking_table.data import Tests
 
@@ -72,7 +72,7 @@ def _prisms_fell(motion: Motion, rows: Rows) -> NDArray[np.bool_]:
         rows["damping"],
         aspect=ASPECT,
     )
-    return np.asarray(run(Rectangle(), motion, cases, Numerics()).overturned == 1)
+    return np.asarray(run(RectangularPrism(), motion, cases, Numerics()).overturned == 1)
 
 
 _CONTACT: Final[dict[str, tuple[float, float]]] = {

@@ -20,7 +20,7 @@ from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.model.geometry import PlacedElement
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -73,7 +73,7 @@ class Bounds(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def contradiction(bounds: Bounds, found: Results, row: int, fits: bool) -> str:
+def contradiction(bounds: Bounds, found: CaseResults, row: int, fits: bool) -> str:
     """Return the name of the first check that fails; empty if all hold.
 
     A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
@@ -119,7 +119,7 @@ def static_penetration(case: StabilityCase) -> float:
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.stiffness)
 
 
-def block_contradiction(case: StabilityCase, motion: Motion, found: Results) -> str:
+def block_contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> str:
     """Return `contradiction` for a block; falls below the threshold are checked only if µ is below half of B/H."""
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
@@ -131,7 +131,9 @@ def block_contradiction(case: StabilityCase, motion: Motion, found: Results) -> 
     return contradiction(bounds, found, 0, bool((found.overturned[0] != 0) == lies))
 
 
-def scene_contradiction(prepared: PreparedScene, friction: float, motion: Motion, found: Results, row: int = 0) -> str:
+def scene_contradiction(
+    prepared: PreparedScene, friction: float, motion: Motion, found: CaseResults, row: int = 0
+) -> str:
     """Return `contradiction` for a case of a scene with one μ for all contacts."""
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = min(rocking_bound(prepared.placed), friction)
@@ -180,7 +182,7 @@ def fallen_above(prepared: PreparedScene) -> FloatArray:
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end
     the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the softest
     contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except 90° for an
-    element with an upright face. Results contain rotations up to 90° only: infinite for larger angles.
+    element with an upright face. CaseResults contain rotations up to 90° only: infinite for larger angles.
     """
     angle = _fall_rotations(prepared)
     for place, index in enumerate(prepared.free):

@@ -16,7 +16,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import ORDER, rocking
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, parse_scheme
 from overturning.model.contact import STATIC_PENETRATION, Contact
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_differences
 from verification.engines import ENGINES, Engine, installed, side_of_block
@@ -117,14 +117,14 @@ class Setting(NamedTuple):
         default = self == Setting(DEFAULT_SCHEME, AUTOMATIC)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
 
-    def run(self, groups: Sequence[Group]) -> tuple[Results, Row]:
+    def run(self, groups: Sequence[Group]) -> tuple[CaseResults, Row]:
         """Run a set; return its results, and the cost per case as columns of the table."""
         found, seconds = answers(groups, 3, **self.arguments)
         count = found.status.size
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
-def errors(found: Results, right: tuple[Flags, FloatArray]) -> Row:
+def errors(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
     """Return counts and the median error of peak rotation, as columns of the table."""
     error = rotation_error(found.overturned, found.peak_rotation, *right)
     return error_counts(found.overturned, right[0]) | {"rotation_error": error}

@@ -146,7 +146,7 @@ def _simulate_planar(
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_name
     from overturning.model.geometry import reference_element_size
-    from overturning.model.planes import Planes
+    from overturning.model.planes import PlanarModel
 
     stones = _load_or_create_scene(plane_options, stone_options.damping_ratio)
     own_height, own_ratio = reference_element_size(stones)
@@ -176,7 +176,7 @@ def _simulate_planar(
     coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"
     what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
     block = {"height": height, "b_over_h": b_over_h, "friction": friction}
-    return _SimulatedTrajectories(what, lines, paths, Planes(stones), block)
+    return _SimulatedTrajectories(what, lines, paths, PlanarModel(stones), block)
 
 
 def _simulate_body(
@@ -189,12 +189,12 @@ def _simulate_body(
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
     from overturning.model.mesh import read_mesh
-    from overturning.model.shapes import shape_of
+    from overturning.model.shapes import as_shape
 
     if body_options.plan is not None and body_options.mesh is not None:
         raise ArgumentError("--plan, --mesh: both given; leave one out")
     plan: Any = body_options.plan or "rectangle"
-    shape = shape_of(read_mesh(body_options.mesh) if body_options.mesh else int(plan) if plan.isdecimal() else plan)
+    shape = as_shape(read_mesh(body_options.mesh) if body_options.mesh else int(plan) if plan.isdecimal() else plan)
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
     if shape.has_free_slenderness:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h

@@ -34,7 +34,7 @@ def run_on_cluster(
 
     Returns
     -------
-    Results
+    CaseResults
         Results in the order of the cases. Tasks of a lost worker are computed again by another.
 
     Raises

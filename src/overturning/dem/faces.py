@@ -11,10 +11,10 @@ from overturning.dem.simulate import simulate_grid
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.body import Body
 from overturning.model.contact import Contact
-from overturning.model.edges import first_edge_fall
+from overturning.model.edges import combine_edge_falls
 from overturning.model.grid import Grid
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -24,13 +24,16 @@ def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics
     """Simulate a grid like `simulate_grid`, including the model's `additional_study_variables`.
 
     A rectangle is also simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H
-    across it. If it falls in both, `first_edge_fall` decides. ``block_steps`` includes these simulations.
+    across it. If it falls in both, `combine_edge_falls` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.has_free_aspect:
         return arrays
     law = Contact(stiffness_ratio=model.contact.stiffness_ratio, damping_ratio=model.contact.damping_ratio)
-    planes, options = Planes(gravestone(law)), replace(numerics, scheme=DEFAULT_SCHEME, time_step="auto", progress=None)
+    planes, options = (
+        PlanarModel(gravestone(law)),
+        replace(numerics, scheme=DEFAULT_SCHEME, time_step="auto", progress=None),
+    )
     flags, times, towards = (np.zeros((2, *grid.shape)) for _ in range(3))
     for index, aspect in enumerate(grid["aspect"]):
         for face, (turn, ratio) in enumerate(((0.0, 1.0), (90.0, float(aspect)))):
@@ -48,6 +51,6 @@ def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics
             times[at] = outcome["overturning_time"]
             towards[at] = np.mod(azimuth[:, None, None, None] + np.where(side < 0, 180.0, 0.0), 360.0)
             arrays["block_steps"][:, :, :, index] += outcome["block_steps"]
-    falls, fall_azimuth = first_edge_fall(flags, times, towards)
+    falls, fall_azimuth = combine_edge_falls(flags, times, towards)
     overturned = np.nan_to_num(falls, nan=INT8_MISSING).astype(np.int8)
     return arrays | {"plane_overturned": overturned, "plane_fall_azimuth": fall_azimuth}

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.model.geometry import PlacedElement
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
 
@@ -40,7 +40,7 @@ class PlanePath:
     place: FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
     contacts: list[tuple[str, str]]  # names of the two elements of each contact
 
-    def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of a dataset, including the results of the case."""
         vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
         for item, row in zip(self.placed, vertices, strict=True):
@@ -86,15 +86,15 @@ class PlanePath:
         weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
         return variables, coordinates, {"reference": self.scene.default_element, "weight": weight}
 
-    def _outcome_variables(self, results: Results) -> dict[str, Any]:
+    def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
         """Return the outcome variables of the case; values per element are missing for fixed elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed) if not item.fixed]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):
             values = getattr(results, variable.name)[0]
             if variable.per_element:
-                values, of_free = np.full(len(self.placed), variable.missing, variable.dtype), values
+                values, of_free = np.full(len(self.placed), variable.missing_value, variable.dtype), values
                 values[free] = of_free
             dimensions = ("element",) if variable.per_element else ()
-            variables[variable.name] = (dimensions, variable.decode(values), variable.all_attributes)
+            variables[variable.name] = (dimensions, variable.decode(values), variable.cf_attributes)
         return variables

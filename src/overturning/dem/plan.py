@@ -16,7 +16,7 @@ from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.model import Model
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -37,7 +37,7 @@ def check_path_size(value_count: int) -> None:
 class Path(Protocol):
     """Trajectory of a model in one case: its motion over time."""
 
-    def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of a dataset, including the results of the case."""
 
 
@@ -100,9 +100,9 @@ class SimulationPlan(ABC):
         interval = self.motion.sampling_interval
         return largest_acceleration_ahead(across, interval), largest_acceleration_ahead(up, interval)
 
-    def initial_results(self) -> Results:
+    def initial_results(self) -> CaseResults:
         """Return results of all cases before the computation: at rest, or missing where the contact is too soft."""
-        results = Results.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
+        results = CaseResults.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
 
@@ -144,7 +144,7 @@ class SimulationPlan(ABC):
         rerun_until_balanced(run, results["status"], results["energy_error"])
         return self.case_variables(case_numbers, tables), recorded
 
-    def compute_single_case(self, aftermath: float = 0.0) -> tuple[Results, Path]:
+    def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Path]:
         """Compute the plan's only case; return its result and path, which goes on for `aftermath` s after its end."""
         results, path, only = self.initial_results(), self.path_buffer(is_recorded=True), np.zeros(1, np.int64)
         before = self.motion.samples

@@ -14,8 +14,8 @@ from overturning.errors import suggest_keywords
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
-from overturning.model.planes import Planes
-from overturning.model.results import Results
+from overturning.model.planes import PlanarModel
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.motion.motion import Accelerogram, Motion, as_motion
 
@@ -38,7 +38,7 @@ def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics)
         from overturning.dem.body import plan as of_bodies
 
         return of_bodies.plan_body_simulation(model, motion, cases, numerics)
-    assert isinstance(model, Planes)
+    assert isinstance(model, PlanarModel)
     if model.scene.is_single_block and not numerics.general:
         from overturning.dem.block.plan import plan_block_simulation
 
@@ -50,7 +50,7 @@ def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics)
 
 def run(
     model: "Model | Scene | Shape | str | int | None", motion: Motion, cases: Cases, numerics: Numerics | None = None
-) -> Results:
+) -> CaseResults:
     """Run cases of a model under one motion.
 
     Parameters
@@ -68,7 +68,7 @@ def run(
 
     Returns
     -------
-    Results
+    CaseResults
         Results in the order of the cases.
 
     Raises
@@ -78,7 +78,7 @@ def run(
     """
     model, numerics = as_model(model), numerics or Numerics()
     if numerics.client is not None:
-        distributed: Results = run_on_cluster(partial(run, model), motion, cases, numerics)
+        distributed: CaseResults = run_on_cluster(partial(run, model), motion, cases, numerics)
         return distributed
     plan = plan_cases(model, motion, cases, numerics)
     results = plan.initial_results()
@@ -99,7 +99,7 @@ def run(
 @suggest_keywords(Numerics)
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
-) -> Results:
+) -> CaseResults:
     """Run a list of cases of a model, which need not form a grid.
 
     Parameters
@@ -115,7 +115,7 @@ def run_cases(
 
     Returns
     -------
-    Results
+    CaseResults
         One array per variable of the cube, in the order of the cases. A missing flag is −128, a missing number NaN.
 
     Raises

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.falls import as_model
 from overturning.model.grid import AXES, Grid
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
@@ -40,7 +40,7 @@ def create_grid(
     ArgumentError
         If the direction is not the model's (azimuth in 2-D, orientation in 3-D), or an array is empty or out of bounds.
     """
-    if isinstance(model, Planes) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
+    if isinstance(model, PlanarModel) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
         raise ArgumentError(
             f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
             "leave it out"
@@ -170,7 +170,7 @@ def simulate(
         orientation_deg=orientation_deg,
     )
     arrays = simulate_grid(model, motion, grid, Numerics(**options))
-    coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.names}
+    coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.dimension_names}
     if grid.element:
         coordinates["element"] = ("element", list(grid.element))
     if (angles := critical_angle(model, grid)) is not None:
@@ -178,7 +178,7 @@ def simulate(
     level = "none: the motion has two components, so the base moves level"
     return create_dataset(
         {
-            item.name: (grid.variable_dimensions(item), item.decode(arrays[item.name]), item.all_attributes)
+            item.name: (grid.variable_dimensions(item), item.decode(arrays[item.name]), item.cf_attributes)
             for item in model.variables
         },
         coordinates,
@@ -191,7 +191,7 @@ def critical_angle(model: Model, grid: Grid) -> tuple[tuple[str, ...], NDArray[n
 
     A single block or body needs none: its critical angle follows from B/H.
     """
-    if not isinstance(model, Planes) or model.scene.is_single_block:
+    if not isinstance(model, PlanarModel) or model.scene.is_single_block:
         return None
     from overturning.dem.polygon.prepare import CRITICAL, free_element_critical_angles
 

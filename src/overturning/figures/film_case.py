@@ -6,9 +6,9 @@ from typing import Any
 from overturning.figures.film_words import FilmedCase
 from overturning.model.body import Body
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from overturning.model.shapes import Circle, Rectangle, Regular, Shape
+from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism, Shape
 
 
 def filmed_case(model: Model, block: Mapping[str, float], place: str, **more: Any) -> FilmedCase:
@@ -29,7 +29,7 @@ def filmed_case(model: Model, block: Mapping[str, float], place: str, **more: An
     given = {"width": width, "height": height, "friction": block["friction"], "place": place, **more}
     if isinstance(model, Body):
         return FilmedCase(**_stone_of_body(model.shape, width, block.get("aspect", 1.0)), in_space=True, **given)
-    assert isinstance(model, Planes)
+    assert isinstance(model, PlanarModel)
     return FilmedCase(**(given | _stone_of_scene(model.scene)))
 
 
@@ -43,8 +43,8 @@ def _stone_of_scene(scene: Scene) -> dict[str, Any]:
 
 def _stone_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
     """Return the kind of stone of a 3-D body."""
-    if isinstance(shape, Rectangle):
+    if isinstance(shape, RectangularPrism):
         return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}
-    if isinstance(shape, Circle):
+    if isinstance(shape, Cylinder):
         return {"kind": "round"}
-    return {"kind": "prism", "sides": shape.sides} if isinstance(shape, Regular) else {"kind": "solid"}
+    return {"kind": "prism", "sides": shape.sides} if isinstance(shape, RegularPrism) else {"kind": "solid"}

@@ -19,7 +19,7 @@ from overturning.figures.style import style
 from overturning.figures.write import refill_folder, save
 from overturning.labels import friction_label
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import overturning_boundary
@@ -201,7 +201,7 @@ def block_trajectories(
     }
     own = {
         "b_over_h": not model.has_free_slenderness,
-        "friction": isinstance(model, Planes) and not model.scene.sweeps_friction,
+        "friction": isinstance(model, PlanarModel) and not model.scene.sweeps_friction,
     }
     given = {name: value for name, value in scaled.items() if not own.get(name)}
     options: dict[str, Any] = {**given, **vars(numerics_of_study(study)), "aftermath": AFTERMATH}

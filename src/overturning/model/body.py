@@ -11,8 +11,8 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
-from overturning.model.model import Model, StoneOutcomes, select_cells
-from overturning.model.shapes import Rectangle, Shape, shape_of
+from overturning.model.model import Model, StoneOutcomes, values_at_cells
+from overturning.model.shapes import RectangularPrism, Shape, as_shape
 from overturning.model.symmetry import FULL_TURN, ComputedCells, nearest_cells
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
@@ -39,11 +39,11 @@ _MEMBERS: Final = {
     "axis_cosine": "fall_axis_cosine",
     "axis_sine": "fall_axis_sine",
 }
-"""Variable of a cube that holds the mean over members of each variable of `Model.falls_in_distinct_cells`."""
+"""Names of cube variables with ensemble means, by name of the variable of `Model.falls_in_distinct_cells`."""
 
 
 def direction_weight(
-    fall_share: ArrayLike, mean_north: ArrayLike, mean_east: ArrayLike, member_count: ArrayLike
+    fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
     """Return the weight of a cell in direction statistics, 0 to 1, from the agreement of its members' directions.
 
@@ -53,7 +53,7 @@ def direction_weight(
 
     Parameters
     ----------
-    fall_share, mean_north, mean_east : array_like
+    fall_share, mean_fall_north, mean_fall_east : array_like
         ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
     member_count : array_like
         Members with an outcome.
@@ -61,7 +61,7 @@ def direction_weight(
     fell = np.nan_to_num(np.asarray(fall_share, np.float64))
     count = fell * np.asarray(member_count, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        square = (np.asarray(mean_north, np.float64) ** 2 + np.asarray(mean_east, np.float64) ** 2) / fell**2
+        square = (np.asarray(mean_fall_north, np.float64) ** 2 + np.asarray(mean_fall_east, np.float64) ** 2) / fell**2
         known = np.sqrt(np.clip((count * square - 1.0) / (count - 1.0), 0.0, 1.0))
     return np.asarray(np.where(count > 1.5, known, 1.0))
 
@@ -106,12 +106,12 @@ class Body(Model):
         If no shape has the given name, or the contact is not a `VertexContact`.
     """
 
-    shape: Shape = field(default_factory=Rectangle)
+    shape: Shape = field(default_factory=RectangularPrism)
     contact: VertexContact = field(default_factory=VertexContact)
     start: Start | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shape", shape_of(self.shape))
+        object.__setattr__(self, "shape", as_shape(self.shape))
         if not isinstance(self.contact, VertexContact):
             raise ArgumentError(f"contact: a {type(self.contact).__name__}; a body in space has a VertexContact")
 
@@ -135,7 +135,7 @@ class Body(Model):
 
     @property
     @override
-    def cost(self) -> float:
+    def relative_cost(self) -> float:
         return 18.0
 
     @property
@@ -146,7 +146,7 @@ class Body(Model):
     @property
     @override
     def additional_study_variables(self) -> tuple[Variable, ...]:
-        """A rectangle also has the 2-D prediction in the vertical planes of its faces."""
+        """Variables of the 2-D prediction in the vertical planes of a rectangle's faces; empty for other shapes."""
         return FACE_VARIABLES if self.has_free_aspect else ()
 
     @property
@@ -161,7 +161,7 @@ class Body(Model):
 
     @override
     def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """A polyhedron defines its own slenderness and default height."""
+        """Return heights (m) and B/H of the body; a polyhedron fixes B/H and has a default height."""
         if self.shape.has_free_slenderness:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"
@@ -185,9 +185,9 @@ class Body(Model):
 
     @override
     def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
-        """The computed case has the orientation reduced by whole symmetry periods."""
+        """Return, for each orientation of a grid, the computed one that is the same case after whole periods."""
         direction = grid.directions[:, None]
-        period = self._periods(grid) if use_symmetry else np.full(1, FULL_TURN)
+        period = self._rotation_periods(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
         if use_symmetry and self.start is not None and np.where(period > 0.0, whole, direction).any():
             raise ArgumentError(
@@ -216,11 +216,11 @@ class Body(Model):
         """Compute the share of ensemble members that fall and the mean sines and cosines of their fall directions."""
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
 
-        def member_mean(values: Any, selected: Any = True) -> FloatArray:
-            """Return the mean of values over the selected members with an outcome, 0 for members that stand."""
-            count = (known & selected).sum(axis=1)
+        def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
+            """Return the mean over selected members with an outcome; a member that stands counts as 0."""
+            count = (known & selected_members).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
-            total = np.round(np.where(fell & selected, values, 0.0), 9).sum(axis=1)
+            total = np.round(np.where(fell & selected_members, member_values, 0.0), 9).sum(axis=1)
             return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
         return {
@@ -256,7 +256,10 @@ class Body(Model):
 
     @override
     def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Members agree if all fall; their directions differ if they spread by more than 15° about the mean."""
+        """Return the share of ensemble members that fall in each cell, and whether their directions differ.
+
+        Directions differ if they spread by more than 15° about their mean.
+        """
         import xarray as xr
 
         falls = cube["probability_falls"]
@@ -275,10 +278,10 @@ class Body(Model):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Each stone takes the outcome of the square prism with the nearest orientation."""
+        """Return, for each stone, the outcome of the square prism with the nearest orientation in a cube."""
         square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
         sources = nearest_cells(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
-        found = select_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
+        found = values_at_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
         return StoneOutcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])

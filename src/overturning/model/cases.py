@@ -21,7 +21,7 @@ BYTES_PER_CASE: Final = 300
 @suggest_keywords()
 @dataclass(frozen=True)
 class Cases:
-    """Cases to run, one row each.
+    """Cases to simulate: for each parameter a value per case, or one for all cases.
 
     Parameters
     ----------

@@ -59,11 +59,11 @@ class ContactSettings(StrictModel):
             raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
         return self
 
-    def merged_over(self, base_settings: Self) -> Self:
-        """Merge with base settings, which apply to keys that are not given; either damping key replaces both."""
+    def with_defaults(self, default_settings: Self) -> Self:
+        """Return the settings with default values for keys that are not given; either damping key replaces both."""
         damping = {"damping_ratio", "damping"}
         replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
-        kept = base_settings.model_dump(exclude=replaced)
+        kept = default_settings.model_dump(exclude=replaced)
         return type(self)(**kept | self.model_dump(include=self.model_fields_set))
 
 
@@ -168,9 +168,11 @@ class VertexContact(StrictModel):
     damping_ratio: float = Field(default=DAMPING_RATIO, ge=0)
 
     def constants_per_mass(self, body: Solid) -> tuple[float, float, float]:
-        """Return stiffnesses K_n/m and K_s/m of a vertex per body mass, 1/s², and its dashpot h/m, 1/s."""
+        """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
         points = body.load_sharing_points
-        normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.base_reach, MAX_CONTACT_WIDTH))
+        normal = STANDARD_GRAVITY / (
+            points * self.static_penetration * min(2.0 * body.min_edge_distance, MAX_CONTACT_WIDTH)
+        )
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 

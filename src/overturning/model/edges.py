@@ -6,10 +6,10 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 
 
-def first_edge_fall(
-    plane_falls: ArrayLike, last_return_time: ArrayLike, fall_azimuth_deg: ArrayLike
+def combine_edge_falls(
+    plane_fall_flags: ArrayLike, last_return_time: ArrayLike, fall_azimuth_deg: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return whether and where a stone falls, from its 2-D outcomes in the vertical planes of several edges.
+    """Combine the 2-D outcomes of a stone in the vertical planes of several edges: whether it falls, and where to.
 
     The stone falls if it falls in any plane. If it falls in several, it falls over the edge whose tipping angle it
     passes for the last time first: from then on it cannot return, so the other edges no longer matter.
@@ -19,8 +19,8 @@ def first_edge_fall(
 
     Parameters
     ----------
-    plane_falls : array_like, shape (planes, …)
-        1 if it falls in the plane, 0 if it stands, NaN if the outcome is missing.
+    plane_fall_flags : array_like, shape (planes, …)
+        1 if the stone falls in the plane, 0 if it stands, NaN if the outcome is missing.
     last_return_time : array_like, shape (planes, …)
         Last time at which it passed its tipping angle, s; ignored for planes in which it stands.
     fall_azimuth_deg : array_like, shape (planes, …)
@@ -34,7 +34,7 @@ def first_edge_fall(
         Azimuth of the fall, degrees. NaN if it does not fall, or falls in several planes and one of their times is
         missing. If times are equal, the first plane counts.
     """
-    flags, times = np.asarray(plane_falls, np.float64), np.asarray(last_return_time, np.float64)
+    flags, times = np.asarray(plane_fall_flags, np.float64), np.asarray(last_return_time, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1
     fell = known & falling.any(axis=0)
     decided = fell & ((falling.sum(axis=0) == 1) | ~(falling & np.isnan(times)).any(axis=0))
@@ -46,17 +46,17 @@ def first_edge_fall(
 
 
 def edge_probabilities(fall_probability: FloatArray, last_return_time: FloatArray) -> FloatArray:
-    """Return the probability of falling over each of two edges of the base.
+    """Return the probability that a stone falls over each of two edges of its base, shape (2, …).
 
-    If all probabilities are 0 or 1, the result agrees with `first_edge_fall`.
+    If all probabilities are 0 or 1, the result agrees with `combine_edge_falls`.
 
     Parameters
     ----------
     fall_probability : ndarray, shape (2, …)
         Probability of falling in each plane; the planes are taken as independent, and no value is missing.
     last_return_time : ndarray, shape (2, …)
-        Times as in `first_edge_fall`, s. If one is missing, or they are equal, each edge comes first in proportion to
-        its probability.
+        Times as in `combine_edge_falls`, s. If one is missing, or they are equal, each edge comes first in proportion
+        to its probability.
 
     Returns
     -------

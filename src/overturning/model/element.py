@@ -33,12 +33,12 @@ class ContactLaw(Contact):
 
     @property
     def contact(self) -> Contact:
-        """Springs and dashpots of the law, without materials and friction."""
+        """Springs and dashpots of the contact law, without its materials and friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
 
 class Element(StrictModel):
-    """Element of a scene: a rigid polygon."""
+    """Element of a scene file: a rigid polygon with its material and position."""
 
     name: Name = Field(description="name, unique in the scene")
     kind: Literal["free", "driven", "held"] = Field(
@@ -128,16 +128,16 @@ class Element(StrictModel):
 
     @property
     def points(self) -> FloatArray:
-        """Vertices after rotation and before the shift, shape (n, 2), m."""
+        """Vertices of the element after its rotation and before its shift, shape (n, 2), m."""
         return self.rotate(self.outline)
 
     @property
     def shape(self) -> Polygon:
-        """Polygon after rotation and before the shift."""
+        """Polygon of the element after its rotation and before its shift."""
         return make_polygon(self.name, self.points)
 
     @property
     def unrotated_size(self) -> tuple[float, float]:
-        """Width and height before rotation, m."""
+        """Width and height of the element before its rotation, m."""
         upright = make_polygon(self.name, self.outline)
         return upright.width, upright.height

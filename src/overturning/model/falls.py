@@ -4,21 +4,21 @@ from typing import TYPE_CHECKING
 
 from overturning.model.body import Body
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from overturning.model.shapes import Shape, shape_of
+from overturning.model.shapes import Shape, as_shape
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def model_of(cube: "xr.Dataset") -> Model:
-    """Return the model, 2-D or 3-D, whose outcomes a cube (or a selection from it) holds."""
-    return Body() if Body.direction in cube.dims else Planes()
+    """Return the model (2-D or 3-D) of the outcomes in a cube or in a part of a cube."""
+    return Body() if Body.direction in cube.dims else PlanarModel()
 
 
 def as_model(model_argument: Model | Scene | Shape | str | int | None) -> Model:
-    """Return the model for a model, a scene (2-D), the shape of a body (3-D), or None (single 2-D block).
+    """Convert a scene (2-D model), the shape of a body (3-D model) or None (single 2-D block) to a model.
 
     Raises
     ------
@@ -28,5 +28,5 @@ def as_model(model_argument: Model | Scene | Shape | str | int | None) -> Model:
     if isinstance(model_argument, Model):
         return model_argument
     if model_argument is None:
-        return Planes()
-    return Planes(model_argument) if isinstance(model_argument, Scene) else Body(shape_of(model_argument))
+        return PlanarModel()
+    return PlanarModel(model_argument) if isinstance(model_argument, Scene) else Body(as_shape(model_argument))

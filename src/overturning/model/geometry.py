@@ -56,28 +56,28 @@ class PlacedElement:
 
     @property
     def points(self) -> FloatArray:
-        """Vertices in the plane, shape (n, 2), m."""
+        """Vertices of the element at its position in the scene, shape (n, 2), m."""
         return self.shape.vertices + np.array([self.x, self.z])
 
     @property
     def parts(self) -> "list[PlacedElement]":
-        """One copy of the element per convex piece, with the shape of that piece; itself if it is convex."""
+        """Copies of the element, one with the shape of each convex piece; the element itself if it is convex."""
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
     @property
     def size(self) -> float:
-        """Smaller of width and height, m."""
+        """Smaller one of width and height of the element, m."""
         return min(self.shape.width, self.shape.height)
 
     @property
     def fallen_rotations(self) -> tuple[float, float]:
-        """Rotations to −x and +x at which it has fallen, rad: from its scene, or `Polygon.resting_rotations`."""
+        """Rotations to −x and +x at which the element has fallen, rad: from its scene or its shape."""
         asked = self.element.fallen_rotation_deg
         return self.shape.resting_rotations if asked is None else (round(float(np.radians(asked)), 12),) * 2
 
     @property
     def fixed(self) -> bool:
-        """True if forces do not move it (driven or held)."""
+        """True if forces do not move the element, because it is driven or held."""
         return self.element.kind != "free"
 
 
@@ -100,8 +100,8 @@ class SharedSegmentEnd:
     tangent: tuple[float, float]  # direction in which slip of the first counts
 
 
-class TouchingEnd(NamedTuple):
-    """End of a shared segment that touches: index of the element pair, 0 or 1 for the end, and the end."""
+class TouchingSegmentEnd(NamedTuple):
+    """End of a shared segment at which two elements touch: index of their pair, number of the end (0 or 1), the end."""
 
     pair: int
     side: int
@@ -159,8 +159,8 @@ def ground_name(scene: SceneLayout) -> str | None:
     return None
 
 
-def plane_period(scene: SceneLayout) -> float:
-    """Return the rotation of the motion after which the case of a scene repeats, degrees.
+def scene_azimuth_period_deg(scene: SceneLayout) -> float:
+    """Return the rotation of the motion after which the outcome of a scene repeats or is mirrored, degrees.
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
@@ -212,10 +212,10 @@ def nearest_faces(first_element: PlacedElement, second_element: PlacedElement) -
     return int(best[2]), int(best[3]), float(-best[0])
 
 
-def common_stretch(
+def shared_segment_ends(
     first_element: PlacedElement, second_element: PlacedElement
 ) -> tuple[SharedSegmentEnd, SharedSegmentEnd]:
-    """Return both ends of the segment shared by the nearest faces of two convex elements.
+    """Return both ends of the segment along which the nearest faces of two convex elements face each other.
 
     At each end, the inner one of the two vertices counts.
     """
@@ -223,31 +223,41 @@ def common_stretch(
     fa, fb = first_element.shape.faces[face_a], second_element.shape.faces[face_b]
     delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
 
-    def vertex_end(
-        item: PlacedElement, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, may_touch: float
+    def segment_end_at_vertex(
+        element: PlacedElement,
+        vertex: FloatArray,
+        shift: FloatArray,
+        opposite_face: FloatArray,
+        normal_sign: float,
+        may_touch: float,
     ) -> tuple[float, SharedSegmentEnd]:
-        """Return the position of a vertex along the other's face, m, and the end it would form."""
+        """Return the position of a vertex along the opposite face, m, and the segment end at this vertex."""
         x, z = vertex + shift
-        gap = face[4] * x + face[5] * z - face[6]
-        along = face[4] * z - face[5] * x - face[7]
-        nx, nz = sign * float(face[4]), sign * float(face[5])
-        point = float(vertex[0] + item.x), float(vertex[1] + item.z)
+        gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
+        along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
+        nx, nz = normal_sign * float(opposite_face[4]), normal_sign * float(opposite_face[5])
+        point = float(vertex[0] + element.x), float(vertex[1] + element.z)
         return along, SharedSegmentEnd(
-            float(gap) if abs(along) <= face[8] and may_touch * face[11] else np.inf, point, (nx, nz), (nz, -nx)
+            float(gap) if abs(along) <= opposite_face[8] and may_touch * opposite_face[11] else np.inf,
+            point,
+            (nx, nz),
+            (nz, -nx),
         )
 
     ends = []
     for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
-        along, end = vertex_end(first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
+        along, end = segment_end_at_vertex(first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
         other = fb[2 * theirs : 2 * theirs + 2]
         ends.append(
-            end if side * along <= fb[8] else vertex_end(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
+            end
+            if side * along <= fb[8]
+            else segment_end_at_vertex(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
         )
     return ends[0], ends[1]
 
 
 def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Yield the indices of each two elements, at least one of them free, and the gap between them, m."""
+    """Yield the indices of each pair of elements, at least one of them free, and the gap between them, m."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.fixed and b.fixed):
             gaps = (max(face_distances(p, q).max(), face_distances(q, p).max()) for p, q in product(a.parts, b.parts))
@@ -255,7 +265,7 @@ def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tup
 
 
 def element_pairs(placed_elements: list[PlacedElement]) -> list[ElementPair]:
-    """Return the pairs of convex pieces that can touch: not too far apart, and at least one of their elements free."""
+    """Return the pairs of convex pieces that can touch: close enough, and one of their elements is free."""
     extent = sum(item.shape.width + item.shape.height for item in placed_elements if not item.fixed)
     return [
         ElementPair(i, j, m, n)
@@ -265,29 +275,29 @@ def element_pairs(placed_elements: list[PlacedElement]) -> list[ElementPair]:
     ]
 
 
-def paired_pieces(
+def pieces_of_pairs(
     placed_elements: list[PlacedElement], pairs: list[ElementPair]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
-    """Return, for each pair, the two convex pieces as elements."""
+    """Return the two convex pieces of each pair, as elements at their positions."""
     parts = [item.parts for item in placed_elements]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
-def touching_ends(
+def touching_segment_ends(
     placed_elements: list[PlacedElement], pairs: list[ElementPair], max_inclination: float = 0.0
-) -> list[TouchingEnd]:
-    """Return the ends of shared segments at which two elements touch at rest.
+) -> list[TouchingSegmentEnd]:
+    """Return the ends of shared segments at which two elements of a scene touch at rest.
 
     Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
     """
     touching = []
-    for index, (a, b) in enumerate(paired_pieces(placed_elements, pairs)):
-        ends, closed = common_stretch(a, b), CONTACT_GAP * min(a.size, b.size)
+    for index, (a, b) in enumerate(pieces_of_pairs(placed_elements, pairs)):
+        ends, closed = shared_segment_ends(a, b), CONTACT_GAP * min(a.size, b.size)
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
             if end.gap <= closed or (ends[1 - side].gap <= closed and end.gap < far):
-                touching.append(TouchingEnd(index, side, end))
+                touching.append(TouchingSegmentEnd(index, side, end))
     return touching
 
 
@@ -308,7 +318,7 @@ def placement_error(placed_elements: list[PlacedElement]) -> str:
             )
     pairs = element_pairs(placed_elements)
     carried = {i for i, item in enumerate(placed_elements) if item.fixed}
-    ends = touching_ends(placed_elements, pairs)
+    ends = touching_segment_ends(placed_elements, pairs)
     while more := {
         up
         for index, _, end in ends

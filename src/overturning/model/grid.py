@@ -70,14 +70,14 @@ class Grid:
         return self.rows[name]
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Dimension names, in order."""
+    def dimension_names(self) -> tuple[str, ...]:
+        """Names of the dimensions, the direction first."""
         return tuple(self.rows)
 
     @property
     def directions(self) -> FloatArray:
-        """Azimuths or orientations, degrees."""
-        return self.rows[self.names[0]].astype(np.float64)
+        """Values of the direction dimension, azimuths or orientations, degrees."""
+        return self.rows[self.dimension_names[0]].astype(np.float64)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -86,20 +86,20 @@ class Grid:
 
     @property
     def size(self) -> int:
-        """Number of cases."""
+        """Number of cases of the grid."""
         return int(np.prod(self.shape))
 
-    def replace_rows(self, **new_rows: NDArray[Any]) -> Self:
-        """Return the grid with other values along some dimensions."""
+    def replace_values(self, **new_rows: NDArray[Any]) -> Self:
+        """Return the grid with other values along some of its dimensions, given by name."""
         return replace(self, rows=self.rows | new_rows)
 
-    def broadcast_to_grid(self, values: NDArray[Any]) -> NDArray[Any]:
+    def broadcast_to_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
         """Broadcast values of shape (directions, 1) or (directions, aspects) to the shape of the grid."""
-        shape = [1] * len(self.names)
-        shape[0] = values.shape[0]
-        if "aspect" in self.names:
-            shape[self.names.index("aspect")] = values.shape[1]
-        return np.broadcast_to(values.reshape(shape), self.shape)
+        shape = [1] * len(self.dimension_names)
+        shape[0] = direction_values.shape[0]
+        if "aspect" in self.dimension_names:
+            shape[self.dimension_names.index("aspect")] = direction_values.shape[1]
+        return np.broadcast_to(direction_values.reshape(shape), self.shape)
 
     def cases(
         self,
@@ -118,15 +118,18 @@ class Grid:
         **further_columns
             Further columns of `Cases`.
         """
-        values = {name: self[name][at].astype(np.float64) for name, at in zip(self.names, cell_positions, strict=True)}
-        return Cases(values.pop(self.names[0]) - subtracted_deg, **values, **further_columns)
+        values = {
+            name: self[name][at].astype(np.float64)
+            for name, at in zip(self.dimension_names, cell_positions, strict=True)
+        }
+        return Cases(values.pop(self.dimension_names[0]) - subtracted_deg, **values, **further_columns)
 
     def variable_dimensions(self, variable: Variable) -> tuple[str, ...]:
-        """Return the dimension names of an outcome variable, without the record."""
+        """Return the dimensions of an outcome variable in a cube, by name, without that of the records."""
         before = ("amplitude",) if self.amplitude else ()
-        return (*before, *self.names, *(("element",) if self.element and variable.per_element else ()))
+        return (*before, *self.dimension_names, *(("element",) if self.element and variable.per_element else ()))
 
     def variable_shape(self, variable: Variable) -> tuple[int, ...]:
-        """Return the shape of an outcome variable, without the record."""
+        """Return the shape of an outcome variable in a cube, without the dimension of the records."""
         sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
         return tuple(sizes[name].size for name in self.variable_dimensions(variable))

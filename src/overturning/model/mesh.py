@@ -108,12 +108,12 @@ def _parse_obj(content: bytes) -> Mesh:
     return _numbers_after_keyword(content, "v", 1), faces
 
 
-def _numbers_after_keyword(content: bytes, keyword: str, skipped_words: int) -> FloatArray:
-    """Return three numbers from each line of a text that begins with a keyword, after `skipped_words` words."""
-    lines = (line.split() for line in content.decode("utf-8", errors="replace").splitlines())
+def _numbers_after_keyword(mesh_text: bytes, keyword: str, skipped_word_count: int) -> FloatArray:
+    """Return three numbers from each line of a text that begins with a keyword, after `skipped_word_count` words."""
+    lines = (line.split() for line in mesh_text.decode("utf-8", errors="replace").splitlines())
     return np.array(
         [
-            [float(value) for value in line[skipped_words : skipped_words + 3]]
+            [float(value) for value in line[skipped_word_count : skipped_word_count + 3]]
             for line in lines
             if line and line[0] == keyword
         ]
@@ -159,7 +159,7 @@ def _parse_ply(content: bytes) -> Mesh:
     return vertices, _read_ply_faces(read, many, kinds) if second == "face" else []
 
 
-def _next_text_numbers(words: Iterator[str], _kind: str, count: int) -> list[float]:
+def _next_text_numbers(words: Iterator[str], _type_name: str, count: int) -> list[float]:
     """Return the next numbers from an iterator of words."""
     return [float(next(words)) for _ in range(count)]
 

@@ -33,9 +33,9 @@ class StoneOutcomes(NamedTuple):
     twist: FloatArray
     """Residual rotation about the vertical, degrees; NaN for a stone that fell and for models without twist."""
 
-    def select_stones(self, selected: NDArray[np.bool_]) -> "StoneOutcomes":
-        """Select stones by a mask of shape (n,)."""
-        chosen: Any = (values[:, selected] for values in self)
+    def select_stones(self, stone_mask: NDArray[np.bool_]) -> "StoneOutcomes":
+        """Return the outcomes of the stones at which a mask of shape (n,) is True."""
+        chosen: Any = (values[:, stone_mask] for values in self)
         return StoneOutcomes(*chosen)
 
 
@@ -78,7 +78,7 @@ class Model(ABC):
 
     @property
     @abstractmethod
-    def cost(self) -> float:
+    def relative_cost(self) -> float:
         """Approximate computing time of a case relative to a case of a single 2-D block."""
 
     @property
@@ -88,7 +88,7 @@ class Model(ABC):
 
     @abstractmethod
     def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H; those of the model replace sizes that are None.
+        """Return heights (m) and B/H; a size that is None is replaced by the model's own.
 
         Raises
         ------
@@ -147,11 +147,11 @@ class Model(ABC):
             Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
             to the requested one.
         """
-        return first_equal_directions(grid.directions, self._periods(grid) if use_symmetry else FULL_TURN)
+        return first_equal_directions(grid.directions, self._rotation_periods(grid) if use_symmetry else FULL_TURN)
 
-    def _periods(self, grid: Grid) -> FloatArray:
+    def _rotation_periods(self, grid: Grid) -> FloatArray:
         """Return the rotation periods of the cases of a grid, degrees."""
-        return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.names else np.ones(1))
+        return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 
     @abstractmethod
     def rotate_outcomes(
@@ -177,11 +177,11 @@ class Model(ABC):
 
     @abstractmethod
     def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Return the positions along the direction of a cube that hold each distinct case once (no mirror images)."""
+        """Return positions along the direction dimension of a cube, so that no two are the same case by symmetry."""
 
     @abstractmethod
     def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-        """Return the probability and mean direction of falls in the distinct cells of a cube, as lazy as the cube.
+        """Return probability and mean direction of falls in each distinct cell of a cube (no mirror images).
 
         Parameters
         ----------
@@ -195,13 +195,13 @@ class Model(ABC):
         Dataset
             ``falls``, the probability of falling; ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and
             ``axis_sine``, expected values of cos φ, sin φ, cos 2φ and sin 2φ of the azimuth φ of the fall, 0 where
-            nothing falls. All are missing where the outcome is missing. ``weight``: weight of each cell along the
-            direction; the weights sum to 1.
+            nothing falls. All are missing where the outcome is missing, and as lazy as the cube. ``weight``: weight of
+            each cell along the direction; the weights sum to 1.
         """
 
     @abstractmethod
     def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return the shares of ensemble members that fall to either side in the distinct cells of a cube.
+        """Return the shares of ensemble members that fall to either side, for each distinct cell of a cube.
 
         Returns
         -------
@@ -228,10 +228,13 @@ class Model(ABC):
         """
 
 
-def select_cells(
+def values_at_cells(
     site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return variables of a cube of one record at given cells, by name, shape (amplitudes, *shape of the positions)."""
+    """Return the values of variables in some cells of a cube of one record, by name.
+
+    Each array has one row per amplitude, and the shape of the positions in the further dimensions.
+    """
     several = ["amplitude"] if "amplitude" in site_cube.dims else []
     place = (slice(None) if several else None, *cell_positions.values())
     return {

@@ -20,17 +20,20 @@ COLLINEAR_AREA: Final = 1e-12
 """Twice the area of a corner below which its three vertices are collinear, as a share of the size squared."""
 
 
-def doubled_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+def doubled_triangle_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
     """Return twice the area of the triangle abc, m², positive if it runs counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
-def crosses_itself(points: FloatArray) -> bool:
+def polygon_crosses_itself(vertices: FloatArray) -> bool:
     """True if any two sides of a closed polygon cross."""
-    n = len(points)
+    n = len(vertices)
     for i, j in combinations(range(n), 2):
-        a, b, c, d = (points[k % n] for k in (i, i + 1, j, j + 1))
-        if doubled_area(a, b, c) * doubled_area(a, b, d) < 0 and doubled_area(c, d, a) * doubled_area(c, d, b) < 0:
+        a, b, c, d = (vertices[k % n] for k in (i, i + 1, j, j + 1))
+        if (
+            doubled_triangle_area(a, b, c) * doubled_triangle_area(a, b, d) < 0
+            and doubled_triangle_area(c, d, a) * doubled_triangle_area(c, d, b) < 0
+        ):
             return True
     return False
 
@@ -87,7 +90,7 @@ def joined_outline(element_name: str, pieces: Sequence[FloatArray]) -> FloatArra
         )
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
-    area = [abs(doubled_area(*corner)) for corner in zip(before, line, after, strict=True)]
+    area = [abs(doubled_triangle_area(*corner)) for corner in zip(before, line, after, strict=True)]
     return np.asarray(line[area > JOIN_TOLERANCE * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
 
 
@@ -97,7 +100,7 @@ def _first_vertex_text(piece: FloatArray) -> str:
 
 
 def _distance_outside(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the largest distance of a polygon from the line of a side of another, m; negative if behind all sides."""
+    """Return the largest distance of a polygon from the line of another's side, m; negative if none separates them."""
     edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
@@ -144,7 +147,7 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
         for one, other in combinations(pieces, 2):
             joined = _merge_at_diagonal(one, other)
             if joined and all(
-                doubled_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
+                doubled_triangle_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
                 for k, at in enumerate(joined)
             ):
                 pieces = [piece for piece in pieces if piece is not one and piece is not other] + [joined]
@@ -154,7 +157,7 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
 
 
 def _triangulate(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
-    """Return the triangles of an outline, by ear clipping."""
+    """Return the triangles of an outline, by ear clipping, each as three vertex indices."""
     left, triangles = list(range(len(points))), []
     while len(left) > 3:
         for k, at in enumerate(left):
@@ -168,23 +171,27 @@ def _triangulate(points: FloatArray, min_doubled_area: float) -> list[list[int]]
     return [*triangles, left]
 
 
-def _is_ear(points: FloatArray, remaining: list[int], ear: list[int], min_doubled_area: float) -> bool:
+def _is_ear(
+    points: FloatArray, remaining_indices: list[int], triangle_indices: list[int], min_doubled_area: float
+) -> bool:
     """True if a triangle of neighbouring vertices has an area and contains no other vertex, not even on its sides."""
-    a, b, c = points[ear]
-    if doubled_area(a, b, c) <= min_doubled_area:
+    a, b, c = points[triangle_indices]
+    if doubled_triangle_area(a, b, c) <= min_doubled_area:
         return False
-    others = (points[k] for k in remaining if k not in ear)
+    others = (points[k] for k in remaining_indices if k not in triangle_indices)
     return not any(
-        min(doubled_area(a, b, p), doubled_area(b, c, p), doubled_area(c, a, p)) >= -min_doubled_area for p in others
+        min(doubled_triangle_area(a, b, p), doubled_triangle_area(b, c, p), doubled_triangle_area(c, a, p))
+        >= -min_doubled_area
+        for p in others
     )
 
 
-def _merge_at_diagonal(piece: list[int], other_piece: list[int]) -> list[int] | None:
+def _merge_at_diagonal(first_piece: list[int], second_piece: list[int]) -> list[int] | None:
     """Merge two pieces at the diagonal that they share; None if they share none."""
-    for k, first in enumerate(piece):
-        second = piece[(k + 1) % len(piece)]
-        for m, at in enumerate(other_piece):
-            if at == second and other_piece[(m + 1) % len(other_piece)] == first:
+    for k, first in enumerate(first_piece):
+        second = first_piece[(k + 1) % len(first_piece)]
+        for m, at in enumerate(second_piece):
+            if at == second and second_piece[(m + 1) % len(second_piece)] == first:
                 # Around the first piece from the diagonal's second end to its first, then around the other.
-                return piece[k + 1 :] + piece[: k + 1] + (other_piece[m:] + other_piece[:m])[2:]
+                return first_piece[k + 1 :] + first_piece[: k + 1] + (second_piece[m:] + second_piece[:m])[2:]
     return None

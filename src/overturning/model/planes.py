@@ -15,10 +15,10 @@ from typing_extensions import override
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
-from overturning.model.edges import first_edge_fall
-from overturning.model.geometry import plane_period, reference_element_size
+from overturning.model.edges import combine_edge_falls
+from overturning.model.geometry import reference_element_size, scene_azimuth_period_deg
 from overturning.model.grid import Grid
-from overturning.model.model import Model, StoneOutcomes, select_cells
+from overturning.model.model import Model, StoneOutcomes, values_at_cells
 from overturning.model.scene import Scene, gravestone
 from overturning.model.symmetry import PLANE_PERIOD, ComputedCells, mark_mirrored_planes, nearest_cells, nearest_planes
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_known_flag
@@ -35,8 +35,8 @@ def azimuth_period_deg(cube: "xr.Dataset | xr.DataArray") -> float:
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
-def plane_index(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
-    """Return the positions of one azimuth per distinct case, ordered by azimuth modulo the period.
+def distinct_plane_positions(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
+    """Return the positions of one azimuth for each distinct vertical plane, ordered by azimuth modulo the period.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def azimuth_gaps(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tu
 def plane_weight(
     plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
-    """Compute the share of the half circle that each plane represents (trapezoidal rule).
+    """Compute the share of the half circle that each vertical plane represents (trapezoidal rule).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
     that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps`) represent half
@@ -117,7 +117,7 @@ def plane_weight(
 def azimuth_weight(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of each azimuth: 1 on a regular grid; an added azimuth shares the weight of its neighbours."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    index = plane_index(azimuth, period_deg)
+    index = distinct_plane_positions(azimuth, period_deg)
     weight = plane_weight(azimuth[index], period_deg) * index.size
     return np.asarray(weight[nearest_cells(azimuth[index], azimuth, period_deg).cell])
 
@@ -159,8 +159,8 @@ def fall_probability(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Da
 
 
 @dataclass(frozen=True)
-class Planes(Model):
-    """A block or a scene in the vertical plane of each azimuth."""
+class PlanarModel(Model):
+    """2-D model: a block or a scene that moves in the vertical plane of each azimuth."""
 
     scene: Scene = field(default_factory=gravestone)
 
@@ -184,8 +184,8 @@ class Planes(Model):
 
     @property
     @override
-    def cost(self) -> float:
-        """A scene other than a single block is simulated by the slower general kernel."""
+    def relative_cost(self) -> float:
+        """Computing time of a case relative to a single block; other scenes need the slower general kernel."""
         return 1.0 if len(self.elements) == 1 else 5.0 * len(self.elements)
 
     @property
@@ -196,11 +196,11 @@ class Planes(Model):
     @property
     @override
     def direction_attributes(self) -> dict[str, float]:
-        return {"period": plane_period(self.scene)}
+        return {"period": scene_azimuth_period_deg(self.scene)}
 
     @override
     def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Sizes that are None are those of the reference element of the scene."""
+        """Return heights (m) and B/H; sizes that are None are those of the reference element of the scene."""
         own_height, own_ratio = reference_element_size(self.scene)
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
@@ -208,11 +208,11 @@ class Planes(Model):
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
         if (aspect != 1.0).any():
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle in space has one")
-        return np.array([plane_period(self.scene)])
+        return np.array([scene_azimuth_period_deg(self.scene)])
 
     @override
-    def with_stiffness_factor(self, stiffness_factor: float) -> "Planes":
-        """All contact laws are scaled, including the default one."""
+    def with_stiffness_factor(self, stiffness_factor: float) -> "PlanarModel":
+        """Return the model with all contact stiffnesses × `stiffness_factor`, including those of the default law."""
         laws = []
         for pair in combinations_with_replacement(self.scene.materials, 2):
             law = self.scene.contact_law_of_materials(*pair)
@@ -224,14 +224,14 @@ class Planes(Model):
 
     @override
     def drop_ineffective_frictions(self, grid: Grid) -> Grid:
-        """A scene may have friction coefficients of its own for all contacts."""
-        return grid if self.scene.sweeps_friction else grid.replace_rows(friction=grid["friction"][:1])
+        """Return the grid with a single friction if the scene file sets the friction of all its contacts."""
+        return grid if self.scene.sweeps_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
     def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
-        """Cells at φ + 180° are mirrored."""
+        """Return, for each azimuth of a grid, the azimuth that is computed; outcomes at φ + 180° are mirrored."""
         found = super().computed_cells(grid, use_symmetry)
-        return mark_mirrored_planes(found, float(self._periods(grid)[0])) if use_symmetry else found
+        return mark_mirrored_planes(found, float(self._rotation_periods(grid)[0])) if use_symmetry else found
 
     @override
     def rotate_outcomes(
@@ -250,7 +250,7 @@ class Planes(Model):
         fall_azimuth_deg: FloatArray,
         scramble_number: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        """Compute the shares of ensemble members that fall to either side."""
+        """Compute the shares of ensemble members that fall towards the azimuth and away from it, for each cell."""
         known = member_flags != INT8_MISSING
         counted = known.sum(axis=1)
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
@@ -265,7 +265,7 @@ class Planes(Model):
 
     @override
     def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        return plane_index(cube["azimuth"].to_numpy(), azimuth_period_deg(cube))
+        return distinct_plane_positions(cube["azimuth"].to_numpy(), azimuth_period_deg(cube))
 
     @override
     def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
@@ -294,14 +294,14 @@ class Planes(Model):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """A stone can fall in the planes of both pairs of faces; `first_edge_fall` decides which."""
+        """Return the outcomes of square stones from the planes of both pairs of faces; see `combine_edge_falls`."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_deg(site_cube))
         both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
-        found = select_cells(site_cube, self.reads_outcomes, both)
+        found = values_at_cells(site_cube, self.reads_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
-        fell, azimuth = first_edge_fall(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
+        fell, azimuth = combine_edge_falls(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
         untold = np.full(fell.shape, np.nan)
         return StoneOutcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)

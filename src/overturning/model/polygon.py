@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.pieces import COLLINEAR_AREA, convex_pieces, crosses_itself
-from overturning.model.rest import can_rest
+from overturning.model.pieces import COLLINEAR_AREA, convex_pieces, polygon_crosses_itself
+from overturning.model.rest import is_resting_face
 
 SYMMETRY_TOLERANCE: Final = 1e-9
 """Relative tolerance of mirror symmetry: vertices within it, as a share of the size, are made to mirror exactly."""
@@ -39,7 +39,7 @@ class Polygon:
 
     @property
     def symmetric(self) -> bool:
-        """True if it is its own mirror image about the vertical through its centre; False if it has pieces."""
+        """True if the polygon is its own mirror image about the vertical through its centre; False if it has pieces."""
         if self.pieces:
             return False
         mirrored = {(-x, z) for x, z in self.vertices.tolist()}
@@ -47,17 +47,17 @@ class Polygon:
 
     @cached_property
     def width(self) -> float:
-        """Extent in x, m."""
+        """Horizontal extent of the polygon, m."""
         return float(np.ptp(self.vertices[:, 0]))
 
     @cached_property
     def height(self) -> float:
-        """Extent in z, m."""
+        """Vertical extent of the polygon, m."""
         return float(np.ptp(self.vertices[:, 1]))
 
     @cached_property
     def resting_rotations(self) -> tuple[float, float]:
-        """Least rotation to −x and to +x at which it can rest on another face, rad; π if there is none.
+        """Least rotations to −x and to +x at which the polygon can rest on another face, rad; π if there is none.
 
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
         last digit of libm differs between processors.
@@ -68,7 +68,7 @@ class Polygon:
         tilts = np.arctan2(
             normals[:, 0], -normals[:, 1]
         )  # a face with its normal towards +x comes down by a rotation to +x
-        stable = can_rest(normals, offsets, max(self.width, self.height))
+        stable = is_resting_face(normals, offsets, max(self.width, self.height))
         stable[np.argmin(np.abs(tilts))] = False
         back, on = (float(np.min(turns[stable & (turns > 0)], initial=np.pi)) for turns in (-tilts, tilts))
         return round(back, 12), round(on, 12)
@@ -140,11 +140,11 @@ def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
             "its neighbours; leave it out"
         )
     turns = np.arctan2(corners, edge[:, 0] * following[:, 0] + edge[:, 1] * following[:, 1]).sum()
-    if not 0.5 < turns / (2 * np.pi) < 1.5 or crosses_itself(points):
+    if not 0.5 < turns / (2 * np.pi) < 1.5 or polygon_crosses_itself(points):
         raise ArgumentError(f"element {element_name}: the polygon crosses itself; list its vertices in order around it")
     cx = float(((x + u) * cross).sum()) / (6 * area)
     cz = float(((z + w) * cross).sum()) / (6 * area)
-    local = _symmetrise(np.stack([x - cx, z - cz], axis=1), size)
+    local = _symmetrise_vertices(np.stack([x - cx, z - cz], axis=1), size)
     pieces = _convex_pieces_of_polygon(element_name, local, corners < 0) if (corners < 0).any() else ()
     x, z = local.T
     u, w = np.roll(x, -1), np.roll(z, -1)
@@ -152,17 +152,19 @@ def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
     return Polygon(local, (cx + float(origin[0]), cz + float(origin[1])), area, polar, pieces)
 
 
-def _convex_pieces_of_polygon(name: str, vertices: FloatArray, reflex: NDArray[np.bool_]) -> tuple[Polygon, ...]:
-    """Return the convex pieces of an outline; `reflex`, shape (n,), marks sides with a reflex vertex at their end.
+def _convex_pieces_of_polygon(
+    element_name: str, vertices: FloatArray, has_reflex_end: NDArray[np.bool_]
+) -> tuple[Polygon, ...]:
+    """Return the convex pieces of an outline; `has_reflex_end`, shape (n,): True for sides that end in a reflex vertex.
 
     A convex vertex belongs to one piece only, that of the adjacent side that faces down more; otherwise a corner that
     is cut in two would touch twice. At a reflex vertex, both adjacent sides have an end of their own.
     """
-    count, turns_in = len(vertices), np.roll(reflex, 1)
+    count, turns_in = len(vertices), np.roll(has_reflex_end, 1)
     try:
         loops = convex_pieces(vertices)
     except ArgumentError as error:
-        raise ArgumentError(f"element {name}: {error}") from None
+        raise ArgumentError(f"element {element_name}: {error}") from None
     owner = {
         vertex: piece
         for piece, loop in enumerate(loops)
@@ -180,25 +182,25 @@ def _convex_pieces_of_polygon(name: str, vertices: FloatArray, reflex: NDArray[n
     return tuple(shapes)
 
 
-def _loop_sides(loop: list[int]) -> list[tuple[int, int]]:
+def _loop_sides(vertex_loop: list[int]) -> list[tuple[int, int]]:
     """Return the pairs of consecutive vertex indices of a closed loop."""
-    return list(zip(loop, loop[1:] + loop[:1], strict=True))
+    return list(zip(vertex_loop, vertex_loop[1:] + vertex_loop[:1], strict=True))
 
 
-def _more_downward_side(vertices: FloatArray, vertex: int) -> tuple[int, int]:
+def _more_downward_side(vertices: FloatArray, vertex_index: int) -> tuple[int, int]:
     """Return, of the two sides at a vertex of an outline, the one whose outward normal points down more."""
     count = len(vertices)
-    both = [((vertex - 1) % count, vertex), (vertex, (vertex + 1) % count)]
+    both = [((vertex_index - 1) % count, vertex_index), (vertex_index, (vertex_index + 1) % count)]
 
-    def up(side: tuple[int, int]) -> float:
+    def normal_upward_component(side: tuple[int, int]) -> float:
         x, z = vertices[side[1]] - vertices[side[0]]
         return float(-x / np.sqrt(x * x + z * z))
 
-    return min(both, key=up)
+    return min(both, key=normal_upward_component)
 
 
-def _symmetrise(vertices: FloatArray, size: float) -> FloatArray:
-    """Remove rounding errors so that a symmetric polygon is its own mirror image bit by bit."""
+def _symmetrise_vertices(vertices: FloatArray, size: float) -> FloatArray:
+    """Return vertices without rounding errors, so that a symmetric polygon is its own mirror image bit by bit."""
     x, z = vertices.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
     if (distance.min(axis=1) > SYMMETRY_TOLERANCE * size).any():

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.rest import FLAT, can_rest
+from overturning.model.rest import FLAT, is_resting_face
 from overturning.model.solid import Solid
 from overturning.model.tipping import ConvexHull, fall_limits
 
@@ -38,7 +38,7 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
     points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
     inertia = np.round(hull.inertia / size**2, DIGITS) * size**2
     normals = np.unique(
-        np.round(hull.normals[-hull.normals[:, 2] > np.cos(fall.tilt_towards(hull.normals)) - FLAT], 5), axis=0
+        np.round(hull.normals[-hull.normals[:, 2] > np.cos(fall.fall_tilt_towards(hull.normals)) - FLAT], 5), axis=0
     )
     heights = hull.points[kept] @ normals.T
     facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
@@ -96,16 +96,16 @@ def _mass_properties(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _resting_faces(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
-    """Return the least tilt at which a hull can rest on another face, rad, and the normals of all such faces."""
+    """Return the least tilt at which a body can rest on another face than its base, rad, and the normals of these."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
-    stable = can_rest(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
+    stable = is_resting_face(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
-    # Triangles of one face are not exactly coplanar if the file rounds its vertices: merge them, as in `can_rest`.
+    # Triangles of a face are not exactly coplanar if the file rounds its vertices: merge them, as `is_resting_face`.
     faces = normals[stable]
     faces = faces[~np.tril(faces @ faces.T > 1.0 - FLAT, -1).any(axis=1)]
     # Rounded: otherwise a face along x, up to the last digit, could come last instead of first.
@@ -132,7 +132,7 @@ def _vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]
 
 
 def _max_cosine_to_down(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
-    """Return the largest cosine between down and a point of the arc between unit vectors n1, n2, shape (m, 3)."""
+    """Return the largest cosine to the downward vertical on each arc between two unit vectors, both shape (m, 3)."""
     ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
     axis = np.cross(first_normals, second_normals)
     length = np.sqrt(np.sum(axis * axis, axis=1))
@@ -149,7 +149,7 @@ def _max_cosine_to_down(first_normals: FloatArray, second_normals: FloatArray) -
 
 
 def hull_outline(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the vertices of a convex hull about its centre of mass, m, and its edges, without those inside a face."""
+    """Return vertices of a convex hull about its centre of mass, m, and its edges as pairs of vertex indices."""
     hull = _convex_hull(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):

@@ -11,8 +11,8 @@ FLAT: Final = 1e-6
 """Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
 
-def can_rest(face_normals: FloatArray, face_distances: FloatArray, body_size: float) -> NDArray[np.bool_]:
-    """Return True for each face on which a body can rest: the point below its centre of mass lies on the face.
+def is_resting_face(face_normals: FloatArray, face_distances: FloatArray, body_size: float) -> NDArray[np.bool_]:
+    """Return True for each face on which a body can rest, because the foot of its centre of mass lies on the face.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class Scene(StrictModel):
 
     @property
     def free_names(self) -> tuple[str, ...]:
-        """Names of the free elements, in order."""
+        """Names of the free elements of the scene, in order."""
         return tuple(element.name for element in self.elements if element.kind == "free")
 
     @property
@@ -117,7 +117,7 @@ class Scene(StrictModel):
         )
 
     def element(self, name: str) -> Element:
-        """Return the element with a name."""
+        """Return the element of the scene that has a name."""
         return next(element for element in self.elements if element.name == name)
 
     def contact_law(self, element: Element, other_element: Element) -> ContactLaw:
@@ -200,14 +200,14 @@ def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
-        lines = describe_faults(error, Scene, partial(_name_elements_in_path, content))
+        lines = describe_faults(error, Scene, partial(_name_elements_in_key_path, content))
         raise ConfigError("\n       ".join(f"{file_name}: {line}" for line in lines)) from None
 
 
-def _name_elements_in_path(content: Any, path_keys: list[int | str]) -> list[int | str]:
+def _name_elements_in_key_path(scene_content: Any, key_path: list[int | str]) -> list[int | str]:
     """Return the key path of a wrong value, with the name of an element in place of its index."""
-    if len(path_keys) > 1 and path_keys[0] == "elements" and isinstance(path_keys[1], int):
-        element = content["elements"][path_keys[1]]
+    if len(key_path) > 1 and key_path[0] == "elements" and isinstance(key_path[1], int):
+        element = scene_content["elements"][key_path[1]]
         if isinstance(element, dict) and "name" in element:
-            return [path_keys[0], str(element["name"]), *path_keys[2:]]
-    return path_keys
+            return [key_path[0], str(element["name"]), *key_path[2:]]
+    return key_path

@@ -36,19 +36,19 @@ class Shape(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Name in datasets."""
+        """Name of the shape in datasets, such as "rectangle"."""
 
     @abstractmethod
     def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
         """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        """Return the corners and edges with which the body is drawn."""
+        """Return the corners, shape (n, 3), m, and edges, shape (m, 2), with which the body is drawn."""
         return _prism_outline(self.solid(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
-class Rectangle(Shape):
+class RectangularPrism(Shape):
     """Right prism B × D × H with B along the azimuth of its orientation and D = aspect · B across it."""
 
     name: ClassVar[str] = "rectangle"
@@ -66,7 +66,7 @@ class Rectangle(Shape):
 
 
 @dataclass(frozen=True)
-class Regular(Shape):
+class RegularPrism(Shape):
     """Right prism on a regular polygon of inscribed diameter B; its first side faces its orientation."""
 
     sides: int
@@ -92,7 +92,7 @@ class Regular(Shape):
 
 
 @dataclass(frozen=True)
-class Circle(Shape):
+class Cylinder(Shape):
     """Right circular cylinder of diameter B."""
 
     name: ClassVar[str] = "circle"
@@ -135,23 +135,23 @@ class Polyhedron(Shape):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float64))
-        _ = self.given_body  # raises the errors
+        _ = self.unscaled_solid  # raises the errors
 
     @property
     def height(self) -> float:
-        """Height of the given vertices, m."""
+        """Height of the body with the vertices as given, m."""
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
     @cached_property
-    def given_body(self) -> Solid:
-        """Rigid body at the size of the given vertices."""
+    def unscaled_solid(self) -> Solid:
+        """Rigid body of the shape, with the size of the given vertices."""
         made = solid_from_vertices(np.asarray(self.vertices))
         check_heights(self.height)
         return made
 
     @override
     def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
-        return self.given_body.scaled_by(height / self.height)
+        return self.unscaled_solid.scaled_by(height / self.height)
 
     @override
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
@@ -159,7 +159,7 @@ class Polyhedron(Shape):
         return corners * (height / self.height), edges
 
 
-def shape_of(shape_argument: "str | int | Shape") -> Shape:
+def as_shape(shape_argument: "str | int | Shape") -> Shape:
     """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
 
     Raises
@@ -168,7 +168,7 @@ def shape_of(shape_argument: "str | int | Shape") -> Shape:
         If the name or number is unknown, or the argument is of another type.
     """
     if isinstance(shape_argument, str):
-        named: dict[str, Shape] = {shape.name: shape for shape in (Rectangle(), Circle())}
+        named: dict[str, Shape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
         if shape_argument not in named:
             raise ArgumentError(
                 f"body: {shape_argument!r}; give 'rectangle', 'circle', a number of sides, or a scene by load_scene or "
@@ -178,7 +178,7 @@ def shape_of(shape_argument: "str | int | Shape") -> Shape:
     if isinstance(shape_argument, int):
         if not 3 <= shape_argument <= MAX_SIDES:
             raise ArgumentError(f"body: {shape_argument} sides; from 3 to {MAX_SIDES}, or 'circle'")
-        return Regular(shape_argument)
+        return RegularPrism(shape_argument)
     if not isinstance(shape_argument, Shape):
         raise ArgumentError(
             f"model: a {type(shape_argument).__name__}; give a scene of load_scene or gravestone, or a body"
@@ -218,7 +218,7 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
     return np.asarray(np.arange(count) * step_deg, np.float64)
 
 
-def _side_normals(n: int) -> FloatArray:
+def _side_normals(side_count: int) -> FloatArray:
     """Return the outward normals of n sides, shape (n, 3), clockwise from above; the first points to +x."""
-    turn = -2.0 * np.pi * np.arange(n) / n
-    return np.stack([np.round(np.cos(turn), 12), np.round(np.sin(turn), 12), np.zeros(n)], axis=1)
+    turn = -2.0 * np.pi * np.arange(side_count) / side_count
+    return np.stack([np.round(np.cos(turn), 12), np.round(np.sin(turn), 12), np.zeros(side_count)], axis=1)

@@ -66,10 +66,10 @@ class Solid:
                 f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
                 "take 'circle' for a round body"
             )
-        if not self.base_reach > 0.0:
+        if not self.min_edge_distance > 0.0:
             raise ArgumentError(
-                f"body: its centre is {-self.base_reach:.3g} m outside its base, so it falls by itself; stand it on "
-                "another face"
+                f"body: its centre is {-self.min_edge_distance:.3g} m outside its base, so it falls by itself; stand "
+                "it on another face"
             )
 
     @property
@@ -79,7 +79,7 @@ class Solid:
 
     @property
     def load_sharing_points(self) -> int:
-        """Number of points that share the weight when springs and dashpots are sized.
+        """Number of contact points among which the weight is divided to size springs and dashpots.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
         single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
@@ -87,8 +87,8 @@ class Solid:
         return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
 
     @property
-    def end_rise_share(self) -> float:
-        """Share of the rise from lowest to highest vertex of a tilted base within which vertices count as lowest.
+    def lowest_vertex_rise_share(self) -> float:
+        """Tolerance for the lowest vertices of a tilted base, as a share of the height between its lowest and highest.
 
         For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
         """
@@ -104,14 +104,14 @@ class Solid:
         return np.asarray((x * dy - y * dx) / np.sqrt(dx * dx + dy * dy))
 
     @property
-    def base_reach(self) -> float:
+    def min_edge_distance(self) -> float:
         """Least horizontal distance from the point below the centre to an edge of the base, m."""
         return float(self.edge_distances.min())
 
     @property
     def b_over_h(self) -> float:
         """Slenderness: tan α towards the nearest edge; B/H for a prism."""
-        return self.base_reach / self.centre_height
+        return self.min_edge_distance / self.centre_height
 
     @cached_property
     def inverse_inertia(self) -> FloatArray:

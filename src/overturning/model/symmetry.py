@@ -49,19 +49,21 @@ class ComputedCells:
     known: NDArray[np.bool_]
 
 
-def nearest_planes(azimuth_deg: ArrayLike, requested_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> ComputedCells:
+def nearest_planes(
+    azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
+) -> ComputedCells:
     """Return the computed vertical planes nearest to requested azimuths, mirrored where rotated by 180°."""
-    return mark_mirrored_planes(nearest_cells(azimuth_deg, requested_deg, period_deg), period_deg)
+    return mark_mirrored_planes(nearest_cells(azimuth_deg, requested_azimuth_deg, period_deg), period_deg)
 
 
-def nearest_cells(direction_deg: ArrayLike, requested_deg: ArrayLike, period_deg: float) -> ComputedCells:
+def nearest_cells(direction_deg: ArrayLike, requested_direction_deg: ArrayLike, period_deg: float) -> ComputedCells:
     """Return the computed cells whose directions, rotated by whole periods, are nearest to requested directions.
 
     Parameters
     ----------
     direction_deg : array_like, shape (n,)
         Azimuths or orientations of a grid, degrees clockwise from north, in any order; at least one.
-    requested_deg : array_like, shape (m,)
+    requested_direction_deg : array_like, shape (m,)
         Requested directions, any real numbers. Half way between two cells the anticlockwise one is taken.
     period_deg : float
         Rotation period of a case: `PLANE_PERIOD` in 2-D, the body's own in 3-D, 360 without symmetry, 0 for a body of
@@ -72,7 +74,7 @@ def nearest_cells(direction_deg: ArrayLike, requested_deg: ArrayLike, period_deg
     ComputedCells
         Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
     """
-    direction, asked = np.asarray(direction_deg, np.float64), np.asarray(requested_deg, np.float64)
+    direction, asked = np.asarray(direction_deg, np.float64), np.asarray(requested_direction_deg, np.float64)
     if period_deg == 0.0:
         cell = np.zeros(asked.shape, np.intp)
         return ComputedCells(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
@@ -91,7 +93,7 @@ def nearest_cells(direction_deg: ArrayLike, requested_deg: ArrayLike, period_deg
 
 
 def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> ComputedCells:
-    """Return the sources with planes that were rotated by 180° marked as mirrored."""
+    """Return computed cells in which every vertical plane that was rotated by 180° is marked as mirrored."""
     return replace(computed_cells, mirrored=(computed_cells.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 
@@ -108,7 +110,7 @@ def first_equal_directions(direction_deg: ArrayLike, periods_deg: ArrayLike) -> 
     Returns
     -------
     ComputedCells
-        Shape (n, p). Only cells that are their own source need to be computed.
+        Shape (n, p). Only directions whose cell is their own position need to be computed.
     """
     direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(periods_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)

@@ -52,14 +52,14 @@ class FallLimits(NamedTuple):
     touched: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
-    def tilt_towards(self, normals: FloatArray) -> FloatArray:
+    def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
         """Return the tilt of the fall towards faces with outward normals, shape (faces, 3), rad."""
-        turn = np.arctan2(normals[:, 1], normals[:, 0]) % (2.0 * np.pi)
+        turn = np.arctan2(face_normals[:, 1], face_normals[:, 0]) % (2.0 * np.pi)
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
 
-class TiltCrossings(NamedTuple):
-    """Tilts at which the lowest vertex changes while a body leans further in one direction; one entry per change."""
+class LowestVertexChanges(NamedTuple):
+    """Changes of the lowest vertex of a body that leans further in one direction; one entry per change."""
 
     direction: NDArray[np.int64]
     """Index of the direction."""
@@ -73,7 +73,7 @@ class TiltCrossings(NamedTuple):
     """Index of the triangle towards which the body rolls over the edge."""
 
 
-def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_normals: FloatArray) -> FallLimits:
+def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_face_normals: FloatArray) -> FallLimits:
     """Compute the tilt at which a convex body has fallen, for each direction in which it leans.
 
     Parameters
@@ -84,11 +84,11 @@ def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_normal
         Largest extent of the body, m.
     least_tilt : float
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
-    resting_normals : ndarray, shape (faces, 3)
+    resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
     """
     ends, sides = _hull_edges(hull)
-    found = _tilt_crossings(hull, ends, sides)
+    found = _lowest_vertex_changes(hull, ends, sides)
     off_base = -hull.normals[_final_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
     rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
     limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
@@ -103,7 +103,7 @@ def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_normal
     if (limits <= least_tilt + 1e-9).all():
         return FallLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
-    _add_resting_faces(limits, rows, resting_normals)
+    _add_resting_faces(limits, rows, resting_face_normals)
     starts = _direction_measure(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
@@ -111,18 +111,18 @@ def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_normal
     return FallLimits(least_tilt, limits, sectors, np.unique(touched))
 
 
-def _add_resting_faces(limits: FloatArray, sector_rows: FloatArray, resting_normals: FloatArray) -> None:
+def _add_resting_faces(fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray) -> None:
     """Lower the fall limits so that a body resting on any of the faces counts as fallen, even on a narrow face."""
-    for normal in resting_normals:
+    for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
         if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            sector_rows[number], limits[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
+            sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
 
 
 def _direction_measure(angle: FloatArray) -> FloatArray:
-    """Return a measure of direction, 0 to 4, that increases with the angle and needs no trigonometry in the kernel."""
+    """Return a number, 0 to 4, for each angle, rad, that increases with it and needs no trigonometry in the kernel."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
@@ -131,7 +131,7 @@ def _direction_measure(angle: FloatArray) -> FloatArray:
 
 
 def _hull_edges(hull: ConvexHull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return both vertices and both triangles of each edge, as indices, shape (edges, 2) each."""
+    """Return the indices of both vertices and of both triangles of each hull edge, two arrays of shape (edges, 2)."""
     ends, sides = [], []
     for k in range(3):
         one, other = np.arange(len(hull.triangles)), hull.neighbours[:, k]
@@ -141,9 +141,9 @@ def _hull_edges(hull: ConvexHull) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     return np.concatenate(ends), np.concatenate(sides)
 
 
-def _tilt_crossings(
+def _lowest_vertex_changes(
     hull: ConvexHull, edge_vertices: NDArray[np.int64], edge_triangles: NDArray[np.int64]
-) -> TiltCrossings:
+) -> LowestVertexChanges:
     """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
     There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
@@ -171,11 +171,11 @@ def _tilt_crossings(
     # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)
     sinks = hull.offsets[one] < height * np.sum(down * hull.normals[one], axis=1)
-    return TiltCrossings(direction, edge, tilt, rises, np.where(sinks, one, other))
+    return LowestVertexChanges(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
 def _final_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
-    """Return, for each triangle, the triangle on which a body rolling from it without speed comes to rest.
+    """Return, for each triangle of a hull, the triangle on which a body comes to rest that rolls from it without speed.
 
     It rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """

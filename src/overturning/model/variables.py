@@ -22,14 +22,14 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-def is_known_flag(flag: Any) -> Any:
+def is_known_flag(outcome_flag: Any) -> Any:
     """Return True where an outcome flag, as stored or decoded, is neither NaN nor the fill value."""
-    return np.abs(flag.astype("float32")) <= 1
+    return np.abs(outcome_flag.astype("float32")) <= 1
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One outcome variable."""
+    """Outcome variable of a simulation: name, data type, meaning, and behaviour under mirroring."""
 
     name: str  # in the cube
     dtype: str  # in the file
@@ -43,17 +43,17 @@ class Variable:
 
     @property
     def fill_value(self) -> Any:
-        """Value in a file for a missing outcome."""
+        """Fill value of the variable: the value in a file for a missing outcome."""
         return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
 
     @property
-    def missing(self) -> Any:
+    def missing_value(self) -> Any:
         """Value in memory for a missing outcome: NaN for floats."""
         return np.nan if self.dtype[0] == "f" else self.fill_value
 
     @property
-    def all_attributes(self) -> dict[str, Any]:
-        """CF attributes."""
+    def cf_attributes(self) -> dict[str, Any]:
+        """CF attributes of the variable, by name: long name, units and further ones."""
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
@@ -62,16 +62,16 @@ class Variable:
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
 
-    def decode(self, values: Any) -> NDArray[Any]:
+    def decode(self, stored_values: Any) -> NDArray[Any]:
         """Return stored values as xarray decodes them: integers become float32 with NaN for missing."""
-        array = np.asarray(values)
+        array = np.asarray(stored_values)
         if array.dtype.kind == "f":
             return array
         return np.where(array == self.fill_value, np.float32(np.nan), array.astype(np.float32))
 
-    def encode(self, values: Any) -> NDArray[Any]:
+    def encode(self, decoded_values: Any) -> NDArray[Any]:
         """Return values in the data type of the file, with the fill value for NaN."""
-        array = np.asarray(values)
+        array = np.asarray(decoded_values)
         if array.dtype.kind == "f":
             array = np.where(np.isnan(array), self.fill_value, array)
         return array.astype(self.dtype)
@@ -190,7 +190,7 @@ FACE_VARIABLES: Final = (
         "azimuth to which it falls in that plane, of two the one that passes no return first", "degree",
     ),
 )  # fmt: skip
-"""Prediction of the planes of a rectangle's faces, next to its outcome in 3-D."""
+"""Variables of the 2-D prediction in the vertical planes of a rectangle's faces; see `overturning.dem.faces`."""
 
 _OVER: Final = {"comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"}
 

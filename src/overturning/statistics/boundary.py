@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.planes import azimuth_period_deg, fall_probability, plane_index, plane_weight
+from overturning.model.planes import azimuth_period_deg, distinct_plane_positions, fall_probability, plane_weight
 from overturning.statistics.circular import resultant
 
 HALF = 0.5
@@ -107,7 +107,7 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     """
     grid = np.asarray(b_over_h, dtype=np.float64)
     period = azimuth_period_deg(bounds)
-    index = plane_index(bounds["azimuth"].values, period)
+    index = distinct_plane_positions(bounds["azimuth"].values, period)
     planes = bounds[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
     weight = plane_weight(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])

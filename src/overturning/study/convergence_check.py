@@ -20,7 +20,7 @@ from overturning.dem.numerics import Progress
 from overturning.dem.run import run
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -253,7 +253,7 @@ def rigid_reference(motion: Motion, cases: Cases) -> Any:
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 
 
-def rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
+def rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
     """Return the functions that rerun nominal cases: unchanged, with finer and finest steps, with stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.

@@ -292,9 +292,13 @@ class CellEnsemble:
 
     def _member_cases(self, grid: Grid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
         """Create the cases of all members of the cells; members of a cell are contiguous."""
-        direction, *rest = (grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.names))
+        direction, *rest = (
+            grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
+        )
         same = np.ones(members.size)
-        sizes = {name: at * getattr(members, name, same) for name, at in zip(grid.names[1:], rest, strict=True)}
+        sizes = {
+            name: at * getattr(members, name, same) for name, at in zip(grid.dimension_names[1:], rest, strict=True)
+        }
         alike = {
             "amplitude": members.amplitude,
             "damping_factor": members.damping,

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.errors import OverturningError
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
 from overturning.study.scenes import SizeConversion, uses_vertical, variant_contact, variant_model, variant_settings
@@ -43,7 +43,7 @@ def film_options(cube: "xr.Dataset") -> dict[str, Any]:
         "options": options + own_options,
         "heights": [round(float(one), 9) for one in sizes.scene_heights(height)],
         "ratios": [round(float(one), 9) for one in sizes.scene_b_over_h(ratio, ratio)],
-        "friction": not isinstance(model, Planes) or model.scene.sweeps_friction,
+        "friction": not isinstance(model, PlanarModel) or model.scene.sweeps_friction,
         "pulses": dict(study.records.pulses),
     }
 

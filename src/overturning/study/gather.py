@@ -86,7 +86,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
     own = SizeConversion.for_variant(study, variant).own_ratio
-    sized = grid if own is None else grid.replace_rows(b_over_h=np.full(grid["b_over_h"].size, own))
+    sized = grid if own is None else grid.replace_values(b_over_h=np.full(grid["b_over_h"].size, own))
     if (critical := critical_angle(model, sized)) is not None:  # None for a single block, where it follows from B/H
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)

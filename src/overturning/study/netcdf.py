@@ -77,7 +77,7 @@ def add_variable(file: Any, variable: Variable, grid: Grid, *leading_dimensions:
         variable.name, variable.dtype, dimensions, fill_value=variable.fill_value,
         zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,
     )  # fmt: skip
-    created.setncatts(variable.all_attributes)
+    created.setncatts(variable.cf_attributes)
     created.set_auto_maskandscale(False)
     return created
 

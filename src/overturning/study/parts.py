@@ -62,14 +62,14 @@ def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NO
     from each other by symmetry stay together, and so do all B/H, since the ensemble compares neighbours along B/H.
     Some chunks are empty if there are more chunks than groups.
     """
-    name = grid.names[0]
+    name = grid.dimension_names[0]
     directions = grid[name]
     group = np.arange(directions.size)
     for index, others in enumerate(variant_model(study, variant).computed_cells(grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return grid.replace_rows(**{name: directions[number % chunk.of == chunk.number - 1]})
+    return grid.replace_values(**{name: directions[number % chunk.of == chunk.number - 1]})
 
 
 def write_part(
@@ -116,17 +116,17 @@ def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator
     """Open a part and check that its cells belong to a grid; a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
-            yield OpenPart(file, [np.zeros(0, np.intp)] * len(grid.names))
+            yield OpenPart(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return
         if wrong := _find_mismatch(file, grid, variables):
             raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
-        yield OpenPart(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.names])
+        yield OpenPart(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
 
 
 def _find_mismatch(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
     """Return the first difference between an open part and a grid; "" if the part belongs to the grid."""
     factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
-    needed = [*(variable.name for variable in variables), *grid.names, *factors]
+    needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]
     if absent := [name for name in needed if name not in file.variables]:
         return f"has no {absent[0]}"
     if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.element:

@@ -86,7 +86,7 @@ def job_seconds(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
-    cases = study.cases * _CASE_S * variant_model(study).cost * runs
+    cases = study.cases * _CASE_S * variant_model(study).relative_cost * runs
     seconds = {
         "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.8 + cases / chunks_per_record,

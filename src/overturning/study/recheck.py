@@ -76,7 +76,7 @@ def recheck(
             again = _recompute_cell(motion, grid, place, study, variant, with_ensemble)
             result.ensemble_cells += with_ensemble
             result.cells += 1
-            where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.names, place, strict=True))
+            where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.dimension_names, place, strict=True))
             where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
             for variable in (variable for variable in variables if variable.name in again):
                 kept, new = file[variable.name][cell], variable.encode(again[variable.name])
@@ -93,8 +93,8 @@ def _recompute_cell(
     sources = variant_model(study, variant).computed_cells(grid).cell[cell_position[0]]
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
-    rows = zip(grid.names, [directions, *([i] for i in cell_position[1:])], strict=True)
-    few = grid.replace_rows(**{name: grid[name][chosen] for name, chosen in rows})
+    rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
+    few = grid.replace_values(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerics_of_study(study))
     if with_ensemble:
         run = member_runner(study, variant, motion, numerics_of_study(study))

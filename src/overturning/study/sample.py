@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.model.body import MIN_AGREEMENT, direction_weight
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.study.answers import CaseOutcomes, empty_outcomes
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model
@@ -59,7 +59,7 @@ def choose_random_cells(
 def rigid_limit_applies(study: Study) -> NDArray[np.bool_]:
     """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
     model, grid = variant_model(study), variant_grid(study)
-    if not (isinstance(model, Planes) and model.scene.is_single_block):
+    if not (isinstance(model, PlanarModel) and model.scene.is_single_block):
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.contact_law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)

@@ -16,7 +16,7 @@ from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, V
 from overturning.model.geometry import reference_element_size
 from overturning.model.grid import Grid
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -59,7 +59,7 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     """Return the model of a variant; a `ConfigError` if the study has no such variant."""
     if study.body is None:
-        return Planes(variant_scene(study, variant))
+        return PlanarModel(variant_scene(study, variant))
     contact = variant_contact(study, variant)
     ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))

@@ -179,7 +179,7 @@ class Study(StrictModel):
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {
-            name: one.model_copy(update={"contact": one.contact and one.contact.merged_over(own)})
+            name: one.model_copy(update={"contact": one.contact and one.contact.with_defaults(own)})
             for name, one in variants.items()
         }
 

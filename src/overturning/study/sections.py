@@ -186,9 +186,9 @@ class BodySettings(StrictModel):
     def shape(self) -> "Shape":
         """Return the shape of the body; an `ArgumentError` if it is invalid."""
         # Imported lazily: 2-D studies do not need it.
-        from overturning.model.shapes import Polyhedron, shape_of
+        from overturning.model.shapes import Polyhedron, as_shape
 
-        return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
+        return as_shape(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
 
 class Orientations(StrictModel):

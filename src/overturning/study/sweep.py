@@ -13,7 +13,7 @@ from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
-from overturning.model.results import COUNTS, Results
+from overturning.model.results import COUNTS, CaseResults
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -61,11 +61,11 @@ def simulate_variant(
     this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
     """
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
-    sized = grid.replace_rows(height=sizes.scene_heights(grid["height"]))
+    sized = grid.replace_values(height=sizes.scene_heights(grid["height"]))
     if sizes.own_ratio is None:
         return simulate_with_face_planes(model, motion, sized, numerics)
     arrays = simulate_with_face_planes(
-        model, motion, sized.replace_rows(b_over_h=np.array([sizes.own_ratio])), numerics
+        model, motion, sized.replace_values(b_over_h=np.array([sizes.own_ratio])), numerics
     )
     counts = {name: arrays.pop(name) for name in COUNTS}
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
@@ -75,7 +75,7 @@ def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics
     """Return the function that runs member cases of a variant, given heights and B/H of the study."""
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
 
-    def run_members(cases: Cases, progress: Progress | None) -> Results:
+    def run_members(cases: Cases, progress: Progress | None) -> CaseResults:
         """Run member cases, with sizes converted to those of the scene of the variant."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
@@ -141,6 +141,6 @@ def _stack_amplitudes(
     amplitude_one_outcome: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
     """Stack the outcomes of all amplitudes along a first dimension; ensemble variables are missing except at 1."""
-    unknown = {one.name: 0 if one.name == "members" else one.missing for one in variables}
+    unknown = {one.name: 0 if one.name == "members" else one.missing_value for one in variables}
     missing = {name: np.full_like(amplitude_one_outcome[name], value) for name, value in unknown.items()}
     return {name: np.stack([one.get(name, absent) for one in outcomes]) for name, absent in missing.items()}

@@ -30,7 +30,7 @@ from overturning.dem.time_step import (
 )
 from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -43,7 +43,7 @@ class BlockPlan(SimulationPlan):
     path_dtype: ClassVar[Any] = ROW
     path_numbers: ClassVar[int] = 24
 
-    model: Planes
+    model: PlanarModel
     scheme: Scheme
 
     @property
@@ -87,12 +87,12 @@ class BlockPlan(SimulationPlan):
         return convert_block_path(self.model.scene, self.motion, self.cases, path_rows, float(self.table[0]["alpha"]))
 
 
-def plan_block_simulation(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
+def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
     """Check the arguments and plan the cases of a single block.
 
     Parameters
     ----------
-    model : Planes
+    model : PlanarModel
         Single block, which gives contact law and density; height and B/H come from the cases.
     motion, cases, numerics
         See `overturning.dem.run.run`.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.path import variable_spec
-from overturning.model.results import Results
+from overturning.model.results import CaseResults
 from overturning.model.variables import BODY_VARIABLES
 
 
@@ -21,7 +21,7 @@ class BodyPath:
     corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
-    def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the dataset of a case, including its results."""
         cosine, sine = self.cosines
 
@@ -58,7 +58,7 @@ class BodyPath:
         }
         for item in BODY_VARIABLES:
             if item.name != "repeated":
-                variables[item.name] = ((), item.decode(getattr(results, item.name)[0]), item.all_attributes)
+                variables[item.name] = ((), item.decode(getattr(results, item.name)[0]), item.cf_attributes)
         coordinates = {
             "time": variable_spec("time", self.rows["time"], "s", "time after the record's start"),
             "enu": ("enu", ["east", "north", "up"]),

@@ -128,7 +128,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     made = [shape.solid(*(float(value) for value in size)) for size in sizes]
     laws = np.array([contact.constants_per_mass(body) for body in made])
     modes = np.array([largest_unit_eigenvalue(body) for body in made])
-    foot, reach = np.array([body.centre_height for body in made]), np.array([body.base_reach for body in made])
+    foot, reach = np.array([body.centre_height for body in made]), np.array([body.min_edge_distance for body in made])
     base = made[0].base
     check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
@@ -272,13 +272,13 @@ def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
         points[index, :count] = body.points
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
-        foot, reach = body.centre_height, body.base_reach
+        foot, reach = body.centre_height, body.min_edge_distance
         # If the angle of fall depends on the direction, the body may lie on its new face on springs: allow for that.
         fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),
-            "ends": body.end_rise_share,
+            "ends": body.lowest_vertex_rise_share,
         }  # fmt: skip
         for name, value in values.items():
             table[index][name] = value

@@ -13,7 +13,7 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
-from overturning.model.geometry import WIDE_GROUND, PlacedElement, common_stretch, paired_pieces
+from overturning.model.geometry import WIDE_GROUND, PlacedElement, pieces_of_pairs, shared_segment_ends
 
 
 class SceneCaseColumns(NamedTuple):
@@ -201,7 +201,7 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     )
     pairs = []
     for index, (pair, (a, b)) in enumerate(
-        zip(prepared_scene.pairs, paired_pieces(placed, prepared_scene.pairs), strict=True)
+        zip(prepared_scene.pairs, pieces_of_pairs(placed, prepared_scene.pairs), strict=True)
     ):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
@@ -268,7 +268,7 @@ def keeps_nearest_faces(elements: list[PlacedElement]) -> bool:
 
 def _vertex_belongs_to_first(first: PlacedElement, second: PlacedElement, end_number: int) -> bool:
     """True if the contact vertex of an end belongs to the first element of a pair."""
-    point = common_stretch(first, second)[end_number].point
+    point = shared_segment_ends(first, second)[end_number].point
     return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in first.points) < 1e-9 * first.size)
 
 

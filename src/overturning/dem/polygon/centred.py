@@ -18,7 +18,7 @@ from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_terms, add_predicted_forces
-from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
+from overturning.dem.polygon.faces import CommonStretch, ContactEnd, shared_segment_ends
 from overturning.dem.polygon.landing import PairMotion, flat_landing_slip, landing_levers, lands_flat, working_slips
 from overturning.dem.polygon.mechanics import (
     AssumedContact,
@@ -158,7 +158,7 @@ def add_pair_to_equations(
         pair, first, second = rows.load_pair(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
         case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
         fine, half = is_fine_step(case), 0.5 * (case.step * case.attempt.length)
-        ends = common_stretch(pair, first.trial.pose, second.trial.pose)
+        ends = shared_segment_ends(pair, first.trial.pose, second.trial.pose)
         rows.store_ends(pair_rows, j, ends)
         both = PairMotion(relative_velocity(first.trial.end, second.trial.end), first.inertia, second.inertia)
         kind = (fine, lands_flat(law, old, ends, both))

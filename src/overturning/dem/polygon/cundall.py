@@ -11,7 +11,7 @@ from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
+from overturning.dem.polygon.faces import CommonStretch, ContactEnd, shared_segment_ends
 from overturning.dem.polygon.landing import PairMotion, flat_landing_slip, landing_levers, lands_flat, working_slips
 from overturning.dem.polygon.mechanics import (
     EndForce,
@@ -72,7 +72,7 @@ def compute_pair_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any
     for j in range(rows.COLUMNS):
         pair, first, second = rows.load_pair(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
         case, old = rows.load_case(case_rows, j), pair.history
-        ends = common_stretch(pair, first.pose, second.pose)
+        ends = shared_segment_ends(pair, first.pose, second.pose)
         u, own_a, own_b = relative_velocity(first.velocity, second.velocity), first.inertia, second.inertia
         held = lands_flat(pair.law, old, ends, PairMotion(u, own_a, own_b))
         end_1, end_2 = landing_levers(pair.law, ends, PairMotion(u, own_a, own_b), held)

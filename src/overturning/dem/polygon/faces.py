@@ -233,7 +233,7 @@ def contact_end(
 
 
 @njit(**INLINE)
-def common_stretch(pair: PairState, pose_a: Pose, pose_b: Pose) -> CommonStretch:
+def shared_segment_ends(pair: PairState, pose_a: Pose, pose_b: Pose) -> CommonStretch:
     """Compute the common stretch of the two nearest faces; neither end touches if the elements are out of reach."""
     return stretch_between_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 

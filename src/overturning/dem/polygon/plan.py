@@ -35,7 +35,7 @@ from overturning.dem.time_step import (
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
-from overturning.model.planes import Planes
+from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -55,7 +55,7 @@ class PolygonPlan(SimulationPlan):
     time_column: ClassVar[Any] = (..., TIME)
     ground_columns: ClassVar[Any] = ((..., GROUND),)
 
-    model: Planes
+    model: PlanarModel
     scheme: Scheme
     variants: list[PreparedScene]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): index of each case's variant
@@ -136,7 +136,7 @@ class PolygonPlan(SimulationPlan):
         return scene_path(self.variants[0], path_rows)
 
 
-def plan_scene_simulation(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
+def plan_scene_simulation(model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
     """Check the arguments and plan the cases of a scene; see `overturning.dem.run.run` for the errors."""
     scheme, scene = parse_scheme(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():

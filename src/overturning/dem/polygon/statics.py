@@ -9,7 +9,13 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.geometry import ElementPair, PlacedElement, SharedSegmentEnd, TouchingEnd, touching_ends
+from overturning.model.geometry import (
+    ElementPair,
+    PlacedElement,
+    SharedSegmentEnd,
+    TouchingSegmentEnd,
+    touching_segment_ends,
+)
 from overturning.model.scene import Scene
 
 MAX_FLUSH_LEAN: Final = np.radians(0.1)
@@ -32,7 +38,7 @@ class LoadedEnd(NamedTuple):
 class TouchingEndDerivatives(NamedTuple):
     """Touching end, with the derivatives of its approach and its slip by all displacements, shape (3 · free,)."""
 
-    touch: TouchingEnd
+    touch: TouchingSegmentEnd
     approach: FloatArray
     slip: FloatArray
 
@@ -57,12 +63,12 @@ def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
 def joints_at_rest(
     elements: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0
 ) -> list[TouchingEndDerivatives]:
-    """Return the touching ends of a scene at rest; for `max_lean` see `overturning.model.geometry.touching_ends`."""
-    return _joints_of_ends(elements, pairs, touching_ends(elements, pairs, max_lean))
+    """Return the touching ends of a scene at rest; see `overturning.model.geometry.touching_segment_ends`."""
+    return _joints_of_ends(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 
 def _joints_of_ends(
-    elements: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingEnd]
+    elements: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingSegmentEnd]
 ) -> list[TouchingEndDerivatives]:
     """Return the touching ends with the derivatives of their approach and slip by the displacements."""
     return [

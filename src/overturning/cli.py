@@ -9,8 +9,8 @@ from typer.core import TyperGroup
 from typing_extensions import override
 
 from overturning.commands import cube, records, study, surveys, workflow
-from overturning.commands.explore import explore
-from overturning.commands.one import one
+from overturning.commands.explore import write_explorer_page
+from overturning.commands.one import simulate_one_stone
 from overturning.errors import OverturningError
 from overturning.files import os_error_message
 
@@ -21,7 +21,7 @@ _STEPS = "Steps of the workflow (run by Snakemake)"
 """Heading of the list of commands that the workflow calls."""
 
 
-class _PanelGroup(TyperGroup):
+class _GroupWithHelpHeadings(TyperGroup):
     """Command group whose help lists commands with a `rich_help_panel` under that heading, also without rich."""
 
     @override
@@ -40,7 +40,7 @@ class _PanelGroup(TyperGroup):
 
 
 app = typer.Typer(
-    cls=_PanelGroup,
+    cls=_GroupWithHelpHeadings,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # plain help: importing rich would take half of the time
@@ -49,7 +49,7 @@ app = typer.Typer(
 )
 
 
-def _first_paragraph(command: Callable[..., None] | None) -> str:
+def _first_docstring_paragraph(command: Callable[..., None] | None) -> str:
     """Return the first paragraph of a command's docstring, which Typer would shorten in the list of commands."""
     return " ".join((command.__doc__ or "").partition("\n\n")[0].split())
 
@@ -59,24 +59,33 @@ def _add_command_group(group: typer.Typer, group_name: str) -> None:
     groups = [group, *(each.typer_instance for each in group.registered_groups if each.typer_instance)]
     for each in groups:
         for below in each.registered_commands:
-            below.short_help = _first_paragraph(below.callback)
+            below.short_help = _first_docstring_paragraph(below.callback)
     app.add_typer(group, name=group_name, short_help=group.info.help)
 
 
 # Subcommands import what they need inside their functions, so that this module is imported quickly.
-_CUBE_COMMANDS = (cube.findings, cube.figure, explore)
-_SURVEY_COMMANDS = (surveys.survey, surveys.backwards, surveys.stood)
-for _command in (study.init, one, *_CUBE_COMMANDS, *_SURVEY_COMMANDS, cube.recheck):
-    app.command(short_help=_first_paragraph(_command))(_command)
-for _command in workflow.STEPS:
-    app.command(short_help=_first_paragraph(_command), rich_help_panel=_STEPS)(_command)
+_COMMANDS: dict[str, Callable[..., None]] = {
+    "init": study.create_project,
+    "one": simulate_one_stone,
+    "findings": cube.print_findings,
+    "figure": cube.draw_figure,
+    "explore": write_explorer_page,
+    "survey": surveys.compare_survey_with_cube,
+    "backwards": surveys.infer_motion_from_survey,
+    "stood": surveys.compute_survival_probability,
+    "recheck": cube.recheck_cells,
+}
+for _name, _command in _COMMANDS.items():
+    app.command(_name, short_help=_first_docstring_paragraph(_command))(_command)
+for _name, _command in workflow.STEPS.items():
+    app.command(_name, short_help=_first_docstring_paragraph(_command), rich_help_panel=_STEPS)(_command)
 for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
     _add_command_group(_group, _name)
 
 
-def _print_version(requested: bool) -> None:
+def _print_version(version_requested: bool) -> None:
     """Print the version of the package and exit, if the option --version is given."""
-    if requested:
+    if version_requested:
         from importlib import metadata
 
         print(f"overturning {metadata.version('overturning')}")

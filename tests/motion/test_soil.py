@@ -11,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from overturning import Motion, run_study
-from overturning.commands.workflow import surface
+from overturning.commands.workflow import compute_surface_motions
 from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.processing import process_record
@@ -129,7 +129,7 @@ def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")
     write_motion(renamed, tmp_path / "rock" / "pulse.nc")
-    surface(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
+    compute_surface_motions(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
     found = read_motion(tmp_path / "soft" / "pulse.nc")
     alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from overturning.commands.workflow import read
+from overturning.commands.workflow import read_and_process_record
 from overturning.errors import ArgumentError, ConfigError
 from overturning.model.contact import ContactSettings
 from overturning.quantities import parse_quantity
@@ -311,7 +311,7 @@ def test_wrong_unit_or_no_number_is_refused(value: object) -> None:
 def test_a_step_for_a_record_that_the_study_lacks_is_named(tmp_path: Path) -> None:
     study = '{"name": "small", "records": {"use": ["rinaldi"]}}'
     with refused(ArgumentError, "--record gone: not in the study small; it has rinaldi"):
-        read(study, "gone", tmp_path / "gone.nc")
+        read_and_process_record(study, "gone", tmp_path / "gone.nc")
 
 
 @pytest.mark.parametrize(

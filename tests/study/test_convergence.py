@@ -257,7 +257,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     one_fall_less = dict.fromkeys(("fallen", "fallen_undivided", "fallen_agreed"), found.fallen - 1)
     one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
     assert again == found.model_copy(update=one_fall_less | one_of_each)
-    workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
+    workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
     assert read_convergence(tmp_path / "found.json").rigid == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].samples)
@@ -353,7 +353,7 @@ def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     settings = row_of_two(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
     cube = cube_of(settings, [short(7)], tmp_path)
     output = tmp_path / "convergence.json"
-    workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, output)
+    workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence(output)
     assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))

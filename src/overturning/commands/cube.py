@@ -12,7 +12,7 @@ Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
 app = typer.Typer(no_args_is_help=True, help="Write a cube in another form.")
 
 
-def figure(
+def draw_figure(
     kind: Annotated[str, typer.Argument(help=", ".join(KINDS))],
     cube: Cube,
     output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
@@ -64,7 +64,7 @@ def figure(
         print(f"warning: {warning}")
 
 
-def findings(
+def print_findings(
     cube: Annotated[Path, typer.Argument(help="cube of a study in its folder of results, or this folder")],
     json: Annotated[bool, typer.Option("--json", help="print JSON (docs/findings.schema.json)")] = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="file for the JSON (.json)")] = None,
@@ -92,7 +92,7 @@ def findings(
             print(line)
 
 
-def recheck(
+def recheck_cells(
     cube: Annotated[Path, typer.Argument(help="the cube (NetCDF)")],
     motions: Annotated[
         Path | None, typer.Option(help="folder of the motions (default: motion, next to the cube)")
@@ -119,8 +119,8 @@ def recheck(
         raise typer.Exit(1)
 
 
-@app.command()
-def export(
+@app.command("export")
+def write_case_table(
     cube: Cube,
     output: Annotated[Path, typer.Argument(help="table to write: .parquet (needs pyarrow) or .csv")],
 ) -> None:

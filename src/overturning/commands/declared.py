@@ -43,15 +43,15 @@ def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., N
     return run_with_options
 
 
-def _option_flag(name: str) -> str:
-    """Return the option of a declaration about files: its name without the unit."""
-    return f"--{name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
+def _option_flag(field_name: str) -> str:
+    """Return the command-line option of a field of `FileOptions`: its name without the unit."""
+    return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 
-def _file_property_option(name: str, flag: str = "") -> Any:
-    """Return the option of a declaration about files, with the help text of the record table."""
+def _file_property_option(field_name: str, flag: str = "") -> Any:
+    """Return the option for a field of `FileOptions`, with the help text of this column of the record table."""
     return typer.Option(
-        flag or _option_flag(name), help=FileProperties.model_fields[name].description, show_default=False
+        flag or _option_flag(field_name), help=FileProperties.model_fields[field_name].description, show_default=False
     )
 
 

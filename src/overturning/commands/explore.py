@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 
-def explore(
+def write_explorer_page(
     cube: Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")],
     output: Annotated[
         Path | None,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass_fields_as_options
-def one(
+def simulate_one_stone(
     motion_options: MotionOptions,
     body_options: BodyOptions,
     plane_options: PlaneOptions,
@@ -39,7 +39,7 @@ def one(
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file
 
-    _check_outputs(output_options, body_options)
+    _check_output_files(output_options, body_options)
     record = _read_processed_record(motion_options, file_options)
     motion = Motion.of(record if motion_options.vertical else replace(record, up=None))
     if body_options.body and plane_options != PlaneOptions():
@@ -60,8 +60,8 @@ def one(
     # The title must state that the motion differs from the recorded one.
     times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
-    title = f"{place}{times}{level}: {found.what}"
-    print(title, *found.lines, *_processing_time_notes(shift), *record.notes, sep="\n  ")
+    title = f"{place}{times}{level}: {found.stone_description}"
+    print(title, *found.outcome_lines, *_time_origin_notes(shift), *record.notes, sep="\n  ")
     if output_options.animate is not None:
         from overturning.figures.film_case import filmed_case
         from overturning.figures.film_movie import write_film_movie
@@ -71,13 +71,13 @@ def one(
 
         facts = filmed_case(
             found.model,
-            found.block,
+            found.block_parameters,
             place_text(record.station or record.record_id, record.event),
             direction=found.direction,
             amplitude=motion_options.amplitude,
             level=motion.up is None and record.up is not None,
         )
-        film = film_of_trajectories(found.paths, _motion_in_file_time(motion, shift), case_title(facts))
+        film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), case_title(facts))
         write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
         write(film, output_options.animate)
         print(f"film: {output_options.animate}")
@@ -88,14 +88,16 @@ def one(
 
         with style():
             figure = (
-                axis_figure(found.paths[0], motion, title) if body_options.body else response_figure(found.paths, title)
+                axis_figure(found.trajectories[0], motion, title)
+                if body_options.body
+                else response_figure(found.trajectories, title)
             )
             save(figure, output_options.response)
         print(f"figure: {output_options.response}")
 
 
-def _processing_time_notes(time_shift: float) -> list[str]:
-    """Return a note on the time origin of printed lines, films and figures, if the first sample was moved."""
+def _time_origin_notes(time_shift: float) -> list[str]:
+    """Return a note on the time origin of printed lines, films and figures; empty if the first sample was not moved."""
     if not time_shift:
         return []
     first = f"{-time_shift:g} s earlier, with zeros of the filter" if time_shift < 0 else f"{time_shift:g} s later"
@@ -110,7 +112,7 @@ def _trajectory_in_file_time(trajectory: "xr.Dataset", time_shift: float) -> "xr
 
 
 def _motion_in_file_time(motion: "Motion", time_shift: float) -> "Motion":
-    """Return the motion from the first sample of the record file on, without the zeros added by the filter."""
+    """Return the motion from the first sample of the record file on, without zeros that the filter added before."""
     import numpy as np
 
     from overturning.motion.motion import Motion
@@ -122,19 +124,19 @@ def _motion_in_file_time(motion: "Motion", time_shift: float) -> "Motion":
 
 @dataclass(frozen=True)
 class _SimulatedTrajectories:
-    """Simulated trajectories with a description of the stone and a line of text for each outcome."""
+    """Trajectories of a stone that `overturning one` simulated, with its description and a line of text for each."""
 
-    what: str
-    lines: "list[str]"
-    paths: "list[xr.Dataset]"
+    stone_description: str
+    outcome_lines: "list[str]"
+    trajectories: "list[xr.Dataset]"
     model: "Model"
-    block: dict[str, float]
+    block_parameters: dict[str, float]
 
     @property
     def direction(self) -> float | None:
         """Azimuth or orientation, degrees; None if there are several."""
         name = f"{self.model.direction}_deg"
-        return float(self.paths[0].attrs[name]) if len(self.paths) == 1 else None
+        return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
 def _simulate_planar(
@@ -225,7 +227,7 @@ def _simulate_body(
     )
 
 
-def _check_outputs(output_options: OutputOptions, body_options: BodyOptions) -> None:
+def _check_output_files(output_options: OutputOptions, body_options: BodyOptions) -> None:
     """Raise an error if an output file cannot be written, before the simulation."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path

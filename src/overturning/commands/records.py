@@ -20,9 +20,9 @@ Paths = Annotated[
 app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record files.")
 
 
-@app.command()
+@app.command("check")
 @dataclass_fields_as_options
-def check(paths: Paths, given: FileOptions) -> None:
+def check_record_files(paths: Paths, file_options: FileOptions) -> None:
     """Read files of any known format, and print their records or the reasons why they are refused.
 
     Folders are read recursively. The exit status is 1 if a file was refused.
@@ -31,7 +31,7 @@ def check(paths: Paths, given: FileOptions) -> None:
     from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
     from overturning.records.earthquakes import group_by_earthquake
 
-    findings = check_paths(paths, given.declarations())
+    findings = check_paths(paths, file_options.declarations())
     for finding in findings:
         typer.echo(format_record_check(finding))
     _print_notes(group_by_earthquake(f.record for f in findings if f.record is not None).notes)
@@ -62,11 +62,11 @@ def _print_record_notes(record: "Record") -> None:
         typer.echo(f"  {note}")
 
 
-@app.command()
+@app.command("plot")
 @dataclass_fields_as_options
-def plot(
+def plot_records(
     paths: Paths,
-    given: FileOptions,
+    file_options: FileOptions,
     output: Annotated[
         Path,
         typer.Option(
@@ -91,7 +91,7 @@ def plot(
     from overturning.records.processing import default_processing_steps, process_record
     from overturning.records.record import processing_entry_text
 
-    declared = given.declarations()
+    declared = file_options.declarations()
     try:
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
@@ -122,8 +122,8 @@ def plot(
         raise typer.Exit(1)
 
 
-@app.command()
-def add(
+@app.command("add")
+def add_record(
     paths: Annotated[
         list[Path], typer.Argument(help="files of one record; for one file, the other files of its record are found")
     ],
@@ -162,8 +162,8 @@ app.add_typer(fetch, name="fetch")
 Folder = Annotated[Path, typer.Option(help="folder for the files; existing files are not downloaded again")]
 
 
-@fetch.command()
-def url(
+@fetch.command("url")
+def fetch_file_from_url(
     address: Annotated[str, typer.Argument(help="http or https, without credentials")],
     sha256: Annotated[str, typer.Option(help="SHA-256 of the file")],
     folder: Folder = RESOURCES,
@@ -192,9 +192,9 @@ class TimeWindow:
     after: Annotated[float | None, typer.Option(help="time after the origin time of the event, s (default 270)")] = None
 
 
-@fetch.command()
+@fetch.command("fdsn")
 @dataclass_fields_as_options
-def fdsn(
+def fetch_records_from_fdsn(
     server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
     network: Annotated[str, typer.Option(help="network code")],
     station: Annotated[str, typer.Option(help="station code")],

@@ -17,7 +17,7 @@ PROJECT_FILES = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schem
 app = typer.Typer(no_args_is_help=True, help="Write or check a study file; write schema and key table.")
 
 
-def init(folder: Annotated[Path, typer.Argument(help="folder to create")]) -> None:
+def create_project(folder: Annotated[Path, typer.Argument(help="folder to create")]) -> None:
     """Create a folder with a study, the record table, scenes and the workflow."""
     import re
     import shlex
@@ -51,8 +51,8 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to create")]) -> No
     )
 
 
-@app.command()
-def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
+@app.command("check")
+def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import doubtful_settings
     from overturning.study.load import load_study
@@ -84,8 +84,8 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
         print(_search_time_note(searched, len(entries)))
 
 
-def _search_time_note(stone_kinds: "Sequence[StoneKind]", own_records: int) -> str:
-    """Return a note on the time of the search for the motion of the surveys, among library motions and own records."""
+def _search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
+    """Return a note on the time of the search for the motion of the surveys, for a number of records in the study."""
     from overturning.study.preflight import format_time
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import count_uncached_cases
@@ -93,15 +93,15 @@ def _search_time_note(stone_kinds: "Sequence[StoneKind]", own_records: int) -> s
     library = candidate_motions()
     _, seconds = count_uncached_cases(library, stone_kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
-    seconds *= 1 + own_records / len(library)
+    seconds *= 1 + record_count / len(library)
     return (
         f"search for the motion of the surveys: about {format_time(seconds)} of additional processor time, once for "
         "stones of these sizes; `backwards: false` in a survey skips it"
     )
 
 
-@app.command()
-def new(
+@app.command("new")
+def create_study_file(
     name: Annotated[
         str, typer.Option(prompt="Name of the study", help="name of the study, of its file and its result folder")
     ],
@@ -135,8 +135,8 @@ def new(
     print(f"{path}: edit it, then overturning study check {path}")
 
 
-@app.command()
-def document(
+@app.command("document")
+def write_schemas_and_key_table(
     folder: Annotated[Path, typer.Argument(help="folder for schema.json and README.md")] = Path("config"),
 ) -> None:
     """Write the schemas of studies and findings, and the key table in config/README.md, from their models."""

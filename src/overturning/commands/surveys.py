@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 
-def survey(
+def compare_survey_with_cube(
     stones: Annotated[Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, count, …")],
     cube: Annotated[Path, typer.Option(help="cube of a study that holds the site's record (NetCDF)")],
     record: Annotated[
@@ -55,7 +55,7 @@ def survey(
         print(f"figure: {figure}")
 
 
-def backwards(
+def infer_motion_from_survey(
     stones: Annotated[
         Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, b_over_h, height_m, round, …")
     ],
@@ -110,15 +110,16 @@ def backwards(
         )
     began = said = time.monotonic()
 
-    def progress(done: int, total: int) -> None:
+    def print_progress(done_count: int, total_count: int) -> None:
         nonlocal said
         now = time.monotonic()
-        if 0 < done < total and now - said > 2:
-            said, left = now, (now - began) * (total - done) / done
-            computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the percentage
+        if 0 < done_count < total_count and now - said > 2:
+            said, left = now, (now - began) * (total_count - done_count) / done_count
+            percentage = f"{100 * done_count // total_count}%"  # a run reads it
+            computed = f"{done_count} of {total_count} motions computed, {percentage}"
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
-    responses = StoneResponses(library, kinds, threads=threads, progress=progress)
+    responses = StoneResponses(library, kinds, threads=threads, progress=print_progress)
     result = SurveyInversion(responses, background, fixed).invert_survey(stones.name, rows)
     text = render_markdown(SurveyCommandResults(inferred_motions=[inferred_motion(result, rows)]), name="motions")
     print(*plain_lines(parse_markdown(text)), sep="\n")
@@ -129,7 +130,7 @@ def backwards(
         print(f"figure: {figure}")
 
 
-def stood(
+def compute_survival_probability(
     fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
     hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
     years: Annotated[float, typer.Option(min=1e-3, max=1e7, help="exposure time of the stones (their age), years")],

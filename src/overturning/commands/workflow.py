@@ -31,17 +31,17 @@ def _percent_progress() -> Callable[[int, int], None]:
     """Return a function that prints progress in per cent on standard error, at most once a second, for the log."""
     last, said = time.monotonic(), 0
 
-    def progress(done: int, total: int) -> None:
+    def print_progress(done_count: int, total_count: int) -> None:
         nonlocal last, said
-        now, share = time.monotonic(), 100 * done // total if total else 100
+        now, share = time.monotonic(), 100 * done_count // total_count if total_count else 100
         if share > said and now - last >= 1.0:
             last, said = now, share
             print(f"{share}%", file=sys.stderr, flush=True)
 
-    return progress
+    return print_progress
 
 
-def read(
+def read_and_process_record(
     study: Study,
     record: Annotated[str, typer.Option(help="id in the record table")],
     output: NetCDF,
@@ -72,7 +72,7 @@ def _load_study_and_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
     return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
 
 
-def surface(
+def compute_surface_motions(
     study: Study,
     motions: Motions,
     output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
@@ -92,7 +92,7 @@ def surface(
         )
 
 
-def describe(
+def add_record_labels(
     study: Study, motions: Motions, output: Annotated[Path, typer.Option(help="folder for the motions with labels")]
 ) -> None:
     """Add station, event and site from the record table to the motions of all records."""
@@ -108,14 +108,16 @@ def describe(
         write_motion(read.with_table_labels(read_motion(path), entry), output / path.name, unprocessed_record=labelled)
 
 
-def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
+def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -> None:
     """Compute the intensity measures of all records along each azimuth."""
     from overturning.study.intensity import write_intensity
 
     write_intensity(*_load_study_and_motions(study, motions), output)
 
 
-def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]) -> None:
+def draw_ensemble_members(
+    study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
+) -> None:
     """Draw the random members of the study's ensemble, once for all jobs."""
     from overturning.study.ensemble import draw_members
     from overturning.study.load import load_study_from_text
@@ -123,7 +125,7 @@ def members(study: Study, output: Annotated[Path, typer.Option(help="table of me
     draw_members(load_study_from_text(study).ensemble).write(output)
 
 
-def sweep(
+def simulate_cases_of_record(
     study: Study,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
     output: NetCDF,
@@ -146,7 +148,7 @@ def sweep(
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
-def gather(
+def merge_parts_into_cube(
     study: Study,
     motions: Motions,
     parts: Parts,
@@ -162,7 +164,7 @@ def gather(
     gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
 
 
-def fragility(
+def fit_fragility(
     study: Study,
     cube: Cube,
     intensity: Intensity,
@@ -193,7 +195,7 @@ def fragility(
         write_openquake(chosen, output / measure_file_name(measure), "gravestones")
 
 
-def check_convergence(
+def run_convergence_check(
     study: Study,
     motions: Motions,
     cube: Cube,
@@ -214,7 +216,7 @@ def check_convergence(
     write_result(found, output)
 
 
-def record_figures(
+def draw_figures_of_records(
     study: Study, parts: Parts, intensity: Intensity, motions: Motions, output: Figures, chunks: Chunks = 1
 ) -> None:
     """Draw the figures of some records of a study, from the parts of the sweep."""
@@ -234,7 +236,7 @@ def record_figures(
         draw_record_figures(cube, intensity, motions, output, write)
 
 
-def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
+def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
     """Draw the figures that combine all records of a study, and the map of its stations."""
     from functools import partial
 
@@ -245,7 +247,7 @@ def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> 
     draw_study_figures(cube, intensity, output, partial(write_figure, load_study_from_text(study).figures))
 
 
-def illustrative(
+def simulate_illustrative_cases(
     cube: Cube,
     motions: Motions,
     output: Figures,
@@ -259,7 +261,7 @@ def illustrative(
     draw_illustrative_cases(cube, motions, output, against)
 
 
-def report(
+def write_study_report(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     output: Annotated[Path, typer.Option(help="page to write (HTML)")],
     pdf: Annotated[Path | None, typer.Option(help="PDF file of the report")] = None,
@@ -273,7 +275,7 @@ def report(
     write_report(results, output, pdf, load_study_from_text(study) if study else None, language)
 
 
-def crate(
+def write_research_crate(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     made: Annotated[str, typer.Option(help="files and folders to describe, one per line, or a file with them")],
     study: Study,
@@ -286,8 +288,20 @@ def crate(
     write_crate(load_study_from_text(study), results, [Path(name) for name in names.splitlines()])
 
 
-STEPS = (
-    *(read, surface, describe, rotate, members, sweep, gather, check_convergence, fragility),
-    *(record_figures, figures, illustrative, report, crate),
-)
-"""All steps, in the order of a run."""
+STEPS: dict[str, Callable[..., None]] = {
+    "read": read_and_process_record,
+    "surface": compute_surface_motions,
+    "describe": add_record_labels,
+    "rotate": compute_intensity_measures,
+    "members": draw_ensemble_members,
+    "sweep": simulate_cases_of_record,
+    "gather": merge_parts_into_cube,
+    "check-convergence": run_convergence_check,
+    "fragility": fit_fragility,
+    "record-figures": draw_figures_of_records,
+    "figures": draw_figures_of_study,
+    "illustrative": simulate_illustrative_cases,
+    "report": write_study_report,
+    "crate": write_research_crate,
+}
+"""Functions of all steps by command name, in the order of a run."""

@@ -39,11 +39,11 @@ def create_dataset(
 
 
 class _DaskArrayType:
-    """Stand-in for xarray's table entry about dask, which does not import dask."""
+    """Replacement for the entry of dask in xarray's table of array types; it does not import dask."""
 
     @property
     def type(self) -> tuple[Any, ...]:
-        """Tuple with the class of dask arrays, empty if dask is not imported."""
+        """Tuple of the class of dask arrays; empty if dask was not imported."""
         dask: Any = sys.modules.get("dask.array")
         return (dask.Array,) if hasattr(dask, "Array") else ()
 

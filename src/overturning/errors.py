@@ -66,7 +66,7 @@ def suggest_keywords(*further_keywords: type | str) -> Callable[[Decorated], Dec
     """
 
     def decorate(target: Decorated) -> Decorated:
-        """Return the function or class with a check of its keywords."""
+        """Return a function or class that checks its keywords before it is called."""
         if isinstance(target, type):
             target.__init__ = decorate(target.__init__)  # type: ignore[misc]
             return target
@@ -96,14 +96,14 @@ class RefusalReasons:
 
     @contextmanager
     def collect(self) -> Iterator[None]:
-        """Store the reasons of a RecordError raised in the block, and continue after it."""
+        """Context manager that stores the reasons of a RecordError raised in its block and suppresses the error."""
         try:
             yield
         except RecordError as problem:
             self._found += str(problem).split(REASON_SEPARATOR)
 
     def raise_all(self) -> None:
-        """Raise a RecordError with a line for each reason; do nothing if there is no reason."""
+        """Raise a RecordError with a line for each stored reason; do nothing if there is none."""
         if self._found:
             raise RecordError(REASON_SEPARATOR.join(dict.fromkeys(self._found)))
 

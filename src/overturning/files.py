@@ -139,7 +139,7 @@ def find_project_file(path: Path) -> Path:
 
 
 def project_folders() -> list[Path]:
-    """Return the folders that may contain the project files: inside the package (wheel), around it (checkout)."""
+    """Return the folders that may contain the project files: inside the package (wheel) and around it (checkout)."""
     package = Path(__file__).resolve().parent
     return [package / "project", package.parents[1]]
 
@@ -151,9 +151,9 @@ _LITTLE = 1_000_000  # bytes; a disk with less free space counts as full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
-def without_absolute_folder(name: str) -> str:
-    """Return a path for storage in results: an absolute path is cut to its last part."""
-    path = Path(name)
+def path_without_absolute_folder(path_text: str) -> str:
+    """Return a path as it is stored in results: of an absolute path only the last part, the file name."""
+    path = Path(path_text)
     return path.name if path.is_absolute() else path.as_posix()
 
 
@@ -166,7 +166,7 @@ def _strict_yaml_loader() -> Any:
         """Loader that requires unique keys and decimal numbers."""
 
     def construct_mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
-        """Yield the mapping of a YAML node; an error for a duplicate key."""
+        """Yield the mapping of a YAML node; raise an error if a key is repeated."""
         seen = set()
         for key, _ in node.value:
             if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
@@ -175,7 +175,7 @@ def _strict_yaml_loader() -> Any:
         return loader.construct_yaml_map(node)
 
     def construct_number(loader: Any, node: Any) -> float:
-        """Return the number of a YAML node; an error unless it is a plain decimal number."""
+        """Return the number of a YAML node; raise an error unless it is a plain decimal number."""
         octal = re.match(r"[-+]?0[0-9_]+$", node.value)
         found: float = loader.construct_yaml_int(node) if "." not in node.value else loader.construct_yaml_float(node)
         if octal or ":" in node.value:

@@ -33,7 +33,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
 
 
 def variant_label(cube: "xr.Dataset") -> list[str]:
-    """Return a list with the label of the variant of a cube; empty for a nominal cube.
+    """Return the label of the variant of a cube, as a list of one text.
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
@@ -45,7 +45,7 @@ def variant_label(cube: "xr.Dataset") -> list[str]:
 
 
 def element_size_note(cube: "xr.Dataset") -> str:
-    """Return a note on the element whose height H and B/H a cube states; "" if it is the element of the cube."""
+    """Return a note that names the stone to which H and B/H of a cube belong; "" if its outcomes are of this stone."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).reference_name
     if element_of_cube(cube) != reference:

@@ -1,4 +1,4 @@
-"""Single figures of the report.
+"""Functions that draw single figures of the report.
 
 Each function returns a Matplotlib figure, which a notebook displays and ``figure.savefig`` writes. A cube comes from
 `overturning.open_cube` or `overturning.run_study`, or is a part of such a cube; `record` is the id of one of its
@@ -44,11 +44,11 @@ def _with_project_style(draw: DrawFunction) -> DrawFunction:
 
     @suggest_keywords()
     @wraps(draw)
-    def draw_with_project_style(*given: Any, **more: Any) -> Any:
+    def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
         from overturning.figures.style import style
 
         with style():
-            return draw(*given, **more)
+            return draw(*arguments, **keywords)
 
     return cast(DrawFunction, draw_with_project_style)
 
@@ -103,7 +103,7 @@ def _draw_fall_map(
 
 
 def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the peak ground velocity by azimuth of the record of a cube, m/s; None if its study has no such file."""
+    """Return the peak ground velocity by azimuth of the record of a cube, m/s; None if it was not computed."""
     try:
         return _intensity_measures(cube)["pgv"].isel(record=0)
     except MissingDataError:
@@ -139,11 +139,13 @@ def rose(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.rose import rose_figure
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 
-    def draw(whole: "xr.Dataset") -> "Figure":
-        check_falls(whole, "rose")
-        return rose_figure(whole, {name: summarise_axes(found) for name, found in axes_by_group(whole).items()})
+    def draw_rose(sorted_cube: "xr.Dataset") -> "Figure":
+        check_falls(sorted_cube, "rose")
+        return rose_figure(
+            sorted_cube, {name: summarise_axes(found) for name, found in axes_by_group(sorted_cube).items()}
+        )
 
-    return _figure_of_all_records(cube, draw)
+    return _figure_of_all_records(cube, draw_rose)
 
 
 @_register_cube_figure
@@ -152,11 +154,11 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_falls
     from overturning.figures.rose import earthquake_roses_figure
 
-    def draw(whole: "xr.Dataset") -> "Figure":
-        check_falls(whole, "earthquakes")
-        return earthquake_roses_figure(whole)
+    def draw_earthquake_roses(sorted_cube: "xr.Dataset") -> "Figure":
+        check_falls(sorted_cube, "earthquakes")
+        return earthquake_roses_figure(sorted_cube)
 
-    return _figure_of_all_records(cube, draw)
+    return _figure_of_all_records(cube, draw_earthquake_roses)
 
 
 @_register_cube_figure
@@ -166,13 +168,13 @@ def axes(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_axes
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 
-    def draw(whole: "xr.Dataset") -> "Figure":
-        groups = axes_by_group(whole)
+    def draw_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
+        groups = axes_by_group(sorted_cube)
         summaries = {name: summarise_axes(found) for name, found in groups.items()}
-        check_axes(whole, groups)
+        check_axes(sorted_cube, groups)
         return earthquake_alignment_figure(groups, summaries)
 
-    return _figure_of_all_records(cube, draw)
+    return _figure_of_all_records(cube, draw_alignment_by_earthquake)
 
 
 @_register_cube_figure
@@ -184,12 +186,12 @@ def follow(cube: "xr.Dataset") -> "Figure":
 
     _check_has_direction(cube, "orientation", "follow")
 
-    def draw(whole: "xr.Dataset") -> "Figure":
-        found = alignment_with_references(whole, _intensity_measures(whole))
-        check_alignments(whole, found)
-        return alignment_by_b_over_h_figure(found, whole["b_over_h"].to_numpy())
+    def draw_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
+        found = alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
+        check_alignments(sorted_cube, found)
+        return alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
-    return _figure_of_all_records(cube, draw)
+    return _figure_of_all_records(cube, draw_alignment_by_b_over_h)
 
 
 @_register_cube_figure
@@ -200,16 +202,16 @@ def plane(cube: "xr.Dataset") -> "Figure":
     from overturning.labels import element_size_note
     from overturning.statistics.logistic import fit_overturning
 
-    def draw(whole: "xr.Dataset") -> "Figure":
-        if other := element_size_note(whole):
+    def draw_intensity_plane(sorted_cube: "xr.Dataset") -> "Figure":
+        if other := element_size_note(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
-        measures = _intensity_measures(whole)
-        check_plane(whole, measures)
-        fit = fit_overturning(whole, measures)
-        return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
+        measures = _intensity_measures(sorted_cube)
+        check_plane(sorted_cube, measures)
+        fit = fit_overturning(sorted_cube, measures)
+        return intensity_plane_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_has_direction(cube, "azimuth", "plane")
-    return _figure_of_all_records(cube, draw)
+    return _figure_of_all_records(cube, draw_intensity_plane)
 
 
 @_register_cube_figure
@@ -232,7 +234,7 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.records.store import read_motion
 
     one = _select_record(cube, record)
-    motion = _check_moving(Motion.of(read_motion(_motion_path(one))), "hodograph")
+    motion = _check_motion_not_zero(Motion.of(read_motion(_motion_file_path(one))), "hodograph")
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
@@ -247,14 +249,14 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
     from overturning.records.store import read_motion, read_unprocessed
 
     if isinstance(motion, xr.Dataset):
-        path = _motion_path(_select_record(motion, record))
+        path = _motion_file_path(_select_record(motion, record))
         used = read_motion(path)
-        return history_figure(read_unprocessed(path) or used, _check_moving(used, "history"))
+        return history_figure(read_unprocessed(path) or used, _check_motion_not_zero(used, "history"))
     if record is not None:
         raise ArgumentError(
             f"record: {record!r}; it chooses a record of a cube, not of a motion or record: leave it out"
         )
-    one = _check_moving(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
+    one = _check_motion_not_zero(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
     return history_figure(one, one)
 
 
@@ -265,7 +267,9 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
     from overturning.motion.direction import checked_azimuths
     from overturning.motion.motion import as_motion
 
-    return spectra_figure(_check_moving(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title)
+    return spectra_figure(
+        _check_motion_not_zero(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title
+    )
 
 
 @_with_project_style
@@ -281,32 +285,35 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
     return response_figure(several, title)
 
 
-def _figure_of_all_records(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
-    """Draw a figure of all records of a cube of one element and factor; its title names variant, factor and scene."""
+def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
+    """Draw a figure of all records of a cube; its title names variant, amplitude factor and scene."""
     from overturning.figures.style import caption
-    from overturning.study.cube import sorted_for_figures
+    from overturning.study.cube import sort_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: it has no dimension record; keep the dimension: cube.sel(record=['rinaldi'])")
-    whole = sorted_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
-    figure = draw(whole)
-    caption(figure, f"{_record_title(whole, ())}{_scene_and_element_line(whole)}\n{figure.get_suptitle()}".strip())
+    sorted_cube = sort_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
+    figure = draw_figure(sorted_cube)
+    caption(
+        figure,
+        f"{_record_title(sorted_cube, ())}{_scene_and_element_line(sorted_cube)}\n{figure.get_suptitle()}".strip(),
+    )
     return figure
 
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the part of a cube under one record, sorted for figures and in memory."""
-    from overturning.study.cube import record_number, sorted_for_figures
+    from overturning.study.cube import record_number, sort_for_figures
 
     number = record_number(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return sorted_for_figures(one).drop_vars("record", errors="ignore").load()
+    return sort_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
-def _check_moving(motion: AnyMotion, figure_kind: str) -> AnyMotion:
-    """Return a motion or record; raise an ArgumentError if the ground does not move: the figure would be empty."""
+def _check_motion_not_zero(motion: AnyMotion, figure_kind: str) -> AnyMotion:
+    """Return a motion or record unchanged; raise an ArgumentError if the ground does not move."""
     from overturning.figures.content import check_motion
 
     check_motion(max(float(abs(one).max()) for one in (motion.north, motion.east)), figure_kind)
@@ -314,7 +321,7 @@ def _check_moving(motion: AnyMotion, figure_kind: str) -> AnyMotion:
 
 
 def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("station", "event")) -> str:
-    """Return a title from some coordinates of the record, and from variant and factor if they are not nominal."""
+    """Return a title with coordinates of the record, and with variant and amplitude factor if they are not nominal."""
     from overturning.labels import variant_label
 
     times = [f"motion × {_amplitude_factor(cube):g}"] if _amplitude_factor(cube) != 1.0 else []
@@ -324,7 +331,7 @@ def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("statio
 
 
 def _amplitude_factor(cube: "xr.Dataset") -> float:
-    """Return the amplitude factor on the motions of a cube with one amplitude."""
+    """Return the factor by which the motions of a cube with one amplitude were multiplied; 1 if not stated."""
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
@@ -343,8 +350,8 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
     return path
 
 
-def _motion_path(cube: "xr.Dataset") -> Path:
-    """Return the path of the motion under which a cube of one record was computed."""
+def _motion_file_path(cube: "xr.Dataset") -> Path:
+    """Return the path of the file with the motion for which a cube of one record was computed."""
     return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{cube['record_id'].item()}.nc")
 
 
@@ -379,7 +386,7 @@ def _intensity_measures(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def _plot_motion(self: Accelerogram) -> "Figure":
-    """Draw acceleration, velocity, displacement and Fourier amplitudes; see `history`."""
+    """Draw acceleration, velocity, displacement and Fourier amplitudes of the motion; see `history`."""
     figure: Figure = history(self)
     return figure
 

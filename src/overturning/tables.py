@@ -106,19 +106,19 @@ def _numbered_lines(
     return lines
 
 
-def _other_delimiter(header: str, delimiter: str) -> str:
-    """Return the separator found in a table header that lacks the expected one; empty if there is none."""
-    return next((one for one in _NAMES if one != delimiter and one in header.strip()), "")
+def _other_delimiter(header_line: str, expected_delimiter: str) -> str:
+    """Return the separator found in the header line of a table that lacks the expected one; "" if there is none."""
+    return next((one for one in _NAMES if one != expected_delimiter and one in header_line.strip()), "")
 
 
 def _column_fault(
-    columns: Sequence[str],
+    column_names: Sequence[str],
     row_model: type[BaseModel],
     required_alternatives: Sequence[str],
     unknown_column_message: Callable[[str], str] | None,
 ) -> str:
     """Return a message for the first unknown or missing column of a table header; empty if there is none."""
-    for column in columns:
+    for column in column_names:
         if column not in row_model.model_fields:
             why = (
                 unknown_column_message(column)
@@ -127,17 +127,17 @@ def _column_fault(
             )
             if why:
                 return f"column {column!r} is not known; {why}"
-    known = [column for column in columns if column in row_model.model_fields]
+    known = [column for column in column_names if column in row_model.model_fields]
     if len(set(known)) < len(known):
-        return f"a column is named twice; name each column once: {', '.join(columns)}"
-    if required_alternatives and not set(required_alternatives) & set(columns):
+        return f"a column is named twice; name each column once: {', '.join(column_names)}"
+    if required_alternatives and not set(required_alternatives) & set(column_names):
         return f"no column {' or '.join(required_alternatives)}; name one of them in the header"
     return ""
 
 
-def _cell_fault(problem: ValidationError, row_model: type[BaseModel], values: dict[str, str]) -> str:
+def _cell_fault(validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]) -> str:
     """Return a message for the first wrong cell of a table row: column, value and the expected value."""
-    first = problem.errors()[0]
+    first = validation_error.errors()[0]
     message = format_validation_error(first)
     if not first["loc"]:
         return message
@@ -149,4 +149,4 @@ def _cell_fault(problem: ValidationError, row_model: type[BaseModel], values: di
     )
     if low is not None and high is not None and first["type"] != "value_error":
         message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
-    return f"column {column} {values.get(column, '')!r}: {message}"
+    return f"column {column} {cells.get(column, '')!r}: {message}"

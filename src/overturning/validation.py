@@ -55,7 +55,7 @@ def _allowed_values_text(error_details: Details, given_value: Any) -> str:
     return f"it should be {error_details['expected']}{'' if near == ' ' else f'; {near}'}"
 
 
-def _unknown_tag_text(error_details: Details) -> str:
+def _unknown_union_tag_text(error_details: Details) -> str:
     """Return a message for an unknown form of a setting, with the closest known form."""
     known = re.findall(r"'([^']*)'", error_details["expected_tags"])
     hint = closest_name_hint(error_details["tag"], known)
@@ -76,7 +76,7 @@ _OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
     ),
     "string_too_long": lambda details, _: f"at most {_character_count_text(details, 'max')} allowed",
     "literal_error": _allowed_values_text,
-    "union_tag_invalid": lambda details, _: _unknown_tag_text(details),
+    "union_tag_invalid": lambda details, _: _unknown_union_tag_text(details),
     "union_tag_not_found": lambda details, _: (
         f"the key {details['discriminator']} is needed: it decides which other keys there are"
     ),
@@ -181,12 +181,12 @@ def raise_argument_errors(model: type[Model]) -> type[Model]:
     construct = model.__init__
 
     @wraps(construct)
-    def init(self: Model, *given: Any, **named: Any) -> None:
+    def init(self: Model, *arguments: Any, **keywords: Any) -> None:
         known = type(self).model_fields
-        for name in named.keys() - known.keys():
+        for name in keywords.keys() - known.keys():
             raise ArgumentError(f"{name}: no keyword of {type(self).__qualname__}; {closest_name_hint(name, known)}")
         try:
-            construct(self, **dict(zip(known, given, strict=False)), **named)
+            construct(self, **dict(zip(known, arguments, strict=False)), **keywords)
         except ValidationError as error:
             raise ArgumentError(REASON_SEPARATOR.join(describe_faults(error, type(self)))) from None
 
@@ -236,14 +236,18 @@ def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str,
     return "", []
 
 
-def _is_key(part: str) -> bool:
+def _is_key(location_part: str) -> bool:
     """True if a part of an error location is a key of the file, not a name that pydantic adds."""
     members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
-    return part.replace("_", "").replace("-", "").isalnum() and part not in members and part[:12] != "constrained-"
+    return (
+        location_part.replace("_", "").replace("-", "").isalnum()
+        and location_part not in members
+        and location_part[:12] != "constrained-"
+    )
 
 
-def _mapping_form_hint(steps: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
-    """Return a message with the correct form of a mapping, if a single value was given instead."""
+def _mapping_form_hint(key_path: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
+    """Return a message with the correct form of a mapping, for a single value given instead of the mapping."""
     if len(union_models) > 1:
         key, known = _union_tag_and_values(union_models)
         if isinstance(given_value, str) and given_value in known:
@@ -257,7 +261,7 @@ def _mapping_form_hint(steps: Steps, union_models: Sequence[type[BaseModel]], gi
         if fits
         else (short_value(given_value).strip('"') if isinstance(given_value, str) and given_value else "…")
     )
-    name = f"{steps[-1]}: " if steps and isinstance(steps[-1], str) else ""
+    name = f"{key_path[-1]}: " if key_path and isinstance(key_path[-1], str) else ""
     return f"it has keys of its own; write {name}{{{first}: {value}}}; known: {', '.join(fields)}"
 
 
@@ -284,13 +288,21 @@ def _plain_types(annotation: Any) -> set[Any]:
 def short_value(value: object) -> str:
     """Return the text of a value for messages, shortened to 60 characters and three levels of nested lists."""
 
-    def shorten_nested(part: object, level: int) -> object:
-        """Return a nested value with long texts, long lists and deep levels shortened."""
-        if isinstance(part, list | tuple):
-            return [shorten_nested(one, level - 1) for one in part[:20]] if level else "…"
-        if isinstance(part, dict):
-            return {str(key): shorten_nested(one, level - 1) for key, one in part.items()} if level else "…"
-        return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
+    def shorten_nested(nested_value: object, levels_left: int) -> object:
+        """Return a nested value in which long texts, long lists and deep levels are shortened."""
+        if isinstance(nested_value, list | tuple):
+            return [shorten_nested(one, levels_left - 1) for one in nested_value[:20]] if levels_left else "…"
+        if isinstance(nested_value, dict):
+            return (
+                {str(key): shorten_nested(one, levels_left - 1) for key, one in nested_value.items()}
+                if levels_left
+                else "…"
+            )
+        return (
+            nested_value
+            if nested_value is None or isinstance(nested_value, bool | int | float)
+            else str(nested_value)[:60]
+        )
 
     return _shorten_text(json.dumps(shorten_nested(value, 3), ensure_ascii=False))
 

@@ -16,7 +16,7 @@ from overturning.records.catalogue import read_catalogue
 from overturning.records.declarations import Declarations
 from overturning.records.read import read_without_processing
 from overturning.study.load import load_study
-from overturning.study.preflight import check_files, check_size
+from overturning.study.preflight import check_record_files, check_size
 from overturning.surveys.stones import read_survey
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
 from tests.records.malformed_corpus import COUNTS, WHOLE
@@ -76,7 +76,7 @@ def whole_study(path: Path) -> None:
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
     check_size(study, "mine.yaml")
-    check_files(study, "mine.yaml")
+    check_record_files(study, "mine.yaml")
 
 
 BOMBS_OF_STUDIES = ("name: {DEEP}", "{whole}\nfriction: *a", "{BOMB}{whole_j}")

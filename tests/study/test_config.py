@@ -7,7 +7,7 @@ from overturning.commands.workflow import read_and_process_record
 from overturning.errors import ArgumentError, ConfigError
 from overturning.model.contact import ContactSettings
 from overturning.quantities import parse_quantity
-from overturning.study.document import CATALOGUE, catalogue_schema_text, insert_tables, schema_text
+from overturning.study.document import CATALOGUE, catalogue_schema_text, insert_tables, study_schema_text
 from overturning.study.load import check_study, load_study, load_study_from_text, record_table_rows
 from overturning.study.scenes import variant_contact
 from overturning.study.values import AzimuthRange, Range
@@ -19,17 +19,24 @@ SPACE = {"body": {"aspect": [1, 2]}, "orientation": {"step": 45}, "b_over_h": [0
 
 
 def test_range_includes_its_stop_without_rounding_dust() -> None:
-    assert Range(start=0.1, stop=0.6, step=0.05).values() == tuple(n / 20 for n in range(2, 13))
+    assert Range(start=0.1, stop=0.6, step=0.05).expand_values() == tuple(n / 20 for n in range(2, 13))
 
 
 def test_azimuths_exclude_360_and_include_additional_ones() -> None:
-    assert AzimuthRange(step=90).values() == (0.0, 90.0, 180.0, 270.0)
-    assert AzimuthRange(step=90, also=(330.0, 360.0, -45.0)).values() == (0.0, 90.0, 180.0, 270.0, 315.0, 330.0)
+    assert AzimuthRange(step=90).expand_azimuths() == (0.0, 90.0, 180.0, 270.0)
+    assert AzimuthRange(step=90, also=(330.0, 360.0, -45.0)).expand_azimuths() == (
+        0.0,
+        90.0,
+        180.0,
+        270.0,
+        315.0,
+        330.0,
+    )
 
 
 def test_default_study_has_the_cases_that_the_readme_states() -> None:
     study = load_study(CONFIG / "near-fault.yaml")
-    assert len(study.records.use) * study.cases == 133_056
+    assert len(study.records.use) * study.cases_per_record == 133_056
 
 
 @pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
@@ -39,7 +46,9 @@ def test_shipped_studies_name_records_of_the_table(name: str) -> None:
 
 
 def test_schema_and_key_table_are_those_of_the_model() -> None:
-    assert (CONFIG / "schema.json").read_text(encoding="utf-8") == schema_text(), "run: overturning study document"
+    assert (CONFIG / "schema.json").read_text(encoding="utf-8") == study_schema_text(), (
+        "run: overturning study document"
+    )
     assert (CONFIG.parent / CATALOGUE).read_text(encoding="utf-8") == catalogue_schema_text()
     readme = (CONFIG / "README.md").read_text(encoding="utf-8")
     assert readme == insert_tables(readme), "run: overturning study document"

@@ -31,7 +31,7 @@ from overturning.study.convergence_check import check_convergence, rerun_functio
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
 from overturning.study.load import check_study
-from overturning.study.sample import CellSample, choose_random_cells, read_rigid, read_sample
+from overturning.study.sample import CellSample, choose_random_cells, read_rigid_sample, read_sample
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
@@ -239,7 +239,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     settings = study(**data, verification={"at_least": 2})
     records = [short(7, "a"), short(8, "b")]
     cube = cube_of(settings, records, tmp_path)
-    rigid, sample = read_rigid(cube, settings), read_sample(cube, settings.verification)
+    rigid, sample = read_rigid_sample(cube, settings), read_sample(cube, settings.verification)
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.computed == len(rigid.record) == 2 * 3 * (2 + 3)
@@ -285,11 +285,11 @@ def row_of_two(**keys: object) -> Study:
 def test_sliding_blocks_and_other_shapes_have_no_rigid_reference() -> None:
     """No cube is read if there is no such cell."""
     nowhere = Path("nowhere.nc")
-    assert read_rigid(nowhere, study(friction=[0.33, 0.99])) is None
-    assert read_rigid(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
-    assert read_rigid(nowhere, row_of_two(friction=[1.0])) is None
+    assert read_rigid_sample(nowhere, study(friction=[0.33, 0.99])) is None
+    assert read_rigid_sample(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
+    assert read_rigid_sample(nowhere, row_of_two(friction=[1.0])) is None
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
-    assert read_rigid(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
+    assert read_rigid_sample(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
 def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> None:

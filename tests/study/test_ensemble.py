@@ -28,9 +28,9 @@ from overturning.study.ensemble import (
     BATCH,
     CellEnsemble,
     EnsembleMembers,
-    cells_to_run,
     draw_members,
     probabilities_converged,
+    select_ensemble_cells,
     wilson_interval,
 )
 from overturning.study.load import check_study
@@ -62,7 +62,9 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return CellEnsemble(PlanarModel(), members, everywhere, **more).run(motion, GRID, nominal, members_of, progress)[0]
+    return CellEnsemble(PlanarModel(), members, everywhere, **more).run_cells(
+        motion, GRID, nominal, members_of, progress
+    )[0]
 
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
@@ -82,9 +84,9 @@ def test_members_fill_their_neighbourhood_and_no_more() -> None:
 
 def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        draw_members(Ensemble(seed=seed)).write(tmp_path / name)
+        draw_members(Ensemble(seed=seed)).write_csv(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
-    members, again = draw_members(Ensemble()), EnsembleMembers.read(tmp_path / "a")
+    members, again = draw_members(Ensemble()), EnsembleMembers.read_csv(tmp_path / "a")
     for name in ("scramble", "amplitude", "azimuth_deg", "initial_tilt"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
@@ -97,28 +99,28 @@ def test_a_wrong_table(tmp_path: Path) -> None:
     ):
         (tmp_path / "members.csv").write_text(text)
         with pytest.raises(ResultError, match=r"members\.csv"):
-            EnsembleMembers.read(tmp_path / "members.csv")
+            EnsembleMembers.read_csv(tmp_path / "members.csv")
 
 
 def test_cells_near_a_change() -> None:
     flags = np.array([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], np.int8)[None, None, :, None]
-    assert cells_to_run(flags, run_all=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
-    assert cells_to_run(flags, run_all=True).all()
-    assert not cells_to_run(np.zeros_like(flags), run_all=False).any()
+    assert select_ensemble_cells(flags, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
+    assert select_ensemble_cells(flags, run_all_cells=True).all()
+    assert not select_ensemble_cells(np.zeros_like(flags), run_all_cells=False).any()
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
-    assert cells_to_run(side, run_all=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
-    assert cells_to_run(np.zeros((3, 1, 1, 2), np.int8), run_all=False).all()
+    assert select_ensemble_cells(side, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
+    assert select_ensemble_cells(np.zeros((3, 1, 1, 2), np.int8), run_all_cells=False).all()
 
 
 def test_cells_near_a_change_of_fall_azimuth() -> None:
     """All fall, from one B/H to the next across north by 20°, and once by 150°; in planes a flag has the side."""
     flags = np.ones((1, 1, 8, 1), np.int8)
     azimuth = np.array([350.0, 10.0, 12.0, 14.0, 164.0, 166.0, 168.0, 170.0]).reshape(flags.shape)
-    assert not cells_to_run(flags, run_all=False).any()
-    chosen = cells_to_run(flags, run_all=False, fall_azimuth_deg=azimuth)
+    assert not select_ensemble_cells(flags, run_all_cells=False).any()
+    chosen = select_ensemble_cells(flags, run_all_cells=False, fall_azimuth_deg=azimuth)
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5]
     stands = np.array([1, 1, 1, 1, 1, 1, 1, 0], np.int8).reshape(flags.shape)
-    chosen = cells_to_run(stands, run_all=False, fall_azimuth_deg=np.where(stands == 1, azimuth, np.nan))
+    chosen = select_ensemble_cells(stands, run_all_cells=False, fall_azimuth_deg=np.where(stands == 1, azimuth, np.nan))
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
 
 
@@ -141,7 +143,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
             overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
         )
 
-    found = CellEnsemble(Body(), members, everywhere=False).run(
+    found = CellEnsemble(Body(), members, everywhere=False).run_cells(
         motion, grid, nominal | {"fall_azimuth": azimuth}, falls
     )
     run = (found[0]["members"] > 0).ravel()
@@ -216,7 +218,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = CellEnsemble(PlanarModel(), members).run(motion, grid, nothing, all_stand)[0]
+    found = CellEnsemble(PlanarModel(), members).run_cells(motion, grid, nothing, all_stand)[0]
     held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
@@ -279,7 +281,7 @@ def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.n
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
         few = CellEnsemble(PlanarModel(), members, widest=0.19)
-        alone = few.run(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
+        alone = few.run_cells(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
 
@@ -350,7 +352,7 @@ def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
 def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
     members = draw_members(Ensemble(members=4))
     found = run(motion, nominal, members, everywhere=False)
-    chosen = cells_to_run(nominal["overturned"], run_all=False)
+    chosen = select_ensemble_cells(nominal["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
     assert np.array_equal(found["members"] > 0, chosen)

@@ -17,12 +17,12 @@ from overturning.records.catalogue import RecordEntry
 from overturning.statistics.by_record import record_groups
 from overturning.study.load import check_study, load_study
 from overturning.study.preflight import (
-    check_files,
+    can_compute_alignment,
     check_packages,
+    check_record_files,
     check_records,
     check_size,
     estimate_size,
-    has_alignment,
 )
 from tests.expect import said
 from tests.records.world_writers import unam_text
@@ -44,12 +44,12 @@ def mine(record: str, **more: Any) -> Any:
 
 def told(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
-    return check_records(study, check_files(study, "mine.yaml")[0])
+    return check_records(study, check_record_files(study, "mine.yaml")[0])
 
 
 def test_all_missing_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(MissingDataError) as found:
-        check_files(study_of(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
+        check_record_files(study_of(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
     lines = str(found.value).splitlines()
     assert lines[0].startswith("record r0: r0.V2A is not in ")
     assert len(lines) == 7
@@ -59,14 +59,14 @@ def test_all_missing_files_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("source", ["../secret.V2A", "/etc/passwd"])
 def test_a_path_out_of_the_folder(tmp_path: Path, source: str) -> None:
     with pytest.raises(ConfigError, match=rf"record one: source '{source}' lies outside"):
-        check_files(study_of(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
+        check_record_files(study_of(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
 
 
 def test_unreadable_files_are_named(tmp_path: Path) -> None:
     for name in ("one.csv", "two.csv"):
         (tmp_path / name).write_text("time,north,east\n0,1,2\n", encoding="utf-8")
     study = study_of(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
-    entries, files = check_files(study, "mine.yaml")
+    entries, files = check_record_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
         check_records(study, entries)
@@ -165,7 +165,7 @@ def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault
 ) -> None:
     """It is of records with a pulse where there is a control: `record_groups` of the same records, first group."""
     entries = [RecordEntry(id="a", source="a.V2A", fault_strike_deg=strike, pulse=pulse) for strike, pulse in records]
-    assert has_alignment(entries) is answer
+    assert can_compute_alignment(entries) is answer
     pulses = np.array([np.nan if pulse is None else float(pulse) for _, pulse in records])
     first = next(iter(record_groups(xr.Dataset(coords={"pulse": ("record", pulses)})).values()))
     assert answer == any(strike is not None for (strike, _), one in zip(records, first, strict=True) if one)
@@ -227,4 +227,4 @@ def test_a_table_with_commas(tmp_path: Path) -> None:
     study = study_of(tmp_path, "one\tauto\tone.csv")
     (tmp_path / "records.tsv").write_text("id,format\none,auto\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"line 1: columns are separated by commas; use tabs"):
-        check_files(study, "mine.yaml")
+        check_record_files(study, "mine.yaml")

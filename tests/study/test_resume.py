@@ -49,12 +49,12 @@ def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
 def test_members_are_checked_too(tmp_path: Path) -> None:
     path = tmp_path / "members.csv"
     drawn = draw_members(Ensemble(members=16))
-    drawn.write(path)
-    np.testing.assert_array_equal(EnsembleMembers.read(path).friction, drawn.friction)
+    drawn.write_csv(path)
+    np.testing.assert_array_equal(EnsembleMembers.read_csv(path).friction, drawn.friction)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("1.", "2.", 1), encoding="utf-8")
     with pytest.raises(ResultError, match="damaged"):
-        EnsembleMembers.read(path)
+        EnsembleMembers.read_csv(path)
 
 
 def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def cube(cube_file: Path) -> xr.Dataset:
 def test_cube_has_orientation_and_aspect_in_place_of_azimuth(cube: xr.Dataset, settings: Study) -> None:
     assert dict(cube.sizes) == {"record": 1, "orientation": 4, "height": 1, "b_over_h": 3, "aspect": 2, "friction": 1}
     assert cube["orientation"].to_numpy().tolist() == [0, 45, 90, 135]
-    assert settings.cases == cube["overturned"].size
+    assert settings.cases_per_record == cube["overturned"].size
     assert study_of_cube(cube) == settings
     assert cube["vertical"].item() == 0
 
@@ -198,7 +198,7 @@ def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
 def test_filled_in_study_reads_back_equal(settings: Study) -> None:
     assert load_study_from_text(settings.model_dump_json()) == settings
     shipped = load_study(Path(__file__).parents[2] / "config" / "in-space.yaml")
-    assert len(shipped.records.use) * shipped.cases == 33_264
+    assert len(shipped.records.use) * shipped.cases_per_record == 33_264
     assert load_study_from_text(shipped.model_dump_json()) == shipped
 
 

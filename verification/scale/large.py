@@ -59,13 +59,13 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study(own, folder / "own.json")
     run_subcommand("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
-    draw_members(study.ensemble).write(folder / "members.csv")
+    draw_members(study.ensemble).write_csv(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunks}.nc"
     took = run_subcommand(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
         "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
     )  # fmt: skip
-    cases = study.cases / chunks
+    cases = study.cases_per_record / chunks
     return [
         Figure("real chunk: cases", cases),
         Figure("real chunk: processor time", took.processor_s, "s"),
@@ -87,7 +87,7 @@ def measure_gather(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
         "--chunks", chunks, "--output", folder / "cube.nc",
     )  # fmt: skip
-    cases = records * study.cases
+    cases = records * study.cases_per_record
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
     return [
         Figure("synthetic parts: cases", cases),
@@ -106,10 +106,10 @@ def measure_lazily(
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     write_synthetic_cube(study, folder / "cube.nc", different=min(2, records))
-    draw_members(study.ensemble).write(folder / "members.csv")
+    draw_members(study.ensemble).write_csv(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
-    found = [Figure(f"{cube}: cells", records * study.cases), Figure(f"{cube}: size", size / 1e9, "GB")]
+    found = [Figure(f"{cube}: cells", records * study.cases_per_record), Figure(f"{cube}: size", size / 1e9, "GB")]
 
     def note(what: str, took: ResourceUse) -> None:
         found.append(Figure(f"{cube}: {what}, time", took.seconds, "s"))

@@ -15,13 +15,13 @@ from overturning.files import atomic_write
 from overturning.statistics.fragility_files import measure_file_name
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
-    check_files,
+    check_record_files,
     check_packages,
     check_records,
-    check_results,
+    check_results_folder,
     check_size,
     job_seconds,
-    fits_single_page,
+    explorer_fits_single_page,
     estimate_size,
 )
 from overturning.study.load import check_study, read_study
@@ -49,7 +49,7 @@ scattergather:
 CHUNKS = len(gather.sweep("{scatteritem}"))
 
 
-def load():
+def load_study_and_records():
     """Return the checked study, the entries of its records in the record table, and the files of each record."""
     given = workflow.config_settings.configfiles
     where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
@@ -67,7 +67,7 @@ def load():
             update_config(keys, config)
         study = check_study(keys, where)
         check_size(study, where, chunks_per_record=CHUNKS)
-        entries, files = check_files(study, where)
+        entries, files = check_record_files(study, where)
         for survey in study.surveys:
             # Report errors in the survey now, not after the sweep.
             read_survey(Path(survey.stones))
@@ -75,7 +75,7 @@ def load():
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.
             if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
-                check_results(results)
+                check_results_folder(results)
                 lock_folder(Path(".snakemake", "run.lock"))
                 restore_cubes(results)  # kept by an interrupted run
                 for path in remove_damaged_results(results):
@@ -105,7 +105,7 @@ def load():
         raise WorkflowError(str(error)) from None
 
 
-STUDY, ENTRIES, FILES = load()
+STUDY, ENTRIES, FILES = load_study_and_records()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 # Keys that do not affect the cube; the report reads them from the study.
@@ -130,7 +130,9 @@ EXPLORER = f"{RESULTS}/explore.html"
 FINDINGS = f"{RESULTS}/findings.json"
 # The page of a large cube has a separate file with the cells of each record.
 CELL_FILES = (
-    [] if fits_single_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
+    []
+    if explorer_fits_single_page(STUDY)
+    else [directory(f"{RESULTS}/explore-records")]
 )
 PAPER = f"{RESULTS}/report.pdf"
 CRATE = f"{RESULTS}/ro-crate-metadata.json"
@@ -181,7 +183,7 @@ wildcard_constraints:
     variant="|".join(map(re.escape, VARIANTS)),
 
 
-def settings(*keys, use=RECORDS, **parts):
+def step_settings(*keys, use=RECORDS, **parts):
     """Return the part of the study on which a step depends, as JSON, so that other changes do not repeat the step.
 
     `keys` are whole keys of the study; `parts` names keys inside a key. If the text is too long for a command (for
@@ -220,47 +222,47 @@ NUMERICS = ("dem", "model", "motion", "study")
 DRAWING = (*NUMERICS, "records", "statistics", "surveys", "figures")
 
 
-def sources(*rooms):
+def step_source_hash(*subpackages):
     """Return the hash of the sources on which a step depends: the given subpackages and `commands`."""
-    return source_hash("commands", *rooms)
+    return source_hash("commands", *subpackages)
 
 
 @cache
-def content(path):
+def file_hash(path):
     """Return the hash of a user's file; its time is not sufficient, because a replacement may be older."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def variant_of(wildcards):
+def variant_name(wildcards):
     """Return the name of the variant from the suffix of the cube."""
     return wildcards.suffix.removeprefix(".") or "nominal"
 
 
-def motions_of(variant):
+def motion_folder(variant):
     """Return the folder of the motions of a variant: its own folder if it has soil layers, else that of the study."""
     return f"{RESULTS}/motion/{variant}" if variant in ON_SOIL else f"{RESULTS}/motion"
 
 
-def samples_of(variant):
+def unlabelled_motion_folder(variant):
     """Return the folder of the motions of a variant without the labels of the record table."""
     return f"{RESULTS}/read/{variant}" if variant in ON_SOIL else f"{RESULTS}/read"
 
 
-def parts_of_cube(wildcards):
+def part_files_of_cube(wildcards):
     """Return the parts of a cube, for all records and chunks."""
     return gather.sweep(
-        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.{{scatteritem}}.nc",
+        f"{RESULTS}/sweep/{variant_name(wildcards)}/{{record}}.{{scatteritem}}.nc",
         record=RECORDS,
     )
 
 
-def survey_of(wildcards):
+def survey_settings(wildcards):
     """Return the settings of a survey by its number."""
     return STUDY.surveys[int(wildcards.number) - 1]
 
 
-def drawn(name, **wildcards):
+def figure_files(name, **wildcards):
     """Return the files of a figure, one per format; the first is the one in the report."""
     return expand(
         f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards

@@ -16,9 +16,9 @@ rule convergence:
     resources:
         mem_mb=800,
     params:
-        study=settings(*CASES, "verification"),
+        study=step_settings(*CASES, "verification"),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
-        sources=sources(*NUMERICS),
+        sources=step_source_hash(*NUMERICS),
     shell:
         "overturning check-convergence --study {params.study:q} --motions {params.motions} --cube {input.cube}"
         " --output {output} --threads {threads} 2> {log}"

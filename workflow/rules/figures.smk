@@ -2,7 +2,7 @@
 # illustrative cases, from the cube and the intensity measures.
 
 CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
-SOURCES = sources(*DRAWING)
+SOURCES = step_source_hash(*DRAWING)
 
 for name, batch in BATCHES.items():
 
@@ -17,15 +17,17 @@ for name, batch in BATCHES.items():
             intensity=f"{RESULTS}/intensity.nc",
         output:
             polar=report(
-                drawn("polar/{record}", record=batch),
+                figure_files("polar/{record}", record=batch),
                 caption="../report/polar.rst",
                 category="Overturning by azimuth",
             ),
             blocks=(
-                drawn("blocks/{record}", record=batch) if STUDY.several_blocks else []
+                figure_files("blocks/{record}", record=batch)
+                if STUDY.has_several_blocks
+                else []
             ),
             intensity=report(
-                drawn("intensity/{record}", record=batch),
+                figure_files("intensity/{record}", record=batch),
                 caption="../report/intensity.rst",
                 category="Intensity by azimuth",
             ),
@@ -42,7 +44,7 @@ for name, batch in BATCHES.items():
         resources:
             mem_mb=lambda wildcards, attempt: attempt * READING_MB,
         params:
-            study=settings(*CUBE_KEYS, "figures", use=batch),
+            study=step_settings(*CUBE_KEYS, "figures", use=batch),
             parts=lambda wildcards, input: Path(input.parts[0]).parent,
             motions=lambda wildcards, input: Path(input.motions[0]).parent,
             chunks=CHUNKS,
@@ -59,19 +61,19 @@ rule figures:
         intensity=f"{RESULTS}/intensity.nc",
     output:
         rose=report(
-            drawn("rose"),
+            figure_files("rose"),
             caption="../report/rose.rst",
             category="Study",
             labels={"figure": "rose of fall axes"},
         ),
         axes=report(
-            drawn("axes"),
+            figure_files("axes"),
             caption="../report/axes.rst",
             category="Study",
             labels={"figure": "alignment by earthquake"},
         ),
         causes=report(
-            sum((drawn(name) for name in CAUSES), []),
+            sum((figure_files(name) for name in CAUSES), []),
             caption=f"../report/{CAUSES[0]}.rst",
             category="Study",
             labels={"figure": "what falls go with"},
@@ -87,8 +89,8 @@ rule figures:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output.rose[0]).parent,
-        study=settings("figures", "height", "friction"),  # `figures` selects one of each
-        sources=sources(*DRAWING),
+        study=step_settings("figures", "height", "friction"),  # `figures` selects one of each
+        sources=step_source_hash(*DRAWING),
     shell:
         "overturning figures --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"
         " --output {params.folder} 2> {log}"
@@ -121,7 +123,7 @@ rule illustrative:
     params:
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         against=f"--against {RESULTS}/cube.{AGAINST}.nc" if AGAINST else "",
-        sources=sources(*DRAWING),
+        sources=step_source_hash(*DRAWING),
     shell:
         "overturning illustrative --cube {input.cube} {params.against} --motions {params.motions}"
         " --output {output.folder} 2> {log}"

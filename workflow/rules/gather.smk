@@ -4,9 +4,9 @@
 rule gather:
     input:
         motions=lambda wildcards: expand(
-            f"{motions_of(variant_of(wildcards))}/{{record}}.nc", record=RECORDS
+            f"{motion_folder(variant_name(wildcards))}/{{record}}.nc", record=RECORDS
         ),
-        parts=parts_of_cube,
+        parts=part_files_of_cube,
     output:
         f"{RESULTS}/cube{{suffix}}.nc",
     log:
@@ -19,12 +19,12 @@ rule gather:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        study=settings(*CUBE_KEYS),
-        variant=variant_of,
+        study=step_settings(*CUBE_KEYS),
+        variant=variant_name,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,
         chunks=CHUNKS,
-        sources=sources("model", "study"),
+        sources=step_source_hash("model", "study"),
     shell:
         "overturning gather --study {params.study:q} --variant {params.variant} --motions {params.motions}"
         " --parts {params.parts} --chunks {params.chunks} --output {output} 2> {log}"

@@ -20,9 +20,9 @@ rule fragility:
     resources:
         mem_mb=800,
     params:
-        study=settings("body", "orientation", "population"),
+        study=step_settings("body", "orientation", "population"),
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("surveys", "statistics", *NUMERICS),
+        sources=step_source_hash("surveys", "statistics", *NUMERICS),
     shell:
         "overturning fragility --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"
         " --output {params.folder} 2> {log}"

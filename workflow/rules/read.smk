@@ -15,12 +15,14 @@ rule read:
     resources:
         mem_mb=500,
     params:
-        study=lambda wildcards: settings("processing", "site", use=[wildcards.record]),
+        study=lambda wildcards: step_settings(
+            "processing", "site", use=[wildcards.record]
+        ),
         entry=lambda wildcards: ENTRIES[wildcards.record]
         .without_labels()
         .model_dump_json(),
-        content=lambda wildcards: [content(path) for path in FILES[wildcards.record]],
-        sources=sources("records", "motion", "study"),
+        content=lambda wildcards: [file_hash(path) for path in FILES[wildcards.record]],
+        sources=step_source_hash("records", "motion", "study"),
     shell:
         "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"
 
@@ -39,10 +41,10 @@ rule surface:
     resources:
         mem_mb=800,
     params:
-        study=settings("scene", "body", "orientation", "variants"),
+        study=step_settings("scene", "body", "orientation", "variants"),
         motions=lambda wildcards, input: Path(input[0]).parent,
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("records", "motion", "study"),
+        sources=step_source_hash("records", "motion", "study"),
     shell:
         "overturning surface --study {params.study:q} --variant {wildcards.variant} --motions {params.motions}"
         " --output {params.folder} 2> {log}"
@@ -64,12 +66,12 @@ rule describe:
     resources:
         mem_mb=800,
     params:
-        study=settings(),
+        study=step_settings(),
         labels=text_or_file(
             "".join(entry.model_dump_json() for entry in ENTRIES.values()), "txt"
         ),
         motions=lambda wildcards, input: Path(input[0]).parent,
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("model", "study"),
+        sources=step_source_hash("model", "study"),
     shell:
         "overturning describe --study {params.study:q} --motions {params.motions} --output {params.folder} 2> {log}"

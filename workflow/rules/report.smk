@@ -14,9 +14,11 @@ rule explore:
     resources:
         mem_mb=1000,
     params:
-        study=settings(*CUBE_KEYS, "title", "question", figures=("height", "friction")),
+        study=step_settings(
+            *CUBE_KEYS, "title", "question", figures=("height", "friction")
+        ),
         report=Path(REPORT).name,
-        sources=sources(*DRAWING),
+        sources=step_source_hash(*DRAWING),
     shell:
         "overturning explore {input.cube} --output {output.page} --study {params.study:q}"
         " --report {params.report} > {log} 2>&1"
@@ -39,12 +41,14 @@ rule findings:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        study=settings(
+        study=step_settings(
             *CUBE_KEYS,
             *("title", "question", "asks", "primary", "population", "surveys"),
             figures=("height", "friction"),
         ),
-        sources=sources(*NUMERICS, "records", "statistics", "surveys", "findings"),
+        sources=step_source_hash(
+            *NUMERICS, "records", "statistics", "surveys", "findings"
+        ),
     shell:
         "overturning findings {input.cubes[0]} --study {params.study:q} --output {output} > {log} 2>&1"
 
@@ -79,8 +83,8 @@ rule report:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
-        study=settings(*SETTINGS),
-        sources=sources(*DRAWING, "findings", "report"),
+        study=step_settings(*SETTINGS),
+        sources=step_source_hash(*DRAWING, "findings", "report"),
     shell:
         "overturning report --study {params.study:q} --results {params.folder} --output {output.page}"
         " --pdf {output.pdf} 2> {log}"
@@ -97,7 +101,7 @@ rule crate:
         expand(rules.survey.output, number=SURVEYS),
         [MEMBERS] if STUDY.ensemble.members else [],
         [
-            f"{motions_of(variant)}/{record}.nc"
+            f"{motion_folder(variant)}/{record}.nc"
             for variant in ["nominal", *ON_SOIL]
             for record in RECORDS
         ],
@@ -111,9 +115,9 @@ rule crate:
     resources:
         mem_mb=500,
     params:
-        study=settings(*SETTINGS),
+        study=step_settings(*SETTINGS),
         folder=lambda wildcards, output: Path(output.crate).parent,
         made=lambda wildcards, input: text_or_file("\n".join(sorted(set(input))), "txt"),
-        sources=sources("study", "records"),
+        sources=step_source_hash("study", "records"),
     shell:
         "overturning crate --study {params.study:q} --results {params.folder} --made {params.made:q} 2> {log}"

@@ -15,7 +15,9 @@ rule rotate:
         mem_mb=800,
     params:
         folder=lambda wildcards, input: Path(input.motions[0]).parent,
-        study=settings("azimuth", **({"population": ["period"]} if PERIODS else {})),
-        sources=sources("motion", "study"),
+        study=step_settings(
+            "azimuth", **({"population": ["period"]} if PERIODS else {})
+        ),
+        sources=step_source_hash("motion", "study"),
     shell:
         "overturning rotate --study {params.study:q} --motions {params.folder} --output {output} 2> {log}"

@@ -3,7 +3,7 @@
 
 rule survey:
     input:
-        stones=lambda wildcards: survey_of(wildcards).stones,
+        stones=lambda wildcards: survey_settings(wildcards).stones,
         cube=f"{RESULTS}/cube.nc",
     output:
         comparison=f"{RESULTS}/survey/{{number}}.json",
@@ -22,10 +22,10 @@ rule survey:
     resources:
         mem_mb=500,
     params:
-        content=lambda wildcards: content(survey_of(wildcards).stones),
-        record=lambda wildcards: survey_of(wildcards).record,
-        background=lambda wildcards: survey_of(wildcards).background,
-        sources=sources(*DRAWING, "findings", "report"),
+        content=lambda wildcards: file_hash(survey_settings(wildcards).stones),
+        record=lambda wildcards: survey_settings(wildcards).record,
+        background=lambda wildcards: survey_settings(wildcards).background,
+        sources=step_source_hash(*DRAWING, "findings", "report"),
     shell:
         "overturning survey {input.stones:q} --cube {input.cube} --record {params.record}"
         " --background {params.background} --figure {output.figure} --output {output.comparison} > {log} 2>&1"
@@ -33,7 +33,7 @@ rule survey:
 
 rule backwards:
     input:
-        stones=lambda wildcards: survey_of(wildcards).stones,
+        stones=lambda wildcards: survey_settings(wildcards).stones,
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
     output:
         f"{RESULTS}/survey/{{number}}.motion.nc",
@@ -48,12 +48,12 @@ rule backwards:
     resources:
         mem_mb=800,
     params:
-        content=lambda wildcards: content(survey_of(wildcards).stones),
+        content=lambda wildcards: file_hash(survey_settings(wildcards).stones),
         motions=lambda wildcards, input: " ".join(
             f"--motion {each}" for each in input.motions
         ),
-        background=lambda wildcards: survey_of(wildcards).background,
-        sources=sources("surveys", "statistics", *NUMERICS),
+        background=lambda wildcards: survey_settings(wildcards).background,
+        sources=step_source_hash("surveys", "statistics", *NUMERICS),
     shell:
         "overturning backwards {input.stones:q} {params.motions} --background {params.background}"
         " --threads {threads} --output {output} > {log} 2>&1"

@@ -12,15 +12,15 @@ rule members:
     priority: 3
     params:
         # Without records: a new record in the study must not repeat this rule and with it all parts.
-        study=settings("ensemble", use=["none"]),
-        sources=sources(*NUMERICS),
+        study=step_settings("ensemble", use=["none"]),
+        sources=step_source_hash(*NUMERICS),
     shell:
         "overturning members --study {params.study:q} --output {output} 2> {log}"
 
 
 rule sweep:
     input:
-        motion=lambda wildcards: f"{samples_of(wildcards.variant)}/{wildcards.record}.nc",
+        motion=lambda wildcards: f"{unlabelled_motion_folder(wildcards.variant)}/{wildcards.record}.nc",
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
         f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc",
@@ -34,10 +34,10 @@ rule sweep:
         mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,
         runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
     params:
-        study=lambda wildcards: settings(
+        study=lambda wildcards: step_settings(
             *(*CASES, "amplitude", "variants", "ensemble"), use=[wildcards.record]
         ),
-        sources=sources(*NUMERICS),
+        sources=step_source_hash(*NUMERICS),
         members=lambda wildcards, input: " ".join(
             f"--members {each}" for each in input.members
         ),

@@ -57,8 +57,8 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.study.doubts import doubtful_settings
     from overturning.study.load import load_study
     from overturning.study.preflight import (
-        check_files,
         check_packages,
+        check_record_files,
         check_records,
         check_size,
         note_on_primary_statistic,
@@ -71,7 +71,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(f"{path}: {doubt}")
     size = check_size(study, str(path))
     check_packages(study, str(path))
-    entries, _ = check_files(study, str(path))
+    entries, _ = check_record_files(study, str(path))
     searched: list[StoneKind] = []
     for survey in study.surveys:
         stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
@@ -117,7 +117,7 @@ def create_study_file(
     from overturning.files import atomic_write, check_output_path
     from overturning.study.document import study_template
     from overturning.study.load import load_study, record_table_rows
-    from overturning.study.preflight import has_alignment
+    from overturning.study.preflight import can_compute_alignment
 
     path = folder / f"{name}.yaml"
     if path.exists():
@@ -130,7 +130,7 @@ def create_study_file(
             entries = record_table_rows(load_study(part), str(path))
         except ConfigError as error:  # name the requested file, not the temporary one
             raise ConfigError(str(error).replace(str(part), str(path))) from None
-        if has_alignment(entries.values()):
+        if can_compute_alignment(entries.values()):
             part.write_text(study_template(name, ids, title, step, "alignment"), encoding="utf-8")
     print(f"{path}: edit it, then overturning study check {path}")
 

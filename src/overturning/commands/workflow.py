@@ -122,7 +122,7 @@ def draw_ensemble_members(
     from overturning.study.ensemble import draw_members
     from overturning.study.load import load_study_from_text
 
-    draw_members(load_study_from_text(study).ensemble).write(output)
+    draw_members(load_study_from_text(study).ensemble).write_csv(output)
 
 
 def simulate_cases_of_record(
@@ -143,7 +143,7 @@ def simulate_cases_of_record(
     from overturning.study.sweep import sweep_record
 
     settings, part = load_study_from_text(study), SweepChunk.parse(chunk)
-    record, drawn = read_motion(motion), EnsembleMembers.read(members) if members else None
+    record, drawn = read_motion(motion), EnsembleMembers.read_csv(members) if members else None
     numerics = numerics_of_study(settings, threads, _percent_progress())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
@@ -206,13 +206,13 @@ def run_convergence_check(
     from overturning.errors import ConfigError
     from overturning.stored import write_result
     from overturning.study.convergence_check import check_convergence as compute_again
-    from overturning.study.sample import read_rigid, read_sample
+    from overturning.study.sample import read_rigid_sample, read_sample
 
     settings, records = _load_study_and_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_sample(cube, settings.verification)
-    found = compute_again(settings, records, sample, threads, _percent_progress(), read_rigid(cube, settings))
+    found = compute_again(settings, records, sample, threads, _percent_progress(), read_rigid_sample(cube, settings))
     write_result(found, output)
 
 

@@ -35,7 +35,7 @@ from overturning.labels import variant_label
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import first_shown_block, study_of_cube, study_with_presentation
+from overturning.study.cube import first_shown_block, study_for_presentation, study_of_cube
 from overturning.study.film_options import film_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
@@ -72,7 +72,7 @@ def explorer_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `study_with_presentation`.
+        Study whose title, question and `figures` the page shows; by default the `study_for_presentation`.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def explorer_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = model_of(cube), study_with_presentation(cube, study)
+    model, study = model_of(cube), study_for_presentation(cube, study)
     degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
     turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
     first = _initial_selection(one, study)

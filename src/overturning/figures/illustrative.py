@@ -30,10 +30,10 @@ from overturning.study.scenes import (
     SizeConversion,
     motion_for_variant,
     numerics_of_study,
-    uses_vertical,
     variant_model,
     variant_scene,
     variant_settings,
+    variant_uses_vertical,
 )
 from overturning.study.schema import Study
 
@@ -136,8 +136,8 @@ def _title(study: Study, one: "xr.Dataset", case: IllustrativeCase, paths: Seque
 def heading_of_setting(study: Study, variant: str, against: str) -> str:
     """Return the heading of a panel of a comparison: what the variant is, other than the one it is compared with."""
     own, other = (variant_settings(study, name) for name in (variant, against))
-    if uses_vertical(study, variant) != uses_vertical(study, against):
-        return setting_heading("vertical" if uses_vertical(study, variant) else "level")
+    if variant_uses_vertical(study, variant) != variant_uses_vertical(study, against):
+        return setting_heading("vertical" if variant_uses_vertical(study, variant) else "level")
     if (own.scene or study.scene) != (other.scene or study.scene):
         scene = variant_scene(study, variant)
         return setting_heading("scene", scene.title or scene.name)

@@ -61,7 +61,7 @@ def draw_record_figures(
                     map_figure(one.sel(first_shown_block(one)), f"{title}{stone}", around["pgv"]),
                     folder / "polar" / name,
                 )
-                if study.several_blocks:
+                if study.has_several_blocks:
                     write(map_figure(one, f"{title}{stone}", around["pgv"]), folder / "blocks" / name)
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
                 spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()

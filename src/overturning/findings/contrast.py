@@ -14,7 +14,7 @@ from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.elements import ElementFalls, count_common_falls, mean_contrast
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
-from overturning.study.scenes import NOMINAL, uses_vertical, variant_contact, variant_scene, variant_settings
+from overturning.study.scenes import NOMINAL, variant_contact, variant_scene, variant_settings, variant_uses_vertical
 from overturning.study.schema import Study
 
 
@@ -137,7 +137,7 @@ def differing_settings(study: Study, variant: str, other_variant: str) -> list[s
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
         "contact": variant_contact(study, variant) != variant_contact(study, other_variant),
-        "vertical": uses_vertical(study, variant) != uses_vertical(study, other_variant),
+        "vertical": variant_uses_vertical(study, variant) != variant_uses_vertical(study, other_variant),
         "site": one.site != other.site,
     }
     return [name for name, differs in differing.items() if differs]

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.files import without_absolute_folder
+from overturning.files import path_without_absolute_folder
 from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
@@ -248,7 +248,7 @@ def open_results(folder: Path, study_override: Study | None = None) -> Iterator[
         study = study_of_cube(nominal)
         if study_override is not None:
             named = (
-                survey.model_copy(update={"stones": without_absolute_folder(survey.stones)})
+                survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
                 for survey in study_override.surveys
             )
             own = {name: getattr(study_override, name) for name in REPORT_KEYS}

@@ -185,7 +185,7 @@ class Body(Model):
 
     @override
     def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the computed one that is the same case after whole periods."""
+        """Return, for each orientation of a grid, the computed one, which differs by whole rotation periods."""
         direction = grid.directions[:, None]
         period = self._rotation_periods(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))

@@ -19,7 +19,7 @@ SYMMETRY_TOLERANCE: Final = 1e-9
 
 @dataclass(frozen=True)
 class Polygon:
-    """Polygon in coordinates about its centre of area; a piece has coordinates about the centre of the whole."""
+    """Polygon with vertices relative to its centre of area; those of a piece are relative to that of the whole."""
 
     vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     centre: tuple[float, float]  # in the coordinates in which the polygon was given, m

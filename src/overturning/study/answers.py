@@ -25,7 +25,7 @@ def empty_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
 
 
 class DifferenceCounts(BaseModel):
-    """Counts of cases whose outcomes in two computations differ."""
+    """Numbers of compared cases, and of cases whose outcomes differ, in two computations of the same cases."""
 
     cases: int  # with an outcome in both
     flags: int  # of these, fall in one computation and stand in the other

@@ -22,7 +22,7 @@ WARN_ABOVE: Final = 0.01
 
 
 class ElementChanges(DifferenceCounts):
-    """Changes of the outcomes of one element; the name is empty for a single block."""
+    """Numbers of cases in which a rerun changes the outcome of one element; its name is "" for a single block."""
 
     element: str
     undivided: int  # cases with an outcome in both whose ensemble is not divided
@@ -34,13 +34,13 @@ class ElementChanges(DifferenceCounts):
 
 
 class RigidComparison(ElementChanges):
-    """Changes of outcomes between the study and the exact rigid block."""
+    """Numbers of cases with different outcomes in the study and for the exact rigid block."""
 
     cells: int  # number of cells of the study with blocks that cannot slide
 
 
 class RerunResult(BaseModel):
-    """Cases that were run again, or the reason why they were refused."""
+    """Result of running cases again in one way: changes of outcomes by element, or the reason for a refusal."""
 
     block_steps: int
     outcomes: list[ElementChanges]
@@ -48,7 +48,7 @@ class RerunResult(BaseModel):
 
 
 class RefinementOfChanges(BaseModel):
-    """Cases that change with finer steps: number, and of these, tested, confirmed by the finest steps, or chaotic."""
+    """Numbers of cases that change with finer steps: all, run again, confirmed by the finest steps, and chaotic."""
 
     changed: int
     looked_at: int
@@ -58,7 +58,7 @@ class RefinementOfChanges(BaseModel):
 
 
 class AmplitudeChange(BaseModel):
-    """3-D falls that were run again under motions with amplitudes within ± `AMPLITUDE_REACH`."""
+    """Numbers of 3-D falls that change under motions whose amplitudes differ by at most `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions

@@ -57,7 +57,7 @@ FINER_OVER_STIFFER: Final = 9.0
 def check_convergence(
     study: Study,
     records: Sequence[Record],
-    sample: CellSample,
+    case_sample: CellSample,
     threads: int = 1,
     progress: Progress | None = None,
     rigid_sample: CellSample | None = None,
@@ -68,45 +68,45 @@ def check_convergence(
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
     are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
     must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
-    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from `read_rigid`, are compared
-    with the exact rigid block.
+    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from `read_rigid_sample`, are
+    compared with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
-    allowed = round(settings.cost * sample.block_steps)
-    runs = _SampleReruns(study, records, sample, threads, progress)
+    allowed = round(settings.cost * case_sample.block_steps)
+    runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.run_affordable_cases("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
         affordable = np.cumsum(FINER_OVER_STIFFER * spent)
-        runs.run_up_to("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
+        runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
         runs.run_affordable_cases("finer", 1.0, allowed)
     count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return Convergence(
         seed=settings.seed,
-        wanted=len(sample.record),
+        wanted=len(case_sample.record),
         chosen=count,
-        at_rest=int(sample.at_rest[:count].sum()),
+        at_rest=int(case_sample.at_rest[:count].sum()),
         cells=len(records) * runs.grid.size,
-        computed=sample.computed,
-        study_block_steps=sample.block_steps,
+        computed=case_sample.computed,
+        study_block_steps=case_sample.block_steps,
         cost=settings.cost,
         finer_by=FINER,
         stiffer_by=STIFFER,
-        finer=runs.changes_of_first_cases("finer", count),
-        stiffer=runs.changes_of_first_cases("stiffer", count),
+        finer=runs.count_changes_of_first_cases("finer", count),
+        stiffer=runs.count_changes_of_first_cases("stiffer", count),
         settling=(settling := runs.confirm_changes(count, allowed - done)),
         amplitude=runs.rerun_with_changed_amplitude(count, allowed - done - settling.block_steps),
         rigid=None
         if rigid_sample is None
-        else _SampleReruns(study, records, rigid_sample, threads, None).compare_with_rigid(),
+        else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid(),
     )
 
 
-class _SampleReruns:
-    """Reruns of the first cases of a sample, in growing batches, and their outcomes."""
+class _CaseReruns:
+    """Reruns of cases of a random sample, in growing batches, and their outcomes by kind of rerun."""
 
     def __init__(
         self, study: Study, records: Sequence[Record], sample: CellSample, threads: int, progress: Progress | None
@@ -115,27 +115,27 @@ class _SampleReruns:
         self.motions, self.grid = [motion_for_variant(study, record) for record in records], variant_grid(study)
         self.computations: dict[str, Callable[[Motion, Cases], Any]] = {
             **rerun_functions(study),
-            "rigid": rigid_reference,
+            "rigid": simulate_rigid_block,
         }
         self.one_component = variant_model(study).one_component
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
     def run_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Rerun the first cases, as many as the allowed block steps permit; False if a rerun is refused."""
+        """Run the first cases of the sample again, as many as the allowed block steps permit; False if refused."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
             done = len(self.answers[rerun_kind]) + size
-            if not self.run_up_to(rerun_kind, done):
+            if not self.rerun_first_cases(rerun_kind, done):
                 return False
             mean = step_factor * float(self.answers[rerun_kind]["block_steps"].mean())
             affordable = most if mean == 0 else min(most, int(0.95 * allowed_steps / mean))
             size = min(affordable - done, 3 * done)
         return True
 
-    def run_up_to(self, rerun_kind: str, case_count: int) -> bool:
-        """Rerun further cases until `case_count` have been run again; False if they are refused."""
+    def rerun_first_cases(self, rerun_kind: str, case_count: int) -> bool:
+        """Run further cases again, up to the number `case_count` of the sample; False if a rerun is refused."""
         try:
             more = self._rerun_cases(rerun_kind, np.arange(len(self.answers[rerun_kind]), case_count))
         except ArgumentError as error:
@@ -164,7 +164,7 @@ class _SampleReruns:
             list(pool.map(run_record, np.unique(self.sample.record[case_numbers]).tolist()))
         return answers
 
-    def changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
+    def count_changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
         """Count the outcomes that a kind of rerun changes among the first cases of the sample."""
         if rerun_kind in self.refused:
             return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
@@ -219,7 +219,7 @@ class _SampleReruns:
         )
 
     def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> AmplitudeChange | None:
-        """Run the falls among the first cases again under weaker and stronger motions, as far as allowed; 3-D only."""
+        """Run falls of 3-D bodies among the first cases again under weaker and stronger motions; None in 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
             return None
@@ -244,8 +244,8 @@ class _SampleReruns:
         )
 
 
-def rigid_reference(motion: Motion, cases: Cases) -> Any:
-    """Simulate the exact rigid block; no outcome if the ground accelerates down by g or more, as it cannot lift."""
+def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
+    """Simulate the exact rigid block, which cannot lift: no outcome if the ground accelerates down by g or more."""
     from overturning.dem.block.rigid import rocking  # imported lazily: imports Numba
 
     found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
@@ -254,7 +254,7 @@ def rigid_reference(motion: Motion, cases: Cases) -> Any:
 
 
 def rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
-    """Return the functions that rerun nominal cases: unchanged, with finer and finest steps, with stiffer springs.
+    """Return functions that run nominal cases again, by name: unchanged, finer and finest steps, stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.errors import ResultError
 from overturning.files import project_folders, read_yaml_mapping, write_text
 from overturning.study.cube import CONFIGURATION
-from overturning.study.load import without_absolute_paths
+from overturning.study.load import study_without_absolute_paths
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def write_crate(study: Study, results_folder: Path, produced_files: Sequence[Pat
     import yaml
     from rocrate.rocrate import ROCrate
 
-    text = yaml.safe_dump(without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
+    text = yaml.safe_dump(study_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
     write_text(results_folder / CONFIGURATION, text)
     cube = _cube_metadata(results_folder / "cube.nc")
     program = _program_metadata()
@@ -140,7 +140,7 @@ _NO_LICENCE: Final = (
 
 
 def _cube_metadata(path: Path) -> dict[str, Any]:
-    """Records of a cube with source, hash, licence and names, and the versions of the packages that made it."""
+    """Return the records of a cube (source, hash, licence and names) and the versions of the packages that made it."""
     import netCDF4
 
     try:
@@ -160,14 +160,14 @@ def _program_metadata() -> dict[str, Any]:
     )
 
 
-def _unwrap_single(values: Iterable[Any]) -> Any:
-    """Return a list of values, or the value itself if there is one only, as the RO-Crate profile requires."""
-    listed = list(values)
+def _unwrap_single(listed_values: Iterable[Any]) -> Any:
+    """Return values as a list, or a single value without a list, as the RO-Crate profile requires."""
+    listed = list(listed_values)
     return listed[0] if len(listed) == 1 else listed
 
 
 def _add_entity(crate: "ROCrate", entity_id: str, entity_type: str, **properties: Any) -> Any:
-    """Add an entity that is not a file of the crate; empty properties are left out."""
+    """Add an entity that is not a file to the crate and return it; empty properties are left out."""
     from rocrate.model.contextentity import ContextEntity
 
     stated = {name: value for name, value in properties.items() if value not in ("", [])}
@@ -182,7 +182,10 @@ def _licence_entity(crate: "ROCrate", licence: str) -> Any:
 
 
 def _add_records(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Add the input records, by id. Many must not be redistributed, so the crate has only the hash of each."""
+    """Add the input records to the crate and return their entities by record id.
+
+    Many records must not be redistributed, so the crate has only the hash of each.
+    """
     return {
         row["id"]: _add_entity(
             crate,
@@ -215,7 +218,7 @@ def _add_files(
 
 
 def _add_file(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
-    """Add a file with its size and hash; a motion also gets its source record and the licence of that."""
+    """Add a file with size and hash to the crate; a motion also with its source record and that record's licence."""
     stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
     said = {"part": part, "stem": stem, "folder": file.parent.name}
     name, description = next((both for pattern, both in _FILES.items() if fnmatch(path, pattern)), (path, ""))

@@ -32,7 +32,7 @@ IN_MEMORY: Final = 20_000_000
 _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
-def _find_missing(cube: "xr.Dataset") -> str:
+def _find_missing_variable(cube: "xr.Dataset") -> str:
     """Return the first coordinate or variable that is missing or has wrong dimensions, as "no NAME"; "" if none."""
     flags = cube["overturned"]
     grid = set(flags.dims)
@@ -95,14 +95,14 @@ def open_cube(
         raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")
     skip_dask_import()
     try:
-        with _small_chunk_cache(read_once=chunks is not None):
+        with _small_chunk_cache(chunks_read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
         # Damage inside a file raises any of these exceptions in the libraries that read it.
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
-    if absent := _find_missing(cube):
+    if absent := _find_missing_variable(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = select_element_and_amplitude(cube, path, element, amplitude)
     chosen = chosen.assign_coords(record=chosen["record_id"].variable)
@@ -125,12 +125,12 @@ def open_records(cube_path: Path, element: str | None = "reference", amplitude: 
 
 
 @contextmanager
-def _small_chunk_cache(read_once: bool) -> Iterator[None]:
-    """Open HDF5 files with a small chunk cache if chunks are read once; otherwise 64 MB per variable are cached."""
+def _small_chunk_cache(chunks_read_once: bool) -> Iterator[None]:
+    """Context manager in which HDF5 files are opened with a small chunk cache, if their chunks are read only once."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
-    if read_once:
+    if chunks_read_once:
         netCDF4.set_chunk_cache(size=1 << 20)
     try:
         yield
@@ -165,8 +165,8 @@ def select_element_and_amplitude(
     return cube.sel(element=element)
 
 
-def sorted_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a selection from a cube for figures: with all dimensions, sorted, and each value once.
+def sort_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+    """Return a part of a cube as figures need it: with all dimensions, sorted, and each value once.
 
     One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
     azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a
@@ -211,14 +211,16 @@ def record_number(cube: "xr.Dataset", record_id: str | None) -> int:
     return names.index(record_id) if record_id is not None else 0
 
 
-def json_attribute(cube: "xr.Dataset", name: str, expected_type: type) -> Any:
+def json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
     """Return the parsed content of a JSON attribute of a cube; a ResultError if missing or of another type."""
     try:
-        found = json.loads(cube.attrs[name])
+        found = json.loads(cube.attrs[attribute_name])
         if not isinstance(found, expected_type):
-            raise ValueError(name)
+            raise ValueError(attribute_name)
     except (KeyError, TypeError, ValueError, RecursionError):
-        raise ResultError(f"cube: its attribute {name!r} is missing or damaged; run the study again") from None
+        raise ResultError(
+            f"cube: its attribute {attribute_name!r} is missing or damaged; run the study again"
+        ) from None
     return found
 
 
@@ -227,8 +229,8 @@ def study_of_cube(cube: "xr.Dataset") -> Study:
     return check_study(json_attribute(cube, "study", dict), "study in the cube")
 
 
-def study_with_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
-    """Return the study whose title, question and figures a page of a cube shows; None if the cube belongs to no study.
+def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+    """Return the study whose title, question and figures describe a cube; None if the cube belongs to no study.
 
     It is the given study, otherwise that of the configuration next to the cube if it has the same name, otherwise that
     in the cube, which has no title and no question.
@@ -242,13 +244,13 @@ def study_with_presentation(cube: "xr.Dataset", study: Study | None = None) -> S
 
 
 def first_shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
-    """Return height and friction of the block that figures show first, as a selection with one value per dimension.
+    """Return height and friction of the block that figures show first, as lists of one value by dimension name.
 
-    The block is set by `figures` of the `study_with_presentation`, with the first height and the last friction as
+    The block is set by `figures` of the `study_for_presentation`, with the first height and the last friction as
     defaults. No selection is made along a dimension that the cube holds only in part, or if the cube belongs to no
     study.
     """
-    own = study_with_presentation(cube, study)
+    own = study_for_presentation(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction
@@ -292,12 +294,12 @@ def element_of_cube(cube: "xr.Dataset") -> str:
 
 
 def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
-    """Return the folder of the motions of a cube, next to it; a variant with soil has its own."""
+    """Return the folder of the motions of a cube, next to the cube; a variant with soil has a folder of its own."""
     return cube_path.parent / "motion" / (variant if variant_settings(study, variant).site else "")
 
 
 def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
-    """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of its places.
+    """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of coordinates.
 
     See `overturning.records.catalogue.RecordDescription.places`.
     """

@@ -10,7 +10,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.study.schema import Study
 
 
-def schema_text() -> str:
+def study_schema_text() -> str:
     """Return the JSON schema of a study file."""
     schema = Study.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
@@ -25,12 +25,12 @@ def catalogue_schema_text() -> str:
     """Return the JSON schema of a study file as YAML."""
     import yaml
 
-    text: str = yaml.safe_dump(json.loads(schema_text()), allow_unicode=True, sort_keys=False, width=120)
+    text: str = yaml.safe_dump(json.loads(study_schema_text()), allow_unicode=True, sort_keys=False, width=120)
     return f"# Made by `overturning study document`, do not edit.\n{text}"
 
 
 def _resolve_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition to which an entry of a JSON schema refers."""
+    """Return an entry of a JSON schema, with a reference replaced by the definition to which it refers."""
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
     for form in (entry, *forms):  # text, settings or null: use the keys of the settings
@@ -40,24 +40,26 @@ def _resolve_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[st
     return entry
 
 
-def _key_rows(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
-    """Return the rows of the table of keys from a JSON schema."""
+def _key_table_rows(
+    schema: dict[str, Any], section_schema: dict[str, Any], key_prefix: str
+) -> list[tuple[str, dict[str, Any], bool]]:
+    """Return a row for each key of a section of a JSON schema: key, its entry in the schema, True if required."""
     entries = []
-    said = model.get("default") or {}  # of settings within settings, whose own keys may be needed
-    for name, raw in model.get("properties", {}).items():
+    said = section_schema.get("default") or {}  # of settings within settings, whose own keys may be needed
+    for name, raw in section_schema.get("properties", {}).items():
         entry = _resolve_reference(schema, raw)
-        key, required = f"{prefix}{name}", name in model.get("required", [])
+        key, required = f"{key_prefix}{name}", name in section_schema.get("required", [])
         if required and name in said:
-            entry, required = entry | {"default": said[name], "description": model["description"]}, False
+            entry, required = entry | {"default": said[name], "description": section_schema["description"]}, False
         below, items = entry.get("additionalProperties"), entry.get("items", {})
         if entry.get("properties"):
-            entries += _key_rows(schema, entry, f"{key}.")
+            entries += _key_table_rows(schema, entry, f"{key}.")
             continue
         entries.append((key, entry, required))
         if isinstance(below, dict):
-            entries += _key_rows(schema, _resolve_reference(schema, below), f"{key}.NAME.")
+            entries += _key_table_rows(schema, _resolve_reference(schema, below), f"{key}.NAME.")
         elif "$ref" in items:  # a list of settings
-            entries += _key_rows(schema, _resolve_reference(schema, items), f"{key}[].")
+            entries += _key_table_rows(schema, _resolve_reference(schema, items), f"{key}[].")
     return entries
 
 
@@ -65,7 +67,7 @@ def documentation_tables() -> dict[str, str]:
     """Return the ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
-    for key, entry, required in _key_rows(schema, schema, ""):
+    for key, entry, required in _key_table_rows(schema, schema, ""):
         default = "required" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
     for column, entry in RecordEntry.model_json_schema()["properties"].items():
@@ -73,18 +75,18 @@ def documentation_tables() -> dict[str, str]:
     return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 
 
-def insert_tables(text: str) -> str:
-    """Return the text of a README with the tables inserted between their marks."""
+def insert_tables(readme_text: str) -> str:
+    """Return the text of a README in which the tables are inserted between their marks."""
     for name, table in documentation_tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
-        before, _, rest = text.partition(begin)
-        text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
-    return text
+        before, _, rest = readme_text.partition(begin)
+        readme_text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
+    return readme_text
 
 
 def write_documentation(folder: Path) -> None:
     """Write ``schema.json`` and the tables in ``README.md`` of a folder, and the schema for the workflow catalogue."""
-    (folder / "schema.json").write_text(schema_text(), encoding="utf-8")
+    (folder / "schema.json").write_text(study_schema_text(), encoding="utf-8")
     catalogue = folder.parent / CATALOGUE
     if catalogue.parent.is_dir():
         catalogue.write_text(catalogue_schema_text(), encoding="utf-8")
@@ -109,7 +111,7 @@ friction: [0.58, 1.0]
 def study_template(
     name: str, records: Sequence[str], title: str = "", step: float = 15.0, statistic: str = "share"
 ) -> str:
-    """Return the text of a study file with these records and primary statistic; it is checked when it is read."""
+    """Return the text of a new study file with some records and a primary statistic, not yet checked."""
     quoted = json.dumps(title or name, ensure_ascii=False)
     return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic)
 
@@ -118,6 +120,6 @@ _LINK: Final = re.compile(r"\[([^]]+)\]\(\.\./[^)]+\)")
 _OF_REPOSITORY: Final = re.compile(r"<!-- repository -->\n.*?<!-- end of repository -->\n\n", re.DOTALL)
 
 
-def project_readme(text: str) -> str:
+def project_readme(config_readme_text: str) -> str:
     """Return config/README.md for a new project, which has neither the pages of docs/ nor the shipped studies."""
-    return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", text))
+    return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", config_readme_text))

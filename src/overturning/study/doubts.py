@@ -35,7 +35,7 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 
 def doubtful_settings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value of a study: key, value, bound, and the likely cause."""
-    yield from _doubtful_values(study)
+    yield from _doubtful_block_settings(study)
     sites = {"site": study.site} | {f"variants.{name}.site": one.site for name, one in study.variants.items()}
     for key, site in sites.items():
         if site is not None:
@@ -48,37 +48,37 @@ def doubtful_settings(study: Study) -> Iterator[str]:
         yield from _doubtful_population(study, study.population)
 
 
-def _doubtful_values(study: Study) -> Iterator[str]:
+def _doubtful_block_settings(study: Study) -> Iterator[str]:
     """Yield warnings about B/H, friction, amplitude and density of a study."""
     vertices = study.body is not None and study.body.vertices is not None
     own = round(reference_element_size(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (
-            f"b_over_h: {_format_first_three(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
-            f"{_format_first_three([1 / one for one in shapes])}"
+            f"b_over_h: {_format_first_three_numbers(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
+            f"{_format_first_three_numbers([1 / one for one in shapes])}"
         )
     yield from _doubtful_friction("friction", study.friction)
     factors = [one for one in study.amplitude if one > LARGEST_AMPLITUDE]
     if factors:
         yield (
-            f"amplitude: {_format_first_three(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give factors "
-            "on each record, 1 for the record as it is"
+            f"amplitude: {_format_first_three_numbers(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give "
+            "factors on each record, 1 for the record as it is"
         )
     yield from _doubtful_density("density", study.density)
 
 
-def _doubtful_friction(key: str, values: tuple[float, ...]) -> Iterator[str]:
+def _doubtful_friction(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
     """Yield a warning about friction coefficients that are implausibly large."""
-    doubtful = [one for one in values if one > LARGEST_FRICTION]
+    doubtful = [one for one in frictions if one > LARGEST_FRICTION]
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
         instead = (
-            f" An angle of friction in degrees? Give its tangent: {_format_first_three(angles)}"
+            f" An angle of friction in degrees? Give its tangent: {_format_first_three_numbers(angles)}"
             if angles
             else " Per cent?"
         )
-        yield f"{key}: {_format_first_three(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
+        yield f"{key}: {_format_first_three_numbers(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
 
 
 def _doubtful_density(key: str, density: float) -> Iterator[str]:
@@ -117,9 +117,9 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
     """
     quantile = (np.arange(50) + 0.5) / 50
 
-    def values_at_quantiles(spread: UniformRange) -> FloatArray:
+    def values_at_quantiles(uniform_range: UniformRange) -> FloatArray:
         """Return the values of a uniform distribution at evenly spaced quantiles."""
-        return np.asarray(spread.low + (spread.high - spread.low) * quantile)
+        return np.asarray(uniform_range.low + (uniform_range.high - uniform_range.low) * quantile)
 
     width, height = values_at_quantiles(population.width), values_at_quantiles(population.height)
     sizes = (
@@ -137,7 +137,7 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
             )
 
 
-def _format_first_three(values: list[float]) -> str:
+def _format_first_three_numbers(numbers: list[float]) -> str:
     """Return the first three values as text, and the number of further ones."""
-    more = f" and {len(values) - 3} more" if len(values) > 3 else ""
-    return ", ".join(f"{one:.3g}" for one in values[:3]) + more
+    more = f" and {len(numbers) - 3} more" if len(numbers) > 3 else ""
+    return ", ".join(f"{one:.3g}" for one in numbers[:3]) + more

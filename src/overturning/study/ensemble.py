@@ -89,26 +89,28 @@ class EnsembleMembers:
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
     def batches(self, batch_size: int) -> list[NDArray[np.intp]]:
-        """Return the members in running order: batches of `batch_size`, half from each Sobol sequence."""
+        """Return the numbers of the members in running order, in batches with half from each Sobol sequence."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = batch_size // SCRAMBLES
         starts = range(0, max(places.size for places in own), each)
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
-    def write(self, path: Path) -> None:
+    def write_csv(self, csv_path: Path) -> None:
         """Write the members as CSV, with a checksum."""
         rows = zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True)
-        with atomic_write(path) as part:
+        with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (COLUMNS, *rows)), encoding="utf-8")
             append_checksum(part)
 
     @classmethod
-    def read(cls, path: Path) -> Self:
-        """Read a file written by `write`; a `ResultError` if it is missing, damaged, or another kind of file."""
-        if path.exists() and not checksum_matches(path):
-            raise ResultError(f"{path}: damaged, or no table of ensemble members; run the study again to recreate it")
+    def read_csv(cls, csv_path: Path) -> Self:
+        """Read a file written by `write_csv`; a `ResultError` if it is missing, damaged, or another kind of file."""
+        if csv_path.exists() and not checksum_matches(csv_path):
+            raise ResultError(
+                f"{csv_path}: damaged, or no table of ensemble members; run the study again to recreate it"
+            )
         rows = read_rows(
-            path, _MemberRow, delimiter=",", error_class=ResultError, table_kind="table of ensemble members"
+            csv_path, _MemberRow, delimiter=",", error_class=ResultError, table_kind="table of ensemble members"
         )
         numbers = [[getattr(row, name) for name in COLUMNS] for _, row in rows]
         scramble, *columns = np.array(numbers, np.float64).reshape(-1, len(COLUMNS)).T
@@ -140,20 +142,23 @@ def draw_members(settings: Ensemble) -> EnsembleMembers:
     return EnsembleMembers(np.repeat(np.arange(SCRAMBLES), half), *np.round(changes, 9).T)
 
 
-def cells_to_run(
-    overturned: NDArray[np.int8], run_all: bool, dimension_count: int = 4, fall_azimuth_deg: FloatArray | None = None
+def select_ensemble_cells(
+    nominal_flags: NDArray[np.int8],
+    run_all_cells: bool,
+    dimension_count: int = 4,
+    fall_azimuth_deg: FloatArray | None = None,
 ) -> NDArray[np.bool_]:
-    """Return True for the cells near a change of outcome, in which the ensemble is run, shape (a, h, b, …).
+    """Return True for the cells in which the ensemble is run: those near a change of outcome, shape (a, h, b, …).
 
-    These are all cells with `run_all`, or if there is a single B/H. Otherwise, cells within two steps along B/H of a
-    change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag differs
-    from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
+    These are all cells with `run_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along B/H
+    of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
+    differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
     (`fall_azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
-    shape = overturned.shape[:dimension_count]
-    if run_all or shape[2] == 1:
+    shape = nominal_flags.shape[:dimension_count]
+    if run_all_cells or shape[2] == 1:
         return np.ones(shape, dtype=bool)
-    change = overturned[:, :, 1:] != overturned[:, :, :-1]
+    change = nominal_flags[:, :, 1:] != nominal_flags[:, :, :-1]
     change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
     if fall_azimuth_deg is not None:
         turn = np.diff(fall_azimuth_deg.astype(np.float64), axis=2)
@@ -165,13 +170,13 @@ def cells_to_run(
     return np.asarray(sliding_window_view(padded, 2 * BOUNDARY_REACH, axis=2).any(axis=-1))
 
 
-def wilson_interval(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Compute the 95 % Wilson interval (low, high) of the share of `count` among `total` cases; (0, 1) if total is 0.
+def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Compute the 95 % Wilson interval (low, high) of a share of cases; (0, 1) if `total_count` is 0.
 
     Wilson (1927), Journal of the American Statistical Association 22. Implemented here because the function of SciPy
     takes one share at a time, which is too slow for a sweep.
     """
-    n, k = np.asarray(total, np.float64), np.asarray(count, np.float64)
+    n, k = np.asarray(total_count, np.float64), np.asarray(case_count, np.float64)
     known = np.maximum(n, 1.0)
     share, square = k / known, Z_95 * Z_95 / known
     middle = (share + 0.5 * square) / (1.0 + square)
@@ -202,7 +207,7 @@ def intervals_within_half_width(
 
 
 def progress_of_subtask(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
-    """Wrap a progress callback for a part of a task, from one share of the whole to another; counts in millionths."""
+    """Return a progress callback for one part of a task, which reports shares of the whole task to another callback."""
     if progress is None:
         return None
     return lambda done, total: progress(
@@ -219,7 +224,7 @@ class CellEnsemble:
     everywhere: bool = True  # run all cells, not only those near a change of outcome
     widest: float = 0.0  # half-width for `probabilities_converged`; 0: every cell gets all members
 
-    def run(
+    def run_cells(
         self,
         motion: Motion,
         grid: Grid,
@@ -235,7 +240,7 @@ class CellEnsemble:
         """
         overturned, marked, members = nominal_outcomes["overturned"], nominal_outcomes[self.model.copied], self.members
         azimuths = nominal_outcomes.get("fall_azimuth")
-        chosen = cells_to_run(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
+        chosen = select_ensemble_cells(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
         arrays: Arrays = {}
         for variable in self.model.ensemble_variables:
             shape = overturned.shape if variable.per_element else grid.shape
@@ -270,7 +275,7 @@ class CellEnsemble:
         fall_azimuth_deg: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Fill in flags and (3-D) fall azimuths of cells batch by batch until they converge; return block steps."""
+        """Fill in flags and (3-D) fall azimuths of members, in batches until cells converge; return block steps."""
         batches, block_steps = self.members.batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
@@ -311,8 +316,8 @@ class CellEnsemble:
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
-    def _copy_symmetric_cells(self, grid: Grid, arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Copy the marked cells from their symmetric counterparts."""
+    def _copy_symmetric_cells(self, grid: Grid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
+        """Copy ensemble variables, in place, to cells marked as copies from the cells that are the same by symmetry."""
         source = self.model.computed_cells(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
@@ -320,6 +325,6 @@ class CellEnsemble:
             alike = copied_cells[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored_values(arrays, where) for item in self.model.ensemble_variables}
+            seen = {item.name: item.mirrored_values(ensemble_arrays, where) for item in self.model.ensemble_variables}
             for name, values in seen.items():
-                arrays[name][(behind, *rest)] = values
+                ensemble_arrays[name][(behind, *rest)] = values

@@ -59,7 +59,7 @@ class Crate(StrictModel):
 
 
 class Published(StrictModel):
-    """Published values for one component, to compare with the study."""
+    """Published peaks and outcome for one component of a record, to compare with the study."""
 
     record: str = Field(description="id of the record")
     azimuth: Degree = Field(description="azimuth of the component, one of the study's, degrees clockwise from north")

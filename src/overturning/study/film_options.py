@@ -11,7 +11,13 @@ from overturning.model.contact import DAMPING_RATIO
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
-from overturning.study.scenes import SizeConversion, uses_vertical, variant_contact, variant_model, variant_settings
+from overturning.study.scenes import (
+    SizeConversion,
+    variant_contact,
+    variant_model,
+    variant_settings,
+    variant_uses_vertical,
+)
 from overturning.study.schema import Study
 from overturning.study.sections import Records, Simulation
 from overturning.units import GRANITE_DENSITY
@@ -21,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def film_options(cube: "xr.Dataset") -> dict[str, Any]:
-    """Return the options that all cells of a cube share, and the sizes that the command takes.
+    """Return options of `overturning one` for all cells of a cube, and the sizes that this command expects.
 
     Returns
     -------
@@ -49,7 +55,7 @@ def film_options(cube: "xr.Dataset") -> dict[str, Any]:
 
 
 def _motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Reasons against a command, and options, that come from the motion and its processing."""
+    """Return why no command can film the cells, because of the motion or its processing, and its options."""
     own = variant_settings(study, variant)
     missing = []
     if study.processing is not None:
@@ -58,7 +64,7 @@ def _motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
         missing.append("the motion goes through soil")
     if study.simulation.model_copy(update={"vertical": True}) != Simulation():
         missing.append("the study has numerical settings of its own")
-    options = [] if uses_vertical(study, variant) else ["--no-vertical"]
+    options = [] if variant_uses_vertical(study, variant) else ["--no-vertical"]
     for name in ("table", "folder"):
         if (given := getattr(study.records, name)) != Records.model_fields[name].default:
             options += [f"--{name}", shlex.quote(given)]
@@ -66,7 +72,7 @@ def _motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
 
 
 def _model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Reasons against a command, and options, that come from the scene or body and its contact."""
+    """Return why no command can film the cells, because of the model, and options for scene, body and contact."""
     contact = variant_contact(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
@@ -87,7 +93,7 @@ def _model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
 
 
 def _is_loaded_by_name(scene: Scene) -> bool:
-    """True if a scene is the one that its name loads."""
+    """True if the scene file with the name of a scene holds the same scene."""
     with suppress(OverturningError):
         return load_scene(scene.name) == scene
     return False

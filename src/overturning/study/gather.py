@@ -19,16 +19,16 @@ from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import group_by_earthquake
 from overturning.records.record import Record, record_origin_and_processing
-from overturning.study.load import without_absolute_paths
+from overturning.study.load import study_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import open_part, record_and_variant_of_part
 from overturning.study.scenes import (
     NOMINAL,
     SizeConversion,
-    uses_vertical,
     variant_grid,
     variant_model,
     variant_size_note,
+    variant_uses_vertical,
 )
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables
@@ -80,7 +80,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     model, grid = variant_model(study, variant), variant_grid(study, variant)
     cube.setncatts(_cube_attributes(study, records, variant))
     cube.createDimension("record", len(records))
-    _add_records(cube, records, uses_vertical(study, variant))
+    _add_record_coordinates(cube, records, variant_uses_vertical(study, variant))
     add_grid(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
     if said := variant_size_note(study, variant):
@@ -117,8 +117,8 @@ def _copy_parts_of_record(
     return True
 
 
-def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
-    """Add the coordinates of the dimension record; missing if neither file nor record table has the value."""
+def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_motion: bool) -> None:
+    """Add the coordinates of the records to a cube; missing if neither file nor record table states the value."""
     add = partial(add_coordinate, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
     for name, long_name, texts in (
@@ -143,14 +143,14 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
         (
             *("vertical", "whether vertical motion was applied", "horizontal_only with_vertical"),
-            [vertical and record.up is not None for record in records],
+            [uses_vertical_motion and record.up is not None for record in records],
         ),
     ):
         add(name, "i1", flags, missing, long_name=long_name, **flag, flag_meanings=meanings)
 
 
-def _add_station_coordinates(add: Callable[..., None], records: Sequence[Record]) -> None:
-    """Add the coordinates of stations and epicentres."""
+def _add_station_coordinates(add_record_coordinate: Callable[..., None], records: Sequence[Record]) -> None:
+    """Add latitude and longitude of stations and epicentres with a function that adds a coordinate to a cube."""
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
         ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
@@ -159,7 +159,7 @@ def _add_station_coordinates(add: Callable[..., None], records: Sequence[Record]
             # A location needs both coordinates.
             values = [None if None in pair else pair[index] for pair in pairs]
             said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
-            add(f"{where}_{name}", "f8", values, np.nan, **said)
+            add_record_coordinate(f"{where}_{name}", "f8", values, np.nan, **said)
 
 
 def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
@@ -179,7 +179,7 @@ def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> d
         "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
         "comment": variant_model(study, variant).comment,
-        "study": json.dumps(without_absolute_paths(study), ensure_ascii=False),
+        "study": json.dumps(study_without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(group_by_earthquake(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),

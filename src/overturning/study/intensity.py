@@ -35,7 +35,7 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
     """
     import xarray as xr
 
-    azimuth = to_direction_values(study.azimuth.values())
+    azimuth = to_direction_values(study.azimuth.expand_azimuths())
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(
@@ -54,7 +54,7 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
 
 
 def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
-    """Compute the variables of whole records; NaN if a record has no such measure."""
+    """Compute measures that do not depend on azimuth, one value or spectrum per record; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
         record_intensity_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)
@@ -62,45 +62,53 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
     spectra = [rotd_measures(motion, periods, percentiles=PERCENTILES) for motion in motions]
     variables: dict[str, Any] = {}
 
-    def add(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
+    def add_variable(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
         variables[name] = (dimensions.split(), np.asarray(values), {"units": units, "long_name": long_name})
 
-    def add_column(name: str, units: str, long_name: str) -> None:
-        add(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
+    def add_measure_by_record(name: str, units: str, long_name: str) -> None:
+        add_variable(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
 
-    add_column("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")
-    add_column("jma_intensity_horizontal", "1", "JMA instrumental intensity of the horizontal components alone")
+    add_measure_by_record("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")
+    add_measure_by_record(
+        "jma_intensity_horizontal", "1", "JMA instrumental intensity of the horizontal components alone"
+    )
     for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
         towards = [peak_azimuths(motion)[name] for motion in motions]
-        add(f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points")
+        add_variable(
+            f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points"
+        )
     vertical = [np.nan if motion.up is None else np.max(np.abs(motion.up)) for motion in motions]
-    add("pga_vertical", "record", vertical, "m s-2", "peak vertical acceleration; missing without a vertical component")
+    add_variable(
+        "pga_vertical", "record", vertical, "m s-2", "peak vertical acceleration; missing without a vertical component"
+    )
     axes, of_pulse = zip(*map(strongest_pulse_axis_and_period, motions), strict=True)
-    add("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
-    add("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
-    add("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
-    add("period", "period", periods, "s", "period of the oscillator")
-    add("frequency", "frequency", FREQUENCIES, "Hz", "frequency")
+    add_variable("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
+    add_variable("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
+    add_variable("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
+    add_variable("period", "period", periods, "s", "period of the oscillator")
+    add_variable("frequency", "frequency", FREQUENCIES, "Hz", "frequency")
     for name, (units, long_name) in PEAKS.items():
         larger = f"{long_name}, larger of north and east"
         for when in ("before", "after"):
             state = "unprocessed" if when == "before" else "processed"
-            add_column(f"{name}_{state}", units, f"{larger}, {when} processing; missing where left alone")
+            add_measure_by_record(f"{name}_{state}", units, f"{larger}, {when} processing; missing where left alone")
     for name, units in (("pga", "m s-2"), ("pgv", "m s-1")):
-        add(f"{name}_rotd", "record percentile", [one[name] for one in spectra], units, f"{PEAKS[name][1]}, RotD")
+        add_variable(
+            f"{name}_rotd", "record percentile", [one[name] for one in spectra], units, f"{PEAKS[name][1]}, RotD"
+        )
     psa = "pseudo-acceleration, damping ratio 0.05, RotD"
-    add("psa_rotd", "record percentile period", [one["psa"] for one in spectra], "m s-2", psa)
+    add_variable("psa_rotd", "record percentile period", [one["psa"] for one in spectra], "m s-2", psa)
     for name in ("north", "east"):
         values = [_smoothed_fourier_amplitude(getattr(record, name), record.sampling_interval) for record in records]
         smoothed = f"Fourier amplitude of {name}, smoothed after Konno and Ohmachi, b = 40"
         untold = "missing where the record is too short to tell, and beyond its Nyquist frequency"
-        add(f"fourier_{name}", "record frequency", values, "m s-1", f"{smoothed}; {untold}")
+        add_variable(f"fourier_{name}", "record frequency", values, "m s-1", f"{smoothed}; {untold}")
     return variables
 
 
-def _smoothed_fourier_amplitude(samples: FloatArray, interval: float) -> FloatArray:
-    """Compute the Fourier amplitude, smoothed after Konno & Ohmachi; NaN above the Nyquist frequency."""
-    frequency, amplitude = amplitude_spectrum(samples, interval)
+def _smoothed_fourier_amplitude(acceleration: FloatArray, sampling_interval: float) -> FloatArray:
+    """Compute Fourier amplitudes at `FREQUENCIES`, m/s, smoothed after Konno & Ohmachi; NaN above Nyquist's."""
+    frequency, amplitude = amplitude_spectrum(acceleration, sampling_interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)
     values[inside] = konno_ohmachi_smoothing(frequency, amplitude, FREQUENCIES[inside])

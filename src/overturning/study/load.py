@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from overturning.errors import ConfigError, closest_name_hint
-from overturning.files import find_project_file, read_yaml_mapping, without_absolute_folder
+from overturning.files import find_project_file, path_without_absolute_folder, read_yaml_mapping
 from overturning.study.schema import Study
 from overturning.validation import describe_faults
 
@@ -76,11 +76,11 @@ def load_study_from_text(file_or_json: str) -> Study:
         ) from None
 
 
-def without_absolute_paths(study: Study) -> dict[str, Any]:
-    """Return the complete study as a dictionary in which absolute paths are cut to their last part."""
+def study_without_absolute_paths(study: Study) -> dict[str, Any]:
+    """Return a complete study as a dictionary in which every absolute path is replaced by its file name."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        data["records"][key] = without_absolute_folder(data["records"][key])
+        data["records"][key] = path_without_absolute_folder(data["records"][key])
     for survey in data["surveys"]:
-        survey["stones"] = without_absolute_folder(survey["stones"])
+        survey["stones"] = path_without_absolute_folder(survey["stones"])
     return data

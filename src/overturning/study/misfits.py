@@ -67,7 +67,7 @@ def _observation_conflicts(study: Any) -> Iterator[str]:
     for row in study.published:
         if row.record not in study.records.use:
             yield f"published: record {row.record!r} is not in records.use"
-        if row.azimuth not in study.azimuth.values():
+        if row.azimuth not in study.azimuth.expand_azimuths():
             yield f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also"
         if row.b_over_h not in study.b_over_h:
             yield f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h"
@@ -85,7 +85,7 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
             yield f"{key}: {reason}"
     if study.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
         yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
-    study.orientation.values(body)
+    study.orientation.orientations_of_body(body)
     if study.simulation.scheme not in (None, DEFAULT_SCHEME):
         yield f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out"
     for where, contact in contacts.items():

@@ -70,7 +70,7 @@ def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def add_variable(file: Any, variable: Variable, grid: Grid, *leading_dimensions: str) -> Any:
-    """Create an outcome variable over dimensions `leading_dimensions` and those of a grid, filled with "missing"."""
+    """Create an outcome variable with dimensions `leading_dimensions` and those of a grid; all values are missing."""
     dimensions = (*leading_dimensions, *grid.variable_dimensions(variable))
     own = chunk_shape(grid.variable_shape(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(

@@ -21,7 +21,7 @@ from overturning.study.schema import Study
 
 @dataclass(frozen=True)
 class SweepChunk:
-    """One of the chunks into which the cases of each record are divided."""
+    """Number of one of the chunks into which the cases of each record are divided, and the number of all chunks."""
 
     number: int = 1  # from 1
     of: int = 1
@@ -79,7 +79,7 @@ def write_part(
     attributes: dict[str, str | int],
     variables: tuple[Variable, ...] = VARIABLES,
 ) -> None:
-    """Write the outcome on a piece of the grid as a part of the cube; an empty piece has attributes only."""
+    """Write the outcomes on a piece of a grid to a part file; an empty piece has attributes only."""
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
@@ -91,7 +91,7 @@ def write_part(
 
 
 class OpenPart(NamedTuple):
-    """Open part file that belongs to the study."""
+    """Open file with a part of a sweep, whose cells belong to the grid of the study."""
 
     file: Any  # netCDF4 dataset without masking and scaling
     places: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid

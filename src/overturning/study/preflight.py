@@ -21,9 +21,9 @@ from overturning.study.scenes import (
     NOMINAL,
     SizeConversion,
     numerics_of_study,
-    uses_vertical,
     variant_model,
     variant_names,
+    variant_uses_vertical,
 )
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
@@ -67,7 +67,7 @@ class StudySize:
 
     @property
     def reading_bytes(self) -> float:
-        """Memory of a step that reads the whole cube record by record, bytes."""
+        """Memory for reading the whole cube record by record, bytes."""
         return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
@@ -86,7 +86,7 @@ def job_seconds(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
-    cases = study.cases * _CASE_S * variant_model(study).relative_cost * runs
+    cases = study.cases_per_record * _CASE_S * variant_model(study).relative_cost * runs
     seconds = {
         "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.8 + cases / chunks_per_record,
@@ -103,27 +103,27 @@ def estimate_size(study: Study, chunks_per_record: int = 1) -> StudySize:
     elements, scales = len(variant_model(study).elements), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
     work = sum(jobs.get(rule, 1) * seconds for rule, seconds in job_seconds(study, chunks_per_record).items())
-    cells = study.cases / chunks_per_record
+    cells = study.cases_per_record / chunks_per_record
     memory = (
         _BASE_MEMORY
         + cells * scales * _CELL_IN_MEMORY * elements
         + min(cells, MAX_MEMBER_CASES / BATCH) * _MEMBER_IN_MEMORY * members
     )
-    cells_on_disk = study.cases * scales * _CELL_ON_DISK * elements * variants
+    cells_on_disk = study.cases_per_record * scales * _CELL_ON_DISK * elements * variants
     disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk)
-    return StudySize(records, study.cases, work, memory, disk)
+    return StudySize(records, study.cases_per_record, work, memory, disk)
 
 
-def fits_single_page(study: Study) -> bool:
+def explorer_fits_single_page(study: Study) -> bool:
     """True if the explorer page of a study holds all cells in a single file."""
-    return len(study.records.use) * study.cases * len(variant_model(study).elements) <= MAX_CELLS_PER_PAGE
+    return len(study.records.use) * study.cases_per_record * len(variant_model(study).elements) <= MAX_CELLS_PER_PAGE
 
 
 def check_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySize:
-    """Return the size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
+    """Return the estimated size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
     size = estimate_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    disk = shutil.disk_usage(_existing_folder(Path("results"))).free
+    disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
         raise ConfigError(
             f"{study_file}: {size}. This machine has {_format_bytes(memory)} of memory and {_format_bytes(disk)} of "
@@ -132,17 +132,17 @@ def check_size(study: Study, study_file: str, chunks_per_record: int = 1) -> Stu
     return size
 
 
-def check_results(results_folder: Path) -> None:
+def check_results_folder(results_folder: Path) -> None:
     """Raise a `ConfigError` if the folder of results is not writable."""
-    folder = _existing_folder(results_folder)
+    folder = _closest_existing_folder(results_folder)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ConfigError(
             f"the folder {folder.resolve()} cannot be written to; run as its owner, or give it write permission"
         )
 
 
-def _existing_folder(folder: Path) -> Path:
-    """Return the folder, or its closest parent that exists."""
+def _closest_existing_folder(folder: Path) -> Path:
+    """Return a folder if it exists, otherwise the closest parent folder that exists."""
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
@@ -162,7 +162,7 @@ def check_packages(study: Study, study_file: str) -> None:
         raise ConfigError(_format_faults(list(faults)))
 
 
-def check_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
+def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
     """Return the rows of the record table that a study uses, and the files of each record provided by the user.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
@@ -210,7 +210,7 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
             notes += [f"record {entry.id}: {note}" for note in record.notes]
             notes += (
                 [f"record {entry.id}: too weak to move any stone of the study"]
-                if _cannot_move_any_block(study, record)
+                if _record_moves_no_block(study, record)
                 else []
             )
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
@@ -224,8 +224,8 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
     return (*(f"earthquakes: {note}" for note in group_by_earthquake(records).notes), *notes)
 
 
-def has_alignment(record_rows: Iterable[RecordEntry]) -> bool:
-    """True if the alignment with fault normals can be computed: one of its records has a fault strike.
+def can_compute_alignment(record_rows: Iterable[RecordEntry]) -> bool:
+    """True if the alignment of falls with fault normals can be computed: a record has a fault strike.
 
     Its records are those with a velocity pulse if the others are their control, otherwise all records.
     """
@@ -237,7 +237,7 @@ def has_alignment(record_rows: Iterable[RecordEntry]) -> bool:
 
 def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Return a note if the primary statistic cannot be computed for the records of a study, else an empty tuple."""
-    if study.primary.statistic != "alignment" or has_alignment(record_rows.values()):
+    if study.primary.statistic != "alignment" or can_compute_alignment(record_rows.values()):
         return ()
     return (
         "primary.statistic: alignment has no answer: no record that it is of has a fault_strike_deg in "
@@ -266,7 +266,7 @@ def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
             raise ConfigError(f"study {study.name!r}: {of}{error}") from None
 
 
-def _cannot_move_any_block(study: Study, record: "Record") -> bool:
+def _record_moves_no_block(study: Study, record: "Record") -> bool:
     """True if a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
 
     False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
@@ -279,7 +279,7 @@ def _cannot_move_any_block(study: Study, record: "Record") -> bool:
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
     factor = max(study.amplitude)
     shaking = factor * np.hypot(record.north, record.east)
-    applied = {uses_vertical(study, variant) and record.up is not None for variant in variant_names(study)}
+    applied = {variant_uses_vertical(study, variant) and record.up is not None for variant in variant_names(study)}
     weights = [STANDARD_GRAVITY + (factor * record.up if up and record.up is not None else 0.0) for up in applied]
     return all(bool((shaking <= weight * threshold).all()) for weight in weights)
 

@@ -32,7 +32,7 @@ class RecheckResult:
 
     @property
     def is_identical(self) -> bool:
-        """True if all values agree."""
+        """True if all values are the same and match the hash in the file."""
         return not self.differences and self.content_as_stated
 
 
@@ -89,7 +89,7 @@ def recheck(
 def _recompute_cell(
     motion: Motion, grid: Grid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    """Return the values of a cell by name, simulated with its direction and the one it may be copied from."""
+    """Simulate a cell, and the cell it is a copy of by symmetry if there is one; return its variables by name."""
     sources = variant_model(study, variant).computed_cells(grid).cell[cell_position[0]]
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
@@ -98,6 +98,6 @@ def _recompute_cell(
     arrays = simulate_variant(study, variant, motion, few, numerics_of_study(study))
     if with_ensemble:
         run = member_runner(study, variant, motion, numerics_of_study(study))
-        arrays |= create_ensemble(study, variant, run_all=True).run(motion, few, arrays, run)[0]
+        arrays |= create_ensemble(study, variant, run_all_cells=True).run_cells(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in COUNTS}

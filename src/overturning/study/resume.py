@@ -25,7 +25,7 @@ DAMAGED: Final = "damaged or gone, is made again: "
 """Log prefix of a damaged or missing file that will be made again."""
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
-    "members.csv": EnsembleMembers.read,
+    "members.csv": EnsembleMembers.read_csv,
     "convergence.json": read_convergence,
 }
 _RECORD_FILES: Final = (
@@ -61,19 +61,19 @@ def lock_folder(lock_file: Path) -> int | None:
         return None
     os.ftruncate(descriptor, 0)
     os.pwrite(descriptor, str(os.getpid()).encode(), 0)
-    _wait_for_steps(Path.cwd())
+    _wait_for_running_steps(Path.cwd())
     return descriptor
 
 
-def _wait_for_steps(folder: Path) -> None:
-    """Wait for processes that write results of a folder."""
+def _wait_for_running_steps(project_folder: Path) -> None:
+    """Wait for processes of an earlier run that still write results of a project folder."""
     import psutil
 
     for process in psutil.process_iter():
         with suppress(psutil.Error, OSError):
             words = process.cmdline()
             program = any(Path(word).name == "overturning" for word in words[:2])
-            if program and any(word.startswith("results/") for word in words) and Path(process.cwd()) == folder:
+            if program and any(word.startswith("results/") for word in words) and Path(process.cwd()) == project_folder:
                 print(
                     f"A step of a killed run is still at work (process {process.pid}); waiting for it.", file=sys.stderr
                 )
@@ -134,7 +134,7 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
     """
     gone = {
         name
-        for name, path in _motions_and_parts(results_folder)
+        for name, path in _motion_and_part_files(results_folder)
         if name not in record_ids and _has_record_id(path, name)
     }
     inside, removed = results_folder.resolve(), {}
@@ -147,10 +147,10 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
     return removed
 
 
-def _motions_and_parts(results: Path) -> Iterator[tuple[str, Path]]:
+def _motion_and_part_files(results_folder: Path) -> Iterator[tuple[str, Path]]:
     """Yield record id (from the file name) and path of each motion and part among the results of a study."""
     for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
-        for path in results.glob(pattern):
+        for path in results_folder.glob(pattern):
             yield path.name.partition(".")[0], path
 
 

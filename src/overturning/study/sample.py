@@ -29,7 +29,7 @@ _ROUNDING: Final = 1e-6
 
 @dataclass(frozen=True)
 class CellSample:
-    """Cases in the random order in which they are run again, with the outcomes of the study."""
+    """Random sample of cells of a cube, in the order in which they are run again, with the outcomes of the study."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
     index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
@@ -81,9 +81,9 @@ def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.
         record, index = choose_random_cells(settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
-        def read_chosen_cells(name: str) -> NDArray[Any]:
+        def read_chosen_cells(variable_name: str) -> NDArray[Any]:
             """Read values of the chosen cells, shape (n, elements or 1); one record is in memory at a time."""
-            of = [file[name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
+            of = [file[variable_name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
         overturned = read_chosen_cells("overturned")
@@ -107,7 +107,7 @@ def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.
         return CellSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
-def read_rigid(cube: Path, study: Study) -> CellSample | None:
+def read_rigid_sample(cube: Path, study: Study) -> CellSample | None:
     """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
     among = rigid_limit_applies(study)
     settings = study.verification

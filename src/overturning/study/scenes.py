@@ -77,15 +77,15 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
     return Grid({model.direction: to_direction_values(study.directions)} | rows, element, amplitude)
 
 
-def to_direction_values(values: Sequence[float]) -> NDArray[Any]:
+def to_direction_values(directions_deg: Sequence[float]) -> NDArray[Any]:
     """Convert directions to int16 if all are integers, otherwise to float64."""
-    given = np.array(values, np.float64)
+    given = np.array(directions_deg, np.float64)
     return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given
 
 
 @dataclass(frozen=True)
 class SizeConversion:
-    """Conversion of heights and B/H of the study to those of the scene of a variant."""
+    """Conversion of heights and B/H of a study to those of the reference element in the scene of a variant."""
 
     factor: float = 1.0  # on the study's heights
     own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
@@ -131,7 +131,7 @@ def numerics_of_study(study: Study, threads: int = 1, progress: Progress | None 
     return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
-def uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
+def variant_uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
     """True if a variant applies the vertical motion of records that have one."""
     own = variant_settings(study, variant).vertical
     return study.simulation.vertical if own is None else own
@@ -139,4 +139,4 @@ def uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
 
 def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
     """Return the input motion of a record for a variant; without vertical component if the variant omits it."""
-    return Motion.of(record if uses_vertical(study, variant) else replace(record, up=None))
+    return Motion.of(record if variant_uses_vertical(study, variant) else replace(record, up=None))

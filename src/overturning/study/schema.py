@@ -46,7 +46,7 @@ Factor = Annotated[float, Field(gt=0, le=100)]
 
 
 class Study(StrictModel):
-    """A study: which records, which blocks, how computed."""
+    """Configuration of a study: records, blocks, simulation, and evaluation."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
     title: str = Field(default="", description="title of the report")
@@ -204,21 +204,23 @@ class Study(StrictModel):
         return self
 
     @property
-    def several_blocks(self) -> bool:
-        """True if there are other blocks than the one of the large maps."""
+    def has_several_blocks(self) -> bool:
+        """True if the study has further blocks (height, friction, aspect) besides that of the large maps."""
         return len(self.height) * len(self.friction) * len(self.aspects) > 1
 
     @property
-    def cases(self) -> int:
+    def cases_per_record(self) -> int:
         """Number of cases per record."""
         return math.prod(map(len, (self.directions, self.aspects, self.height, self.b_over_h, self.friction)))
 
     @property
     def directions(self) -> tuple[float, ...]:
         """Azimuths of the motion, or orientations of the 3-D body, degrees, ascending."""
-        return tuple(self.azimuth.values() if self.body is None else self.orientation.values(self.body))
+        return tuple(
+            self.azimuth.expand_azimuths() if self.body is None else self.orientation.orientations_of_body(self.body)
+        )
 
     @property
     def aspects(self) -> tuple[float, ...]:
-        """D/B of a 3-D body."""
+        """Aspects D/B of the 3-D body; 1 for a 2-D study."""
         return (1.0,) if self.body is None else self.body.aspect

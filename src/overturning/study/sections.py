@@ -131,7 +131,7 @@ Sides = Annotated[int, Field(ge=3, le=96)]
 
 
 class BodySettings(StrictModel):
-    """Free 3-D body."""
+    """Settings of a study for a free 3-D body."""
 
     plan: Literal["rectangle", "circle"] | Sides = Field(
         default="rectangle",
@@ -205,8 +205,8 @@ class Orientations(StrictModel):
         "(a square 90°, a rectangle 180°)",
     )
 
-    def values(self, body: BodySettings) -> tuple[float, ...]:
-        """Return the orientations, ascending; a body of revolution has one.
+    def orientations_of_body(self, body: BodySettings) -> tuple[float, ...]:
+        """Return the orientations at which a body is simulated, degrees, ascending; a body of revolution has one.
 
         A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
         if the start does not lie below the step.

@@ -13,8 +13,8 @@ _KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2"}
 
 
 @cache
-def source_hash(*rooms_and_files: str) -> str:
-    """Return a hash of rooms and files of the package, and of the modules at its top.
+def source_hash(*folders_and_files: str) -> str:
+    """Return a hash of folders and files of the package, and of its top-level modules.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def source_hash(*rooms_and_files: str) -> str:
         If the package has no such folder or file.
     """
     found = set(PACKAGE.glob("*.py"))
-    for place in rooms_and_files:
+    for place in folders_and_files:
         path = PACKAGE / place
         if not path.exists():
             raise FileNotFoundError(f"{place}: no folder or file of the package")

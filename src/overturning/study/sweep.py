@@ -44,12 +44,14 @@ def cube_variables(study: Study) -> tuple[Variable, ...]:
 
 
 def create_ensemble(
-    study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all: bool = False
+    study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
 ) -> CellEnsemble:
-    """Create the ensemble of a variant, with given members or new ones; `run_all` runs all cells."""
+    """Create the ensemble of a variant, with given members or new ones; `run_all_cells` runs all cells."""
     settings = study.ensemble
-    run_all = run_all or settings.where == "everywhere"
-    return CellEnsemble(variant_model(study, variant), members or draw_members(settings), run_all, settings.half_width)
+    run_all_cells = run_all_cells or settings.where == "everywhere"
+    return CellEnsemble(
+        variant_model(study, variant), members or draw_members(settings), run_all_cells, settings.half_width
+    )
 
 
 def simulate_variant(
@@ -72,7 +74,7 @@ def simulate_variant(
 
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
-    """Return the function that runs member cases of a variant, given heights and B/H of the study."""
+    """Return a function that runs member cases of a variant from cases with heights and B/H of the study."""
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> CaseResults:
@@ -122,7 +124,7 @@ def sweep_record(
     outcome = answers[factors.index(1.0)]
     if study.ensemble.members:
         ensemble, runner = create_ensemble(study, variant, members), member_runner(study, variant, motion, numerics)
-        spread, more = ensemble.run(motion, grid, outcome, runner, reports[-1])
+        spread, more = ensemble.run_cells(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
     if grid.amplitude:
@@ -136,11 +138,13 @@ def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
 
 
 def _stack_amplitudes(
-    outcomes: list[dict[str, NDArray[Any]]],
+    outcomes_by_amplitude: list[dict[str, NDArray[Any]]],
     variables: tuple[Variable, ...],
-    amplitude_one_outcome: dict[str, NDArray[Any]],
+    nominal_outcome: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
     """Stack the outcomes of all amplitudes along a first dimension; ensemble variables are missing except at 1."""
     unknown = {one.name: 0 if one.name == "members" else one.missing_value for one in variables}
-    missing = {name: np.full_like(amplitude_one_outcome[name], value) for name, value in unknown.items()}
-    return {name: np.stack([one.get(name, absent) for one in outcomes]) for name, absent in missing.items()}
+    missing = {name: np.full_like(nominal_outcome[name], value) for name, value in unknown.items()}
+    return {
+        name: np.stack([one.get(name, absent) for one in outcomes_by_amplitude]) for name, absent in missing.items()
+    }

@@ -15,7 +15,7 @@ _WHOLE_STEPS = tuple(step for step in range(1, 181) if 360 % step == 0)
 
 
 class Range(StrictModel):
-    """Values from start to stop by step. The stop is included where a step meets it."""
+    """Values from start to stop by step; stop is included if it is a whole number of steps from start."""
 
     start: float = Field(description="first value")
     stop: float = Field(description="last value, included where a step meets it")
@@ -29,8 +29,8 @@ class Range(StrictModel):
             raise ValueError(f"more than {_MAX_VALUES} values; use a larger step")
         return self
 
-    def values(self) -> tuple[float, ...]:
-        """Return the values, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
+    def expand_values(self) -> tuple[float, ...]:
+        """Return all values of the range, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
         return tuple(round(self.start + index * self.step, 10) for index in range(count))
 
@@ -58,8 +58,8 @@ class AzimuthRange(StrictModel):
             raise ValueError(f"step {self.step:g}° does not close the circle; take {fitting}, whose multiple is 360°")
         return self
 
-    def values(self) -> tuple[float, ...]:
-        """Return the azimuths, ascending, each once."""
+    def expand_azimuths(self) -> tuple[float, ...]:
+        """Return all azimuths of the range, degrees, ascending, each once."""
         count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
         grid = {round(self.start + index * self.step, 10) for index in range(count)}
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
@@ -68,19 +68,19 @@ class AzimuthRange(StrictModel):
 def _to_list(value: Any) -> Any:
     """Convert a range or a single value to a list; a list is returned unchanged."""
     if isinstance(value, dict):
-        return Range.model_validate(value).values()
+        return Range.model_validate(value).expand_values()
     return [value] if isinstance(value, int | float | str) else value
 
 
-def _sort_unique(values: tuple[float, ...]) -> tuple[float, ...]:
+def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort values; a ValueError if there are none, or if one is repeated."""
-    if not values:
+    if not listed_values:
         raise ValueError("empty list; give at least one value")
-    if len(set(values)) != len(values):
-        raise ValueError(f"a value stands twice in {list(values)}")
-    return tuple(sorted(values))
+    if len(set(listed_values)) != len(listed_values):
+        raise ValueError(f"a value stands twice in {list(listed_values)}")
+    return tuple(sorted(listed_values))
 
 
 _Value = TypeVar("_Value", bound=float)
-Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_list), AfterValidator(_sort_unique)]
+Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_list), AfterValidator(_sort_unique_values)]
 """Values as a study gives them: one, a list, or start, stop and step."""

@@ -218,10 +218,10 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         f"Each interval, with a nominal coverage of {100 * AIM:.0f} %, contains the true value in {' to '.join(ends)} "
         "% of the reported surveys. Numbers in brackets are 95 % intervals by a bootstrap over earthquakes, "
         "exact if all surveys agree, and missing for fewer than eight earthquakes. If every stone of a survey fell, "
-        "the arc of the axis is the arc before the survey. Widths are medians of 90 % intervals; a missing bound is "
-        "replaced by the end of the library. Before a survey, the upper end divided by the lower end of the 90 % "
-        f"interval is {rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the "
-        f"arc of the axis is 162° of 180°. With the default exponent {POWER:g}, the check of fit rejects "
+        "the axis is not estimated, and its arc is that before the survey. Widths are medians of 90 % intervals; a "
+        "missing bound is replaced by the end of the library. Before a survey, the upper end divided by the lower end "
+        f"of the 90 % interval is {rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for "
+        f"PGA, and the arc of the axis is 162° of 180°. With the default exponent {POWER:g}, the check of fit rejects "
         f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}

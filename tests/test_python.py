@@ -35,7 +35,7 @@ from overturning.figures.explore import explorer_data
 from overturning.figures.ground import fourier_spectrum, response_spectrum
 from overturning.figures.write import has_overlapping_text, parse_font
 from overturning.model.contact import ContactSettings
-from overturning.motion.intensity import intensity_by_azimuth
+from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
 from overturning.records.declarations import Declarations, FileProperties
@@ -179,7 +179,7 @@ def test_record_is_accepted_in_place_of_a_motion() -> None:
     motion = Motion.of(record)
     for draw in (fourier_spectrum, response_spectrum):
         np.testing.assert_allclose(draw(record, azimuth)[1], draw(motion, azimuth)[1], rtol=0, atol=1e-12)
-    assert intensity_by_azimuth(record, azimuth).equals(intensity_by_azimuth(motion, azimuth))
+    assert intensity_dataset_by_azimuth(record, azimuth).equals(intensity_dataset_by_azimuth(motion, azimuth))
     cases = overturning.Cases([0.0], 0.6, 0.2, 1.0)
     assert overturning.run_cases(record, cases).overturned == overturning.run_cases(motion, cases).overturned
     one = {"azimuth_deg": 0, "height": 0.6, "b_over_h": 0.2}

@@ -246,12 +246,12 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
     from overturning.figures.history import history_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
-    from overturning.records.store import read_motion, read_unprocessed
+    from overturning.records.store import read_motion, read_unprocessed_motion
 
     if isinstance(motion, xr.Dataset):
         path = _motion_file_path(_select_record(motion, record))
         used = read_motion(path)
-        return history_figure(read_unprocessed(path) or used, _check_motion_not_zero(used, "history"))
+        return history_figure(read_unprocessed_motion(path) or used, _check_motion_not_zero(used, "history"))
     if record is not None:
         raise ArgumentError(
             f"record: {record!r}; it chooses a record of a cube, not of a motion or record: leave it out"

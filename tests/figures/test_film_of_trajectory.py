@@ -22,7 +22,7 @@ from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_catalogue
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.store import round_as_stored
+from overturning.records.store import round_to_stored_precision
 from tests.dem.paths import depths, stone
 from tests.figures.films import falling_body
 from tests.figures.test_film import unpack
@@ -165,7 +165,7 @@ def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
 def real(request: pytest.FixtureRequest) -> xr.Dataset:
     """A block that falls, one that falls while it slides, and one that rocks long and stands."""
     name, azimuth, b_over_h, height, friction = request.param
-    record = round_as_stored(process_record(read_record(read_catalogue(TABLE)[name], Path()), None))
+    record = round_to_stored_precision(process_record(read_record(read_catalogue(TABLE)[name], Path()), None))
     shaking = Motion(record.north, record.east, None, sampling_interval=record.sampling_interval)
     path = trajectory(shaking, azimuth_deg=azimuth, height=height, b_over_h=b_over_h, friction=friction)
     # The record is linear between its samples, which are not all rows of the path.

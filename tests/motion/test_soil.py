@@ -18,7 +18,7 @@ from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import processing_entry_text, record_origin_and_processing
 from overturning.records.site import Site
-from overturning.records.store import read_motion, round_as_stored, write_motion
+from overturning.records.store import read_motion, round_to_stored_precision, write_motion
 from tests.expect import refused
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
@@ -125,7 +125,7 @@ def test_record_passed_to_a_study_uses_its_site() -> None:
 
 
 def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
-    record = round_as_stored(PULSE)
+    record = round_to_stored_precision(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")
     write_motion(renamed, tmp_path / "rock" / "pulse.nc")

@@ -16,14 +16,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import azimuth_cosine_pairs, largest_along_azimuths
+from overturning.motion.direction import azimuth_cosine_pairs, largest_motion_along_azimuths
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
 from overturning.motion.intensity import (
     MEASURES,
     arias_intensity,
     cumulative_absolute_velocity,
-    intensity_by_azimuth,
-    measures_by_azimuth,
+    intensity_dataset_by_azimuth,
+    intensity_measures_by_azimuth,
     record_intensity_measures,
     significant_duration,
 )
@@ -35,7 +35,7 @@ from overturning.motion.jma_intensity import (
 )
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import OscillatorResponses
-from overturning.motion.spectra import rotd_measures, spectra_by_azimuth, spectrum_intensity
+from overturning.motion.spectra import response_spectra_by_azimuth, rotd_measures, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
@@ -69,7 +69,7 @@ def rinaldi() -> Record:
 def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
     cosines = azimuth_cosine_pairs(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
-    np.testing.assert_array_equal(largest_along_azimuths(pair, cosines), expected)
+    np.testing.assert_array_equal(largest_motion_along_azimuths(pair, cosines), expected)
 
 
 def test_largest_along_azimuths_of_a_linear_motion():
@@ -78,20 +78,22 @@ def test_largest_along_azimuths_of_a_linear_motion():
     pair = np.stack([wave * 0.5, wave * math.sqrt(0.75)])
     azimuths = np.arange(0.0, 360.0, 7.5)
     expected = np.abs(wave).max() * np.abs(np.cos(np.radians(azimuths - 60)))
-    np.testing.assert_allclose(largest_along_azimuths(pair, azimuth_cosine_pairs(azimuths)), expected, atol=1e-11)
+    np.testing.assert_allclose(
+        largest_motion_along_azimuths(pair, azimuth_cosine_pairs(azimuths)), expected, atol=1e-11
+    )
 
 
 def component_spectrum(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
     motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
-    return spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
+    return response_spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
 
 
 @pytest.mark.parametrize("count", [64, 75])
 def test_the_interpolated_motion_passes_through_its_samples(count):
     """White noise reaches the Nyquist frequency, which has a separate term if the number of samples is even."""
     noise = np.random.default_rng(count).normal(size=(2, count))
-    finer = OscillatorResponses(noise, 0.01, longest_s=0.0)._interpolated_components(4)
+    finer = OscillatorResponses(noise, 0.01, longest_period_s=0.0)._interpolated_components(4)
     np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 
@@ -176,7 +178,7 @@ def test_measures_agree_with_eqsig(rinaldi):
         assert significant_duration(motion, azimuth)[0] == pytest.approx(end - start, abs=2 * rinaldi.sampling_interval)
         periods = np.geomspace(0.3, 5, 10)
         theirs = eqsig.sdof.pseudo_response_spectra(along, rinaldi.sampling_interval, periods, xi=0.05)
-        mine = spectra_by_azimuth(motion, periods, azimuth)
+        mine = response_spectra_by_azimuth(motion, periods, azimuth)
         np.testing.assert_allclose(mine["displacement"][:, 0], theirs[0], rtol=0.005)
         np.testing.assert_allclose(mine["acceleration"][:, 0], theirs[2], rtol=0.005)
 
@@ -309,13 +311,13 @@ def test_slow_oscillators_follow_fast_motion_at_20_ms(frequency):
     motion = Motion(3.0 * bell * np.sin(2 * np.pi * frequency * time), 0 * time, sampling_interval=0.02)
     omega, own = 2 * np.pi * frequency, 2 * np.pi / np.array([1.5, 2.5])
     exact = 3.0 * omega / np.abs(own**2 - omega**2 + 2j * 0.2 * own * omega)
-    found = spectra_by_azimuth(motion, [1.5, 2.5], [0], damping=0.2, points_per_period=24)["velocity"][:, 0]
+    found = response_spectra_by_azimuth(motion, [1.5, 2.5], [0], damping=0.2, points_per_period=24)["velocity"][:, 0]
     assert found == pytest.approx(exact, rel=0.02)
 
 
 def test_dataset_has_units_and_a_period_of_180_degrees(rinaldi):
     motion = Motion.of(rinaldi)
-    table = intensity_by_azimuth(motion, np.arange(0, 360, 30))
+    table = intensity_dataset_by_azimuth(motion, np.arange(0, 360, 30))
     assert set(table) == set(MEASURES)
     for name, (unit, _) in MEASURES.items():
         assert table[name].attrs["units"] == unit
@@ -328,14 +330,16 @@ def test_dataset_has_units_and_a_period_of_180_degrees(rinaldi):
 def test_predominant_period_of_a_sine():
     time = np.arange(0, 30, 0.01)
     motion = Motion(np.sin(2 * np.pi * time / 0.8), np.sin(2 * np.pi * time / 0.3), sampling_interval=0.01)
-    np.testing.assert_allclose(measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.8, 0.3], rtol=0.04)
+    np.testing.assert_allclose(
+        intensity_measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.8, 0.3], rtol=0.04
+    )
 
 
 def test_predominant_period_is_between_0_04_and_4_s():
     """For a motion outside the range, the closest end of the range is returned."""
     time = np.arange(0, 40, 0.002)
     motion = Motion(np.sin(2 * np.pi * time / 0.01), np.sin(2 * np.pi * time / 10), sampling_interval=0.002)
-    np.testing.assert_allclose(measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.04, 4.0])
+    np.testing.assert_allclose(intensity_measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.04, 4.0])
 
 
 def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
@@ -359,9 +363,9 @@ def test_rotated_motions_are_not_stored():
     import tracemalloc
 
     motion = Motion(*np.random.default_rng(2).normal(size=(2, 30_000)), sampling_interval=0.01)
-    measures_by_azimuth(motion, [0.0])
+    intensity_measures_by_azimuth(motion, [0.0])
     tracemalloc.start()
-    measures_by_azimuth(motion, np.arange(360))
+    intensity_measures_by_azimuth(motion, np.arange(360))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 40e6
@@ -373,7 +377,7 @@ def test_peaks_of_a_sine_match_the_closed_form():
     omega = 2 * np.pi / period
     time = np.arange(0, 1.0005, 0.001)
     motion = Motion(amplitude * np.sin(omega * time), np.zeros_like(time), sampling_interval=0.001)
-    found = intensity_by_azimuth(motion, [0, 60, 90, 180])
+    found = intensity_dataset_by_azimuth(motion, [0, 60, 90, 180])
     np.testing.assert_allclose(found.pga, amplitude * np.array([1, 0.5, 0, 1]), atol=1e-9)
     np.testing.assert_allclose(found.pgv, 2 * amplitude / omega * np.array([1, 0.5, 0, 1]), rtol=1e-5)
     np.testing.assert_allclose(found.pgd, 2 * np.pi * amplitude / omega**2 * np.array([1, 0.5, 0, 1]), rtol=1e-4)
@@ -384,7 +388,7 @@ def test_peaks_of_a_sine_match_the_closed_form():
 @pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan]])
 def test_invalid_azimuths_are_refused(azimuths):
     with pytest.raises(ArgumentError, match="azimuth_deg"):
-        intensity_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)
+        intensity_dataset_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)
 
 
 def test_published_intensity_follows_jma_rounding():

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from overturning.errors import RecordError
-from overturning.records.check import check_paths
+from overturning.records.check import check_records_in_files
 from overturning.records.declarations import Declarations
 from overturning.records.read import read_without_processing
-from overturning.records.source import SourceFile, open_archive
+from overturning.records.source import SourceFile, unpack_archive
 from tests.bounds import bounded
 from tests.records.record_writers import csmip_text, knet_text
 from tests.records.test_command import run
@@ -64,7 +64,7 @@ def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_
         "CE1.V1 left out: the same is there processed",
         "CE1.V3 left out: it holds no acceleration",
     ]
-    assert [finding.record is not None for finding in check_paths([path])] == [True]
+    assert [finding.record is not None for finding in check_records_in_files([path])] == [True]
     path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V3": third.encode()}))
     assert read_without_processing(path).extra["processed"] is False
     path.write_bytes(zip_of({"CE1.V3": third.encode()}))
@@ -263,4 +263,4 @@ def test_stated_sizes_of_archive_members_are_checked():
     central = data.index(b"PK\x01\x02")
     data[central + 24 : central + 28] = (10).to_bytes(4, "little")
     with pytest.raises(RecordError):
-        list(open_archive(SourceFile("x.zip", bytes(data))))
+        list(unpack_archive(SourceFile("x.zip", bytes(data))))

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_entry_paths, read_catalogue
-from overturning.records.fault_trace import read_trace
-from overturning.records.read import NO_SOURCE, read_record, read_record_without_labels, with_table_labels
+from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_record_paths, read_catalogue
+from overturning.records.fault_trace import parse_fault_trace
+from overturning.records.read import NO_SOURCE, add_table_labels, read_record, read_record_without_labels
 from overturning.records.store import write_motion
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
@@ -63,9 +63,9 @@ def test_a_record_with_a_missing_file_is_refused(tmp_path):
         (tmp_path / name).write_text("")
     entry = RecordEntry(id="x", source="x.NS x.EW x.UD")
     with refused(MissingDataError, "record x", "x.UD is not in"):
-        find_entry_paths(entry, tmp_path)
+        find_record_paths(entry, tmp_path)
     (tmp_path / "x.UD").write_text("")
-    assert [path.name for path in find_entry_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
+    assert [path.name for path in find_record_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
 
 
 LABELLED = RecordEntry(
@@ -109,7 +109,7 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     write_motion(bare, tmp_path / "bare.nc")
     write_motion(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = with_table_labels(bare, LABELLED)
+    described = add_table_labels(bare, LABELLED)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in PLACES} == {
@@ -124,7 +124,7 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
 
 def test_pieces_of_a_trace() -> None:
     """Latitude before longitude; a semicolon begins another piece, and one at the end begins none."""
-    assert read_trace("40.71 29.34, 40.73  29.52;40.7 -29.61,-40.75 29.88 ,0 0;") == (
+    assert parse_fault_trace("40.71 29.34, 40.73  29.52;40.7 -29.61,-40.75 29.88 ,0 0;") == (
         ((40.71, 29.34), (40.73, 29.52)),
         ((40.7, -29.61), (-40.75, 29.88), (0.0, 0.0)),
     )
@@ -138,7 +138,7 @@ def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
     samples = read_record_without_labels(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
-        with_table_labels(samples, RecordEntry(id="mine", source="mine.V2A", **cells))
+        add_table_labels(samples, RecordEntry(id="mine", source="mine.V2A", **cells))
         for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
     )
     assert of_file.latitude is not None

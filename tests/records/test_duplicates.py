@@ -11,7 +11,7 @@ from overturning.errors import ConfigError
 from overturning.records.catalogue import read_catalogue
 from overturning.records.duplicates import (
     find_duplicate_records,
-    largest_correlation,
+    largest_motion_correlation,
     motion_fingerprint,
     refuse_duplicate_records,
 )
@@ -85,7 +85,7 @@ def test_the_correlation_is_that_of_the_whole_motion():
     )
     other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
     mixed = record("b", *(np.array([NORTH, EAST]) + 0.3 * other))
-    found = largest_correlation(*map(motion_fingerprint, (record("a", NORTH, EAST), mixed)))
+    found = largest_motion_correlation(*map(motion_fingerprint, (record("a", NORTH, EAST), mixed)))
     assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # number of samples in the 10 s around the peak
 
 

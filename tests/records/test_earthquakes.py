@@ -176,7 +176,7 @@ def test_the_shipped_records_keep_their_earthquakes() -> None:
 def test_different_names_in_the_packaged_sets_are_noted() -> None:
     """FEMA P-695 writes three of its earthquakes in two ways, with and without PEER's number."""
     sources = [f"{kind}:{number}" for kind, number in (("farfield", 1), ("nearfield_pulse", 9), ("nearfield_pulse", 8))]
-    names = [fema_p695.read(source)[0].event for source in sources]
+    names = [fema_p695.read_components(source)[0].event for source in sources]
     assert names[:2] == ["Northridge", "Northridge-01"]
     found = decided(*(entry(f"r{index}", name) for index, name in enumerate(names)))
     assert len(found.doubtful) == 1

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from overturning.errors import MissingDataError
-from overturning.records.catalogue import RecordEntry, find_entry_paths, read_catalogue
+from overturning.records.catalogue import RecordEntry, find_record_paths, read_catalogue
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import record_origin_and_processing
 from overturning.records.steps import Highpass
-from overturning.records.store import read_motion, read_unprocessed, write_motion
+from overturning.records.store import read_motion, read_unprocessed_motion, write_motion
 from tests.expect import refused
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
@@ -27,7 +27,7 @@ def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
     assert record.sha256 == entry.sha256
     assert "CC BY" in record.licence
     assert (record.extra["magnitude"], record.extra["rupture_distance"]) == (7.8, 1.5)
-    assert [path.suffix for path in find_entry_paths(entry, tmp_path)] == [".zip"]
+    assert [path.suffix for path in find_record_paths(entry, tmp_path)] == [".zip"]
 
 
 def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
@@ -44,7 +44,7 @@ def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tm
     assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
     done = process_record(raw, [Highpass(corner_hz=0.5)])
     write_motion(done, tmp_path / "m.nc", raw)
-    kept, before = read_motion(tmp_path / "m.nc"), read_unprocessed(tmp_path / "m.nc")
+    kept, before = read_motion(tmp_path / "m.nc"), read_unprocessed_motion(tmp_path / "m.nc")
     assert before is not None
     np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
     assert (before.start, kept.start) == (raw.start, done.start)
@@ -54,4 +54,4 @@ def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tm
         > 2 * record_origin_and_processing(kept)["peaks"]["pgd"][1]
     )
     write_motion(raw, tmp_path / "m.nc")
-    assert read_unprocessed(tmp_path / "m.nc") is None
+    assert read_unprocessed_motion(tmp_path / "m.nc") is None

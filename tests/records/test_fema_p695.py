@@ -12,7 +12,7 @@ from overturning.errors import RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.earthquakes import great_circle_distance_km
-from overturning.records.fault_trace import read_trace
+from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
 
@@ -76,7 +76,7 @@ def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(rec
     station, _ = places(entry)
     points = [
         (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
-        for piece in read_trace(entry.fault_trace)
+        for piece in parse_fault_trace(entry.fault_trace)
         for a, b in pairwise(piece)
         for part in np.linspace(0, 1, 201)
     ]
@@ -88,7 +88,7 @@ def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(rec
     "entry", [e for e in read_catalogue(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
 )
 def test_fault_normal_component_is_recovered_along_its_azimuth(entry):
-    components = fema_p695.read(entry.source)
+    components = fema_p695.read_components(entry.source)
     record = read_record(entry, Path("unused"))
     motion = Motion.of(record)
     assert entry.fault_strike_deg is not None

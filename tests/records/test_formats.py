@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from overturning.errors import ArgumentError, RecordError
 from overturning.records.assembly import assemble_record
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_paths
+from overturning.records.check import check_records_in_files
 from overturning.records.component import channel_code_direction, parse_axis_direction
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
@@ -247,7 +247,7 @@ def test_channels_of_several_places_in_a_structure_are_no_record(tmp_path, form)
         assert put(tmp_path, text(*[place] * 3)).notes == []
     both = text(*["Ground Floor"] * 3) + text(*["Roof"] * 3)
     (tmp_path / "both.v2").write_text(both)
-    assert [{c.location for c in f.components} for f in check_paths([tmp_path / "both.v2"])] == [
+    assert [{c.location for c in f.components} for f in check_records_in_files([tmp_path / "both.v2"])] == [
         {"Ground Floor"},
         {"Roof"},
     ]
@@ -265,12 +265,12 @@ def test_files_of_two_places_of_one_station_are_refused_with_both_and_each_is_a_
     write(1, "Freefield", channels)
     write(4, "Bent 2: deck", {"Tran": (0, A), "Long": (0, B)})
     for paths in ([tmp_path], [tmp_path / "CHAN001.V2"]):
-        found = check_paths(paths)
+        found = check_records_in_files(paths)
         record = found[0].record
         assert record is not None
         check(record, B * 0.01, A * 0.01, C * 0.01)
         assert [f.files[0] for f in found if f.record is None] == ["CHAN004.V2"][: len(paths[0].suffix) == 0]
-    both = [check_paths([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])]
+    both = [check_records_in_files([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])]
     for finding in both[0]:
         assert "components of 'Freefield' and 'Bent 2: deck' are not of one record" in finding.reason
     with refused(RecordError, "'Freefield' and 'Bent 2: deck'"):

@@ -16,7 +16,7 @@ from overturning.records.formats import knet
 from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_without_processing
 from overturning.records.record import record_origin_and_processing
-from overturning.records.source import SourceFile, read_source
+from overturning.records.source import SourceFile, read_source_file
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
 from tests.records.test_archives import tar_of, zip_of
@@ -133,7 +133,7 @@ def test_one_component_alone_is_refused(tmp_path):
 
 
 def read_text(text: str, name: str = "T.NS"):
-    return knet.read(SourceFile(name, text.encode("utf-8")))[0]
+    return knet.read_components(SourceFile(name, text.encode("utf-8")))[0]
 
 
 def test_fractional_rates_and_scale_factors_are_exact():
@@ -146,7 +146,7 @@ def test_fractional_rates_and_scale_factors_are_exact():
 def test_blank_magnitude_and_japanese_memo_do_no_harm():
     text = knet_text(NORTH, magnitude="", memo="補正なし")
     assert "magnitude" not in read_text(text).extra
-    component = knet.read(SourceFile("T.NS", text.encode("shift_jis")))[0]
+    component = knet.read_components(SourceFile("T.NS", text.encode("shift_jis")))[0]
     np.testing.assert_allclose(component.samples, NORTH * GAIN, rtol=1e-12)
 
 
@@ -235,7 +235,7 @@ def test_truncated_last_line_is_detected(count, end):
     text = knet_text(NORTH[:count]).rstrip("\n")
     if end and count > 8:
         text = text[: text.rindex("\n") + 1] + " ".join(text[text.rindex("\n") :].split())
-    component = knet.read(SourceFile("T.NS", (text + end).encode("ascii")))[0]
+    component = knet.read_components(SourceFile("T.NS", (text + end).encode("ascii")))[0]
     np.testing.assert_allclose(component.samples, NORTH[:count] * GAIN, rtol=1e-12)
 
 
@@ -246,7 +246,7 @@ def test_a_real_file_agrees_with_its_own_header():
     path = Path(obspy.__file__).parent / "io" / "nied" / "tests" / "data" / "test.knet"
     if not path.exists():
         lacking("this obspy comes without its test data")
-    component = knet.read(read_source(path))[0]
+    component = knet.read_components(read_source_file(path))[0]
     trace = obspy.read(str(path), format="KNET")[0]
     np.testing.assert_allclose(component.samples, trace.data * trace.stats.calib, rtol=1e-12)
     assert component.start == trace.stats.starttime.datetime.replace(tzinfo=UTC)

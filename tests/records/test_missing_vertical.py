@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_paths
+from overturning.records.check import check_records_in_files
 from overturning.records.declarations import Declarations
 from overturning.records.read import read_record, read_without_processing
 from tests.records.record_writers import peer_text
@@ -24,7 +24,7 @@ def test_a_vertical_component_that_is_left_out_is_named(tmp_path, names):
     note = f"vertical component left out: {paths[2].name} in the same folder holds it; name it too"
     named = paths[0] if given == 1 else paths[:2]
     assert note in read_without_processing(named).notes
-    (finding,) = check_paths([named] if given == 1 else named)
+    (finding,) = check_records_in_files([named] if given == 1 else named)
     assert note in finding.record.notes
     entry = RecordEntry(id="x", source=" ".join(path.name for path in paths[:2]))
     assert note in read_record(entry, tmp_path).notes

@@ -10,7 +10,7 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectrum_intensity
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_paths, format_record_check, has_no_record
+from overturning.records.check import check_records_in_files, format_record_check, has_non_record_name
 from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_without_processing
 from overturning.records.steps import RemoveMean
@@ -62,8 +62,8 @@ def test_csmip_channels_of_different_length_are_cut():
 
 
 def test_check_identifies_every_file():
-    files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_no_record(p))
-    findings = check_paths(files)
+    files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_non_record_name(p))
+    findings = check_records_in_files(files)
     named = {name for finding in findings for name in finding.files}
     assert named == {p.name for p in files}
     for finding in findings:

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_paths, format_record_check
+from overturning.records.check import check_records_in_files, format_record_check
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
 from overturning.records.formats.table import find_format_by_name
@@ -35,7 +35,9 @@ def test_miniseed_with_stationxml_in_its_folder(tmp_path):
     np.testing.assert_allclose(record.up, Z / 400_000, rtol=1e-12)
     assert record.start == "2001-02-03T04:05:06.5Z"
     assert (record.station, record.latitude) == ("TST1", 35.2)
-    lines = [line for finding in check_paths([tmp_path]) for line in format_record_check(finding).splitlines()]
+    lines = [
+        line for finding in check_records_in_files([tmp_path]) for line in format_record_check(finding).splitlines()
+    ]
     for channel, samples, direction in (("HNN", N, "azimuth 0"), ("HNE", E, "azimuth 90"), ("HNZ", Z, "up")):
         said = f"{direction}, 500 samples, peak {np.abs(samples).max() / 4000:.4g} Gal, header states none"
         assert any(channel in line and line.endswith(said) for line in lines), channel
@@ -60,7 +62,7 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
         read_without_processing(mixed)
     # Regression: the first sensor lacks its north component and used that of the second.
     write_mseed(tmp_path / "x.mseed", {"00.HNE": E, "00.HNZ": Z, "10.HNE": E, "10.HNN": N, "10.HNZ": Z})
-    assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
+    assert [len(finding.components) for finding in check_records_in_files([tmp_path]) if finding.record] == [3]
 
 
 def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
@@ -507,7 +509,7 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
         record = read_without_processing(paths, declared)
         for found, samples in ((record.north, N), (record.east, E), (record.up, -Z)):
             np.testing.assert_allclose(found, samples / 1e5, rtol=1e-12)
-    found = check_paths([tmp_path], starred)
+    found = check_records_in_files([tmp_path], starred)
     assert [finding.files for finding in found] == [tuple(f"{s}_{a}.txt" for a in "enz") for s in "ab"]
     np.testing.assert_allclose(found[1].record.north, 2 * N / 1e5, rtol=1e-12)
     entry = RecordEntry(id="x", source="a_n.txt a_e.txt a_z.txt", columns=exact.columns, **given_)

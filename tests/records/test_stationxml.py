@@ -8,7 +8,7 @@ import obspy
 import pytest
 
 from overturning.errors import RecordError
-from overturning.records.check import check_paths
+from overturning.records.check import check_records_in_files
 from overturning.records.declarations import Declarations
 from overturning.records.formats.stationxml import acceleration_unit_size, is_velocity_unit
 from overturning.records.read import read_without_processing
@@ -206,7 +206,7 @@ def test_two_bands_of_one_sensor_are_two_records(tmp_path):
     for code, samples in zip(CHANNELS, (N, E, Z), strict=True):
         write_mseed(tmp_path / f"{code}.mseed", {code: samples})
         write_mseed(tmp_path / f"BN{code[2]}.mseed", {f"BN{code[2]}": samples[::5]}, rate=20.0)
-    first, second = check_paths([tmp_path])
+    first, second = check_records_in_files([tmp_path])
     assert first.files == ("BNE.mseed", "BNN.mseed", "BNZ.mseed")
     assert second.files == ("HNE.mseed", "HNN.mseed", "HNZ.mseed")
     np.testing.assert_allclose(first.record.north, N[::5] / 4e5, rtol=1e-12)
@@ -217,7 +217,7 @@ def test_two_bands_of_one_sensor_are_two_records(tmp_path):
 def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
     write_inventory(tmp_path / "other.xml", CHANNELS, station="OTHER")
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
-    (finding,) = check_paths([tmp_path], Declarations(unit="gal"))
+    (finding,) = check_records_in_files([tmp_path], Declarations(unit="gal"))
     np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
     np.testing.assert_allclose(read_without_processing(paths[0], Declarations(unit="gal")).east, E / 1e7, atol=1e-8)
     with refused(RecordError, "HNN", "is not in the StationXML given"):

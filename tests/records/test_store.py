@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ResultError
 from overturning.records.record import Record
-from overturning.records.store import read_motion, round_as_stored, write_motion
+from overturning.records.store import read_motion, round_to_stored_precision, write_motion
 
 samples = arrays(np.float64, 40, elements=st.floats(-50, 50))
 texts = st.text(st.characters(blacklist_categories=("Cs", "Cc")), max_size=12)
@@ -50,7 +50,7 @@ def test_writing_and_reading_are_inverse(tmp_path, north, east, up, event, inter
     )
     write_motion(record, tmp_path / "motion.nc")
     back = read_motion(tmp_path / "motion.nc")
-    same(round_as_stored(record), back)
+    same(round_to_stored_precision(record), back)
     np.testing.assert_allclose(back.north, north, atol=5.1e-10)
 
 

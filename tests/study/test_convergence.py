@@ -23,7 +23,7 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import round_as_stored
+from overturning.records.store import round_to_stored_precision
 from overturning.settings import Ensemble
 from overturning.study.answers import DifferenceCounts, count_differences, empty_outcomes
 from overturning.study.convergence import read_convergence
@@ -89,7 +89,7 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
 def short(number: int, name: str = "a") -> Record:
     """The strong part of a record."""
     motion = strong_part(number, 4.0, 8.0)
-    return round_as_stored(Record(name, motion.north, motion.east, None, motion.sampling_interval))
+    return round_to_stored_precision(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)

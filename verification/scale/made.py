@@ -13,7 +13,7 @@ from overturning.model.status import Status
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import round_as_stored, write_motion
+from overturning.records.store import round_to_stored_precision, write_motion
 from overturning.study.gather import describe_cube, merge_parts
 from overturning.study.load import check_study
 from overturning.study.parts import SweepChunk, grid_of_chunk, part_path, write_part
@@ -64,7 +64,7 @@ def synthetic_records(study: Study) -> Iterator[Record]:
         north, east = one.north + np.roll(other.north, delay), one.east + np.roll(other.east, delay)
         record = Record(name, north, east, None, one.sampling_interval)
         known = {"pulse": number % 2 == 0, "event_latitude": 35.0, "event_longitude": 133.0}
-        yield round_as_stored(replace(
+        yield round_to_stored_precision(replace(
             record, station=name, event=f"earthquake {number % 5}", fault_strike_deg=10.0 * (number % 5), extra=known
         ))  # fmt: skip
 

@@ -269,7 +269,7 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
     from overturning.records.processing import process_record
     from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
     from overturning.records.read import read_record, read_without_processing
-    from overturning.records.store import round_as_stored
+    from overturning.records.store import round_to_stored_precision
 
     name, table = motion_options.record, motion_options.table or TABLE
     is_pulse = bool(name.split()) and name.split()[0] in SHAPES
@@ -277,11 +277,13 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
-        return round_as_stored(process_record(read_without_processing(Path(name), file_options.declarations()), None))
+        return round_to_stored_precision(
+            process_record(read_without_processing(Path(name), file_options.declarations()), None)
+        )
     if file_options != FileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
-        return round_as_stored(pulse_record(parse_pulse(name)))
+        return round_to_stored_precision(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
     entries = read_catalogue(find_project_file(table))
@@ -289,4 +291,6 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"
         )
-    return round_as_stored(process_record(read_record(entries[name], motion_options.folder or RESOURCES), None))
+    return round_to_stored_precision(
+        process_record(read_record(entries[name], motion_options.folder or RESOURCES), None)
+    )

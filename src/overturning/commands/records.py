@@ -27,16 +27,16 @@ def check_record_files(paths: Paths, file_options: FileOptions) -> None:
 
     Folders are read recursively. The exit status is 1 if a file was refused.
     """
-    from overturning.records.check import check_paths, format_record_check, skipped_file_names
-    from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
+    from overturning.records.check import check_records_in_files, format_record_check, skipped_file_names
+    from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
     from overturning.records.earthquakes import group_by_earthquake
 
-    findings = check_paths(paths, file_options.declarations())
+    findings = check_records_in_files(paths, file_options.declarations())
     for finding in findings:
         typer.echo(format_record_check(finding))
     _print_notes(group_by_earthquake(f.record for f in findings if f.record is not None).notes)
     named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
-    for text in duplicate_messages(find_duplicate_records(map(motion_fingerprint, named))):
+    for text in duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
     read = sum(f.record is not None for f in findings)
     if no_records := skipped_file_names(paths):
@@ -87,7 +87,7 @@ def plot_records(
     from overturning.figures.history import history_figure
     from overturning.figures.style import style
     from overturning.figures.write import save
-    from overturning.records.check import check_paths, format_record_check
+    from overturning.records.check import check_records_in_files, format_record_check
     from overturning.records.processing import default_processing_steps, process_record
     from overturning.records.record import processing_entry_text
 
@@ -98,7 +98,7 @@ def plot_records(
         frequency = 0.0
     if frequency != "auto" and not 0 < frequency < float("inf"):
         raise ArgumentError(f"--corner: {corner!r}; give a frequency in Hz, or auto")
-    findings = check_paths(paths, declared)
+    findings = check_records_in_files(paths, declared)
     records = [(finding.files[0], finding.record) for finding in findings if finding.record is not None]
     unread = [finding for finding in findings if finding.record is None]
     page = output.suffix.lower() in (".svg", ".png", ".pdf")
@@ -139,7 +139,7 @@ def add_record(
 ) -> None:
     """Read the files of a record, copy them into the folder, and add a line to the record table."""
     from overturning.errors import ArgumentError
-    from overturning.records.table_line import add_record_to_table, notes_on_new_record
+    from overturning.records.table_line import add_record_to_table, new_record_notes
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
@@ -151,7 +151,7 @@ def add_record(
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
     _print_record_notes(record)
-    for line in notes_on_new_record(record, table, folder):
+    for line in new_record_notes(record, table, folder):
         typer.echo(line)
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
 
@@ -207,9 +207,9 @@ def fetch_records_from_fdsn(
     timeout: Annotated[float, typer.Option(help="longest time without an answer, s")] = 60.0,
 ) -> None:
     """Download waveforms and StationXML from FDSN web services, and check them."""
-    from overturning.records.check import check_paths, format_record_check
+    from overturning.records.check import check_records_in_files, format_record_check
     from overturning.records.fdsn import FdsnRequest, fetch_fdsn
 
     request = FdsnRequest(server, network, station, location, channel, *astuple(window))
-    for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout, report_note=typer.echo)):
+    for finding in check_records_in_files(fetch_fdsn(request, folder, timeout=timeout, report_note=typer.echo)):
         typer.echo(format_record_check(finding))

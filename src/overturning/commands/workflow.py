@@ -97,15 +97,15 @@ def add_record_labels(
 ) -> None:
     """Add station, event and site from the record table to the motions of all records."""
     from overturning.records import read
-    from overturning.records.store import read_motion, read_unprocessed, write_motion
+    from overturning.records.store import read_motion, read_unprocessed_motion, write_motion
     from overturning.study.load import load_study_from_text, record_table_rows
 
     settings = load_study_from_text(study)
     for name, entry in record_table_rows(settings, settings.name).items():
         path = motions / f"{name}.nc"
-        before = read_unprocessed(path)
-        labelled = None if before is None else read.with_table_labels(before, entry)
-        write_motion(read.with_table_labels(read_motion(path), entry), output / path.name, unprocessed_record=labelled)
+        before = read_unprocessed_motion(path)
+        labelled = None if before is None else read.add_table_labels(before, entry)
+        write_motion(read.add_table_labels(read_motion(path), entry), output / path.name, unprocessed_record=labelled)
 
 
 def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -> None:

@@ -11,7 +11,7 @@ from overturning.figures.maps import map_figure
 from overturning.figures.style import style
 from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
-from overturning.records.store import read_motion, read_unprocessed
+from overturning.records.store import read_motion, read_unprocessed_motion
 from overturning.study.cube import element_of_cube, first_shown_block, open_cube, study_of_cube
 from overturning.study.scenes import variant_scene
 
@@ -66,7 +66,8 @@ def draw_record_figures(
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
                 spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
                 save(
-                    history_figure(read_unprocessed(motion) or used, used, spectra), folder / "history" / f"{name}.svg"
+                    history_figure(read_unprocessed_motion(motion) or used, used, spectra),
+                    folder / "history" / f"{name}.svg",
                 )
 
 

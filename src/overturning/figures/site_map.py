@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from overturning.errors import ArgumentError
 from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, caption, grid
 from overturning.model.falls import model_of
-from overturning.records.fault_trace import Trace, read_trace
+from overturning.records.fault_trace import Trace, parse_fault_trace
 from overturning.statistics.by_record import apply_by_record
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.falls import mean_fall_directions
@@ -100,7 +100,7 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
         if len(shown) < (2 if epicentre is None else 1):
             continue
         traces = (about[row].get("fault_trace", "") for row in rows)
-        sites.append(EarthquakeOnMap(event, shown, epicentre, read_trace(next(filter(None, traces), ""))))
+        sites.append(EarthquakeOnMap(event, shown, epicentre, parse_fault_trace(next(filter(None, traces), ""))))
     return sites
 
 

@@ -17,7 +17,7 @@ _BLOCK = 4096
 
 
 def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
-    """Return cosine and sine of an azimuth φ, degrees clockwise from north.
+    """Return the cosine and sine of an azimuth φ, degrees clockwise from north.
 
     The motion along φ is ``north * cos + east * sin``.
 
@@ -53,45 +53,48 @@ def azimuth_cosine_pairs(azimuth_deg: ArrayLike) -> FloatArray:
     return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
 
-def largest_along_azimuths(north_east: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
+def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
     """Return the largest absolute motion along each of m azimuths, max_t |n(t) cos φ + e(t) sin φ|.
 
-    ``north_east`` has shape (2, n), ``azimuth_cosines`` (m, 2); the result has shape (m,) and the unit of the motion.
-    Samples that
-    cannot be the largest along any azimuth are left out first: a few extreme samples give a lower bound of each result,
-    and samples closer to the origin than the smallest of these bounds are skipped.
+    ``horizontal_motion`` has shape (2, n), ``azimuth_cosines`` (m, 2); the result has shape (m,) and the unit of the
+    motion. Samples that cannot be the largest along any azimuth are left out first: a few extreme samples give a lower
+    bound of each result, and samples closer to the origin than the smallest of these bounds are skipped.
     """
-    some = np.ascontiguousarray(north_east[:, ::_STRIDE])
+    some = np.ascontiguousarray(horizontal_motion[:, ::_STRIDE])
     seeds = np.abs(_TURNS @ some).argmax(axis=1)
     bounds = np.abs(azimuth_cosines @ some[:, seeds]).max(axis=1)
     # The margin covers rounding; keeping too many samples does not change the result.
-    far = north_east[:, north_east[0] ** 2 + north_east[1] ** 2 >= bounds.min() ** 2 * (1.0 - 1e-9)]
+    far = horizontal_motion[
+        :, horizontal_motion[0] ** 2 + horizontal_motion[1] ** 2 >= bounds.min() ** 2 * (1.0 - 1e-9)
+    ]
     if far.shape[1] < _FEW:
-        return _largest_of_all_samples(far, azimuth_cosines)
+        return _largest_motion_of_samples(far, azimuth_cosines)
     largest = np.zeros(azimuth_cosines.shape[0])
     for first in range(0, azimuth_cosines.shape[0], _GROUP):
         group = azimuth_cosines[first : first + _GROUP]
-        largest[first : first + _GROUP] = _largest_of_all_samples(
-            _samples_within_reach(far, group, bounds[first : first + _GROUP].min()), group
+        largest[first : first + _GROUP] = _largest_motion_of_samples(
+            _samples_reaching_bound(far, group, bounds[first : first + _GROUP].min()), group
         )
     return largest
 
 
-def _samples_within_reach(north_east: FloatArray, azimuth_cosines: FloatArray, lower_bound: float) -> FloatArray:
-    """Return the samples that may reach the bound along one of a group of azimuths."""
+def _samples_reaching_bound(
+    horizontal_motion: FloatArray, azimuth_cosines: FloatArray, lower_bound: float
+) -> FloatArray:
+    """Return the horizontal samples, shape (2, k), that may reach a lower bound along one of m azimuths."""
     middle = azimuth_cosines[len(azimuth_cosines) // 2]
-    along = np.abs(middle[0] * north_east[0] + middle[1] * north_east[1])
-    across = np.abs(middle[0] * north_east[1] - middle[1] * north_east[0])
+    along = np.abs(middle[0] * horizontal_motion[0] + middle[1] * horizontal_motion[1])
+    across = np.abs(middle[0] * horizontal_motion[1] - middle[1] * horizontal_motion[0])
     # |p · u| ≤ |p · m| + |p × m| |sin δ| for an azimuth u at δ from the middle one m.
     sine = np.abs(middle[0] * azimuth_cosines[:, 1] - middle[1] * azimuth_cosines[:, 0]).max()
-    return north_east[:, along + across * sine >= lower_bound * (1.0 - 1e-9)]
+    return horizontal_motion[:, along + across * sine >= lower_bound * (1.0 - 1e-9)]
 
 
-def _largest_of_all_samples(north_east: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
-    """Return the largest absolute motion along each azimuth, from all samples."""
+def _largest_motion_of_samples(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
+    """Return the largest absolute motion of all samples along each of m azimuths, shape (m,)."""
     largest = np.zeros(azimuth_cosines.shape[0])
-    for first in range(0, north_east.shape[1], _BLOCK):
-        block = north_east[:, first : first + _BLOCK]
+    for first in range(0, horizontal_motion.shape[1], _BLOCK):
+        block = horizontal_motion[:, first : first + _BLOCK]
         # Not a matrix product: its last bit may depend on the width of the block.
         np.maximum(
             largest,

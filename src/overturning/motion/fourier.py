@@ -8,7 +8,7 @@ from overturning.errors import ArgumentError
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
-    """Return frequencies, Hz, and Fourier amplitudes |∫ a exp(−2πift) dt| of one component, shape (n // 2 + 1,)."""
+    """Return the frequencies, Hz, and Fourier amplitudes |∫ a exp(−2πift) dt| of n samples, shape (n // 2 + 1,)."""
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
         raise ArgumentError(f"acceleration: shape {samples.shape}; a component is one row of at least 2 samples")
@@ -19,7 +19,7 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
 
 
 def cosine_taper_window(sample_count: int, taper_width: int) -> FloatArray:
-    """Return a cosine-tapered (Tukey) window (n,): `taper_width` samples rise at its start and fall at its end."""
+    """Return a cosine-tapered (Tukey) window, shape (n,): it rises and falls over `taper_width` samples at its ends."""
     window = np.ones(sample_count)
     window[:taper_width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(taper_width) / taper_width))
     window[-taper_width:] = window[:taper_width][::-1]
@@ -29,9 +29,10 @@ def cosine_taper_window(sample_count: int, taper_width: int) -> FloatArray:
 def rms_band_amplitude(
     acceleration: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
 ) -> FloatArray:
-    """Return the root mean square Fourier amplitude of one component in bands around log-spaced centres, Hz.
+    """Return the root mean square Fourier amplitude, m/s, in each of m frequency bands, shape (m,).
 
-    A short component is padded with zeros so that every band contains at least one frequency.
+    The bands lie around logarithmically spaced ``centre_frequencies``, Hz. A short component is padded with zeros so
+    that every band contains at least one frequency.
     """
     ratio = float(centre_frequencies[1] / centre_frequencies[0])
     needed = int(np.ceil(2.0 / (centre_frequencies[0] * (ratio - 1.0)) / sampling_interval))
@@ -44,7 +45,7 @@ def rms_band_amplitude(
 
 
 def konno_ohmachi_smoothing(frequency: FloatArray, amplitude: FloatArray, centre_frequencies: ArrayLike) -> FloatArray:
-    """Smooth a raw spectrum at ``centre_frequencies``, Hz (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
+    """Smooth a Fourier spectrum at ``centre_frequencies``, Hz (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
 
     Frequencies are in Hz; 0 is left out of the spectrum and refused in ``centre_frequencies``. The bandwidth
     coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the record is

@@ -26,17 +26,17 @@ _POINTS = 256
 
 
 def peak_azimuths(motion: Accelerogram) -> dict[str, float]:
-    """Return the azimuths, degrees, of horizontal acceleration and velocity at their peaks; NaN without motion."""
+    """Return the azimuths, degrees, of the largest horizontal acceleration and velocity; NaN without motion."""
     acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
-    return {name: _azimuth_of_largest(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
+    return {name: _azimuth_of_largest_vector(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
 
 
-def _azimuth_of_largest(north_east: FloatArray) -> float:
-    """Return the azimuth of the largest horizontal vector, degrees; NaN without motion."""
-    square = (north_east**2).sum(axis=0)
+def _azimuth_of_largest_vector(horizontal_motion: FloatArray) -> float:
+    """Return the azimuth, degrees, at which a horizontal motion, shape (2, n), is largest; NaN without motion."""
+    square = (horizontal_motion**2).sum(axis=0)
     at = int(square.argmax())
-    return _azimuth_deg(*north_east[:, at]) if square[at] > 0 else float("nan")
+    return _azimuth_deg(*horizontal_motion[:, at]) if square[at] > 0 else float("nan")
 
 
 def _azimuth_deg(north: float, east: float) -> float:
@@ -46,11 +46,11 @@ def _azimuth_deg(north: float, east: float) -> float:
 
 @cache
 def daubechies_wavelet() -> FloatArray:
-    """Return the wavelet db4 with unit energy, from 0 to 7 in steps of 1/256, by inverse transform of its filters."""
+    """Return the Daubechies wavelet db4 (unit energy) at arguments from 0 to 7 in steps of 1/256, shape (1793,)."""
 
-    def response(taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
-        turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(taps.size)))
-        return np.asarray(turns @ taps / np.sqrt(2.0), dtype=np.complex128)
+    def response(filter_taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
+        turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(filter_taps.size)))
+        return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
     period = _SUPPORT + 1  # slightly more than the support, to avoid wrap-around
     half = np.arange(period * _POINTS // 2 + 1) / (2.0 * period)
@@ -61,7 +61,7 @@ def daubechies_wavelet() -> FloatArray:
 
 
 def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]:
-    """Return axis (degrees, 0 to 180) and period (s) of the strongest velocity pulse; NaN without motion.
+    """Return the axis (degrees, 0 to 180) and period (s) of the strongest velocity pulse; NaN without motion.
 
     The pulse has the largest wavelet coefficient over times, periods and horizontal directions (Shahi & Baker 2014,
     Bulletin of the Seismological Society of America 104). The coefficient along φ is n cos φ + e sin φ, with the

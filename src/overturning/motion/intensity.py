@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import azimuth_cosine_pairs, checked_azimuths, largest_along_azimuths
+from overturning.motion.direction import azimuth_cosine_pairs, checked_azimuths, largest_motion_along_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.units import STANDARD_GRAVITY
@@ -38,8 +38,8 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 """Periods at which the predominant period is searched, s, in steps of 6 %."""
 
 
-def measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """Return each measure of ``MEASURES`` along m azimuths in degrees, shape (m,), as plain arrays.
+def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
+    """Return the intensity measures of a motion (keys of ``MEASURES``) along m azimuths in degrees, shape (m,) each.
 
     The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come
     from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
@@ -51,7 +51,8 @@ def measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[st
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     series = (motion.horizontal, velocity, integrate(velocity, motion.sampling_interval))
     measures = {
-        name: largest_along_azimuths(pair, azimuth_cosine_pairs(half)) for name, pair in zip(PEAKS, series, strict=True)
+        name: largest_motion_along_azimuths(pair, azimuth_cosine_pairs(half))
+        for name, pair in zip(PEAKS, series, strict=True)
     }
     measures["arias"] = arias_intensity(motion, half)
     measures["cav"] = cumulative_absolute_velocity(motion, half)
@@ -63,21 +64,21 @@ def measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[st
     return {name: values[back] for name, values in measures.items()}
 
 
-def intensity_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> "xarray.Dataset":
-    """Return the measures of ``MEASURES`` along azimuths, degrees clockwise from north, as a dataset."""
+def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> "xarray.Dataset":
+    """Return the intensity measures of a motion along azimuths, degrees clockwise from north, as an xarray dataset."""
     import xarray as xr
 
     azimuths = checked_azimuths(azimuth_deg)
     variables = {
         name: ("azimuth", values, {"units": MEASURES[name][0], "long_name": MEASURES[name][1]})
-        for name, values in measures_by_azimuth(motion, azimuths).items()
+        for name, values in intensity_measures_by_azimuth(motion, azimuths).items()
     }
     coordinate = ("azimuth", azimuths, {"units": "degree", "long_name": "azimuth of the motion, clockwise from north"})
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def record_intensity_measures(motion: Accelerogram, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the JMA intensity of a processed record, and its peaks before and after processing.
+def record_intensity_measures(motion: Accelerogram, processing_entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the JMA intensity of a processed record, and its peak values before and after the processing.
 
     Returns
     -------
@@ -95,7 +96,7 @@ def record_intensity_measures(motion: Accelerogram, processing: Sequence[Mapping
         else None,
     }
     for name in PEAKS:
-        effects = [step["effect"][name] for step in processing]
+        effects = [step["effect"][name] for step in processing_entries]
         measures[f"{name}_unprocessed"] = effects[0][0] if effects else None
         measures[f"{name}_processed"] = effects[-1][1] if effects else None
     return measures
@@ -143,11 +144,11 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
 
 
 def _component_products(motion: Accelerogram) -> FloatArray:
-    """Return the squares and product of north and east, n², n e, e², shape (3, n)."""
+    """Return the products n², n e and e² of the components towards north and east, m²/s⁴, shape (3, samples)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
 def _squared_motion_coefficients(azimuth_cosines: FloatArray) -> FloatArray:
-    """Return the coefficients of n², n e, e² in a(φ)², shape (m, 3)."""
+    """Return the coefficients of n², n e and e² in the squared motion along each of m azimuths, shape (m, 3)."""
     c, s = azimuth_cosines[:, 0], azimuth_cosines[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

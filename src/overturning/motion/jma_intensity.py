@@ -35,9 +35,9 @@ def truncate_to_published_intensity(intensity: ArrayLike) -> FloatArray:
 
 
 def jma_filter_gain(frequency: FloatArray) -> FloatArray:
-    """Return the product of the three filters of the notice at frequencies in Hz; 0 at 0 Hz.
+    """Return the gain of the filter for the JMA intensity at frequencies in Hz; 0 at 0 Hz.
 
-    The filters are the period effect (f^-½), a high cut and a low cut.
+    It is the product of three filters of the notice of 1996: the period effect (f^-½), a high cut and a low cut.
     """
     x = frequency / 10.0
     high_cut = (

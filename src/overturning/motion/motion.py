@@ -32,16 +32,16 @@ class Accelerogram:
     def __repr__(self) -> str:
         parts = "north and east" if self.up is None else "north, east and up"
         return (
-            f"<{self._named}: {self.samples} samples of {self.sampling_interval:g} s, {parts}, "
+            f"<{self._label}: {self.samples} samples of {self.sampling_interval:g} s, {parts}, "
             f"horizontal peak {np.hypot(*self.horizontal).max():.3g} m/s²>"
         )
 
     @property
-    def _named(self) -> str:
+    def _label(self) -> str:
         return type(self).__name__
 
     def check(self, error_type: type[OverturningError], message_prefix: str = "") -> None:
-        """Check shapes, lengths, finite values, masks, sampling interval; raise `error_type` at the first fault."""
+        """Check the samples and the sampling interval of the motion; raise `error_type` at the first fault."""
         for name, samples in zip(("north", "east", "up"), self.components, strict=False):
             if samples.ndim != 1 or samples.size < 2:
                 raise error_type(
@@ -65,7 +65,7 @@ class Accelerogram:
 
     @property
     def components(self) -> list[FloatArray]:
-        """North, east and, if present, up, m/s²."""
+        """Accelerations towards north, east and, if present, up, m/s², each of shape (n,)."""
         return [self.north, self.east, *([] if self.up is None else [self.up])]
 
     @property
@@ -161,7 +161,7 @@ class Motion(Accelerogram):
             raise ArgumentError(f"motion: {why}: give m/s², or set trust_data=True")
 
     @classmethod
-    def of(cls, record: Accelerogram) -> "Motion":
+    def from_record(cls, record: Accelerogram) -> "Motion":
         """Return the motion of a record."""
         return cls(
             record.north,
@@ -171,7 +171,7 @@ class Motion(Accelerogram):
             trust_data=record.trusted,
         )
 
-    from_record = of
+    of = from_record
 
     def times(self, factor: float) -> "Motion":
         """Return the motion multiplied by a factor, without a check of its amplitude."""

@@ -24,7 +24,7 @@ PER_DECADE: Final = 20
 
 @dataclass(frozen=True)
 class SignalToNoiseRatio:
-    """Signal-to-noise ratio of the components of a record."""
+    """Signal and noise of the components of a record by frequency, and the onset of the motion."""
 
     onset: float  # s after the first sample; the noise is before it
     frequency: FloatArray  # Hz, shape (m,); the noise window holds at least three cycles of the lowest
@@ -35,12 +35,12 @@ class SignalToNoiseRatio:
 
     @property
     def ratio(self) -> FloatArray:
-        """Ratio of the signal to noise and offset, shape (components, m)."""
+        """Ratio of the signal to the noise and the permanent offset, shape (components, m) for m frequencies."""
         return self.signal / np.hypot(self.noise, self.offset)
 
 
 def onset_index(samples: FloatArray) -> int:
-    """Return the index of the first sample of a motion; 0 if there is nothing before it.
+    """Return the index of the sample at which the motion of a component begins; 0 if no noise precedes it.
 
     The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
     largest difference of samples; differences are used because offset and drift do not affect them.
@@ -91,13 +91,15 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
 
 
 def _hann_weighted_mean(samples: FloatArray) -> float:
-    """Return the mean of samples under a Hann window; 0 without samples."""
+    """Return the mean of samples, weighted by a Hann window; 0 without samples."""
     weight = np.sin(np.pi * (np.arange(samples.size) + 0.5) / max(samples.size, 1)) ** 2
     return float(weight @ samples / weight.sum()) if samples.size else 0.0
 
 
-def _band_amplitude_density(samples: FloatArray, sampling_interval: float, frequency: FloatArray) -> FloatArray:
-    """Return Fourier amplitudes in bands over the square root of the window length, m/s^1.5."""
+def _band_amplitude_density(
+    samples: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
+) -> FloatArray:
+    """Return the Fourier amplitude in m bands, divided by the square root of the duration, m/s^1.5, shape (m,)."""
     window = cosine_taper_window(samples.size, max(1, samples.size // 20))
-    amplitude = rms_band_amplitude((samples - samples.mean()) * window, sampling_interval, frequency)
+    amplitude = rms_band_amplitude((samples - samples.mean()) * window, sampling_interval, centre_frequencies)
     return amplitude / np.sqrt(samples.size * sampling_interval)

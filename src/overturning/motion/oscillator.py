@@ -46,7 +46,9 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def oscillator_filter_coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the filter coefficients for relative displacement and velocity: two numerators and a common denominator.
+    """Return the coefficients of the recursive filter from ground acceleration to the response of an oscillator.
+
+    They are the numerators for relative displacement and velocity, and their common denominator.
 
     The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with
     the matrix exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
@@ -71,43 +73,51 @@ def oscillator_filter_coefficients(
 
 
 class OscillatorResponses:
-    """Responses of oscillators of many periods to one motion of k components, m/s², shape (k, n).
+    """Calculator of the responses of oscillators of any period to one motion of k components.
 
-    The motion is padded by zeros for the longest period (at most 10 s), because the response may peak after its end.
+    The motion is given in m/s², shape (k, n). It is padded with zeros for the longest period (at most 10 s), because
+    the response may peak after its end.
     """
 
     def __init__(
         self,
         components: FloatArray,
         sampling_interval: float,
-        longest_s: float,
+        longest_period_s: float,
         points_per_period: int = POINTS_PER_PERIOD,
     ) -> None:
         self._points = points_per_period
-        rest = math.ceil(min(longest_s, 10.0) / sampling_interval)
+        rest = math.ceil(min(longest_period_s, 10.0) / sampling_interval)
         self._samples = components.shape[1]
         self._components = np.pad(components, ((0, 0), (0, rest)))
         self._interval = sampling_interval
         self._finer: dict[int, FloatArray] = {1: self._components}
 
-    def _interpolated_components(self, factor: int) -> FloatArray:
-        if factor not in self._finer:
+    def _interpolated_components(self, points_per_sample: int) -> FloatArray:
+        if points_per_sample not in self._finer:
             from scipy.fft import next_fast_len
             from scipy.signal import resample
 
             count = self._components.shape[1]
             length = next_fast_len(count, real=True)
             padded = np.pad(self._components, ((0, 0), (0, length - count)))
-            self._finer[factor] = resample(padded, length * factor, axis=1)[:, : count * factor]
-        return self._finer[factor]
+            self._finer[points_per_sample] = resample(padded, length * points_per_sample, axis=1)[
+                :, : count * points_per_sample
+            ]
+        return self._finer[points_per_sample]
 
     def points_per_sample(self, period_s: float) -> int:
-        """Return the number of points per sample for a period, s: 1, 2, 4, 8 or 16."""
+        """Return the number of points per sample that a period, s, needs: 1, 2, 4, 8 or 16."""
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
 
-    def response(self, period_s: float, damping: float, quantities: Sequence[Quantity]) -> list[FloatArray]:
-        """Return the response relative to the ground, m or m/s, one array of shape (k, n × factor) per quantity."""
+    def response_histories(
+        self, period_s: float, damping: float, response_quantities: Sequence[Quantity]
+    ) -> list[FloatArray]:
+        """Return the response of an oscillator over time, relative to the ground, for each quantity, m or m/s.
+
+        Each array has the shape (k, points) for k components, with `points_per_sample` points per sample of the motion.
+        """
         from scipy.signal import lfilter
 
         if not 0 <= damping < 1:
@@ -118,4 +128,4 @@ class OscillatorResponses:
         motion = self._interpolated_components(factor)[:, : factor * until]
         displacement, velocity, below = oscillator_filter_coefficients(period_s, damping, self._interval / factor)
         above = {"displacement": displacement, "velocity": velocity}
-        return [np.asarray(lfilter(above[q], below, motion, axis=1)) for q in quantities]
+        return [np.asarray(lfilter(above[q], below, motion, axis=1)) for q in response_quantities]

@@ -81,19 +81,19 @@ def implausible_amplitude_reason(
     unusual = (
         ""
         if low <= sampling_interval <= high or velocity <= LARGEST_PGV
-        else f"{_unusual_interval_text(sampling_interval)}: "
+        else f"{_unusual_sampling_interval_text(sampling_interval)}: "
     )
     return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, unit)}"
 
 
-def _unusual_interval_text(interval: float) -> str:
-    """Return a text on an unusual sampling interval, with the usual range."""
+def _unusual_sampling_interval_text(sampling_interval: float) -> str:
+    """Return a text that states an unusual sampling interval, s, and the usual range."""
     low, high = USUAL_INTERVAL
-    return f"sampling interval {interval:g} s ({low:g} to {high:g} s are usual)"
+    return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
 
 def sampling_interval_doubts(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
-    """Return doubts about a sampling interval (s) from its own size, the duration, and the PGV/PGA of the components.
+    """Return doubts about a sampling interval, s: from its size, and from the duration and PGV/PGA that follow from it.
 
     A constant offset is removed before the integration to velocity.
     """
@@ -113,7 +113,7 @@ def sampling_interval_doubts(components: Sequence[FloatArray], sampling_interval
 
 
 def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Sequence[str]) -> str:
-    """Return the reason why a horizontal axis of a motion is taken as dead; empty if none is.
+    """Return the reason why a horizontal axis of a motion counts as dead; "" if none does.
 
     Peaks are counted from the mean: a dead channel may have an offset.
 
@@ -142,7 +142,7 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
 
 
 def axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
-    """Return doubts about the axes of a recorded motion: dead, the same samples, clipped.
+    """Return texts on dead axes, axes with the same samples and clipped axes of a recorded motion.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> 
     """
     dead = dead_horizontal_axis_reason(components, axis_names)
     doubts = [dead] if dead else []
-    if have_same_samples(components[0], components[1]):
+    if are_axes_identical(components[0], components[1]):
         doubts.append(f"{axis_names[0]} and {axis_names[1]} have the same samples")
     for name, samples in zip(axis_names, components, strict=False):
         count, rail = count_clipped_samples(samples)
@@ -162,17 +162,17 @@ def axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> 
     return doubts
 
 
-def have_same_samples(first: FloatArray, second: FloatArray) -> bool:
-    """Return True if two axes are the same but for an offset and the sign: one file was read, or written, twice."""
-    if first.size != second.size:
+def are_axes_identical(first_samples: FloatArray, second_samples: FloatArray) -> bool:
+    """Return True if the samples of two axes differ only in offset and sign: one file was read, or written, twice."""
+    if first_samples.size != second_samples.size:
         return False
-    first, second = first - first.mean(), second - second.mean()
-    unlike = min(float(np.abs(first - sign * second).max()) for sign in (1.0, -1.0))
-    return bool(first.any()) and unlike <= SAME_SAMPLES * float(np.abs(first).max())
+    first_samples, second_samples = first_samples - first_samples.mean(), second_samples - second_samples.mean()
+    unlike = min(float(np.abs(first_samples - sign * second_samples).max()) for sign in (1.0, -1.0))
+    return bool(first_samples.any()) and unlike <= SAME_SAMPLES * float(np.abs(first_samples).max())
 
 
-def longest_pause(samples: FloatArray, other_axes: Sequence[FloatArray]) -> tuple[int, int] | None:
-    """Return the first and last sample of the longest time in which an axis stands still while another one moves.
+def longest_pause(samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]) -> tuple[int, int] | None:
+    """Return the first and last index of the longest run of equal samples of an axis while another axis moves.
 
     None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
     the axis is too coarse to show such a share of its own peak.
@@ -183,7 +183,7 @@ def longest_pause(samples: FloatArray, other_axes: Sequence[FloatArray]) -> tupl
     peak = float(np.abs(samples - np.median(samples)).max())
     if last + 1 - first < SHORTEST_PAUSE or not peak:
         return None
-    for other in (one for one in other_axes if one.size == samples.size):
+    for other in (one for one in samples_of_other_axes if one.size == samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
         if share > STRONG and share * peak > 10.0 * _value_resolution(samples, peak):
@@ -192,14 +192,14 @@ def longest_pause(samples: FloatArray, other_axes: Sequence[FloatArray]) -> tupl
 
 
 def _value_resolution(samples: FloatArray, peak: float) -> float:
-    """Step between neighbouring values of a record, m/s²: nearly the least of those that occur."""
+    """Return the resolution of a component, m/s²: nearly the smallest difference between two values that occur."""
     gaps = np.diff(np.unique(samples))
     gaps = gaps[gaps > 1e-9 * peak]
     return float(np.quantile(gaps, 0.1)) if gaps.size else peak
 
 
 def count_clipped_samples(samples: FloatArray) -> tuple[int, float]:
-    """Return the number of samples at the rails of a clipped axis, and the largest such level; (0, 0) of any other.
+    """Return the number of clipped samples of an axis, and the largest clipped level, m/s²; (0, 0) if not clipped.
 
     Counted are runs of at least `SHORTEST_RAIL` equal samples at the largest or the smallest value. The rounded top of
     a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped by at most
@@ -224,23 +224,23 @@ def count_clipped_samples(samples: FloatArray) -> tuple[int, float]:
     return count, rail
 
 
-def _is_clipped_run(samples: FloatArray, first: int, last: int, min_drop: float) -> bool:
-    """Return True if samples drop by more than `min_drop` on both sides of a run, within its length."""
-    length = last + 1 - first
-    sides = samples[max(first - length, 0) : first], samples[last + 1 : last + 1 + length]
-    return all(side.size > 0 and float(samples[first] - side.min()) > min_drop for side in sides)
+def _is_clipped_run(samples: FloatArray, first_index: int, last_index: int, min_drop: float) -> bool:
+    """Return True if samples drop by more than `min_drop` before and after a run of equal samples."""
+    length = last_index + 1 - first_index
+    sides = samples[max(first_index - length, 0) : first_index], samples[last_index + 1 : last_index + 1 + length]
+    return all(side.size > 0 and float(samples[first_index] - side.min()) > min_drop for side in sides)
 
 
-def _likely_units_note(peak: float, unit: str) -> str:
-    """Return a remark on the units in which the same numbers would be a likely ground motion."""
-    if not unit:
+def _likely_units_note(peak: float, declared_unit: str) -> str:
+    """Return a note on the units in which the numbers of a motion would have a likely peak acceleration."""
+    if not declared_unit:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
-    scale = UNITS[unit]
+    scale = UNITS[declared_unit]
     names = {"gal": "Gal", "g": "g", "m/s2": "m/s²", "mg": "mg", "mm/s2": "mm/s²"}
     likely = [
         f"{shown} ({peak / scale * UNITS[name] / STANDARD_GRAVITY:.2g} g)"
         for name, shown in names.items()
         if UNITS[name] != scale and _LIKELY[0] <= peak / scale * UNITS[name] <= _LIKELY[1]
     ]
-    name = names.get(unit, unit)
+    name = names.get(declared_unit, declared_unit)
     return f"numbers declared in {name} look like {' or '.join(likely)}" if likely else f"{name} is not their unit"

@@ -54,7 +54,7 @@ class Layer(BaseModel, extra="forbid", frozen=True):
 
 @dataclass(frozen=True)
 class SurfaceComponent:
-    """Acceleration of a horizontal component at the surface, and convergence of the analysis."""
+    """Acceleration of a horizontal component at the ground surface, and convergence of the soil analysis."""
 
     samples: FloatArray  # acceleration, m/s², shape (n + tail,)
     converged: bool  # True if the last iteration changed modulus and damping by less than `TOLERANCE`
@@ -78,13 +78,13 @@ def check_layers(layers: Sequence[Layer]) -> None:
     """Raise an ArgumentError if pystrata cannot be imported, or if it does not know the curve of a layer."""
     package = import_pystrata()
     for layer in layers:
-        _check_curve(package, layer)
+        _check_soil_curve(package, layer)
 
 
 def propagate_through_soil(
     samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
 ) -> SurfaceComponent:
-    """Compute a horizontal component at the surface from the motion of the rock.
+    """Compute a horizontal component of the motion at the surface of soil layers from the motion of the rock below.
 
     Parameters
     ----------
@@ -132,11 +132,11 @@ def _soil_type(pystrata_package: Any, layer: Layer | Rock) -> Any:
     weight = layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(layer, Rock) or layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, layer.damping)
-    _check_curve(pystrata_package, layer)
+    _check_soil_curve(pystrata_package, layer)
     return pystrata_package.site.SoilType.from_published("", weight, layer.curve)
 
 
-def _check_curve(pystrata_package: Any, layer: Layer) -> None:
+def _check_soil_curve(pystrata_package: Any, layer: Layer) -> None:
     """Raise an ArgumentError if pystrata does not know the curve of a layer."""
     known = pystrata_package.site.known_published_curves() if layer.curve is not None else [None]
     if layer.curve not in known:

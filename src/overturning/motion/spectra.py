@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import azimuth_cosine_pairs, largest_along_azimuths
+from overturning.motion.direction import azimuth_cosine_pairs, largest_motion_along_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.motion.oscillator import POINTS_PER_PERIOD, OscillatorResponses, Quantity, checked_periods
@@ -18,7 +18,7 @@ ROTD_AZIMUTHS = np.arange(180.0)
 """Azimuths of RotD, degrees: half a circle, because the peaks of φ and φ + 180° are the same."""
 
 
-def spectra_by_azimuth(
+def response_spectra_by_azimuth(
     motion: Accelerogram,
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
@@ -26,7 +26,7 @@ def spectra_by_azimuth(
     damping: float = 0.05,
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> dict[str, FloatArray]:
-    """Return response spectra along m azimuths (degrees), for p periods (s) and a damping ratio.
+    """Return the response spectra of a motion along m azimuths (degrees), for p periods (s) and a damping ratio.
 
     Returns
     -------
@@ -49,7 +49,10 @@ def pseudo_acceleration(
     damping: float = 0.05,
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
-    """Return only the ``acceleration`` of `spectra_by_azimuth`, in half of the time; m/s², shape (p, m)."""
+    """Return pseudo-acceleration spectra along m azimuths (degrees), for p periods (s), m/s², shape (p, m).
+
+    This takes half the time of `response_spectra_by_azimuth`, which computes the velocity too.
+    """
     periods = checked_periods(period_s)
     peaks = _peak_responses(
         motion, periods, azimuth_cosine_pairs(azimuth_deg), damping, ("displacement",), points_per_period
@@ -57,27 +60,27 @@ def pseudo_acceleration(
     return _pseudo_acceleration(peaks[0], periods)
 
 
-def _pseudo_acceleration(displacement: FloatArray, periods: FloatArray) -> FloatArray:
-    """Return pseudo-accelerations, m/s², from the largest displacements, m, of each period, s."""
-    return np.asarray(displacement * (2.0 * np.pi / periods[:, None]) ** 2)
+def _pseudo_acceleration(peak_displacement: FloatArray, periods: FloatArray) -> FloatArray:
+    """Return pseudo-accelerations, m/s², shape (p, m), from the largest displacements, m, for p periods, s."""
+    return np.asarray(peak_displacement * (2.0 * np.pi / periods[:, None]) ** 2)
 
 
 def _peak_responses(
     motion: Accelerogram,
     periods: FloatArray,
-    cosines: FloatArray,
+    azimuth_cosines: FloatArray,
     damping: float,
-    quantities: Sequence[Quantity],
+    response_quantities: Sequence[Quantity],
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
-    """Return the largest response of each quantity, for each period and azimuth, shape (quantities, p, m)."""
+    """Return the largest response of q quantities for p periods along m azimuths, shape (q, p, m)."""
     oscillators = OscillatorResponses(
         motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period
     )
-    peaks = np.empty((len(quantities), periods.size, cosines.shape[0]))
+    peaks = np.empty((len(response_quantities), periods.size, azimuth_cosines.shape[0]))
     for column, period in enumerate(periods):
-        for row, response in enumerate(oscillators.response(float(period), damping, quantities)):
-            peaks[row, column] = largest_along_azimuths(response, cosines)
+        for row, response in enumerate(oscillators.response_histories(float(period), damping, response_quantities)):
+            peaks[row, column] = largest_motion_along_azimuths(response, azimuth_cosines)
     return peaks
 
 
@@ -98,8 +101,8 @@ def rotd_measures(
     psa = _pseudo_acceleration(displacement, periods)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     return {
-        "pga": np.percentile(largest_along_azimuths(motion.horizontal, cosines), percentiles),
-        "pgv": np.percentile(largest_along_azimuths(velocity, cosines), percentiles),
+        "pga": np.percentile(largest_motion_along_azimuths(motion.horizontal, cosines), percentiles),
+        "pgv": np.percentile(largest_motion_along_azimuths(velocity, cosines), percentiles),
         "psa": np.percentile(psa, percentiles, axis=1),
     }
 

@@ -11,7 +11,7 @@ from overturning.units import UNITS
 
 
 def stream_components(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
-    """Return the accelerations of a stream by component, m/s², and the sampling interval, s.
+    """Return the accelerations of an obspy Stream by component, m/s², and its sampling interval, s.
 
     See `Motion.from_obspy` for the arguments and errors.
     """
@@ -98,7 +98,7 @@ _TOWARDS = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "
 
 
 def _direction_of_channel(trace: Any, channel_code: str) -> str | None:
-    """Return ``north``, ``east`` or ``up`` from the code of a channel; None for any other code.
+    """Return the direction (``north``, ``east`` or ``up``) that the code of a channel states; None for other codes.
 
     A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.
     """

@@ -15,11 +15,11 @@ from overturning.records.component import (
     MINIMUM_SINE,
     Component,
     agency_processing_entry,
+    axis_skew_notes,
     check_header_peak,
     find_vertical_by_elimination,
     is_unsigned_vertical,
-    skew_notes,
-    structure_note,
+    structure_sensor_note,
 )
 from overturning.records.declarations import Declarations, VerticalSense
 from overturning.records.doubts import check_dead_axis, sample_quality_notes
@@ -54,35 +54,35 @@ def _rotate_to_north_east(
 def assemble_record(
     components: Sequence[Component], record_id: str, declarations: Declarations | None = None, **replaced_fields: Any
 ) -> Record:
-    """Make one record of the components of one sensor: two horizontal axes and at most one vertical one, in any order.
+    """Assemble one record from the components of one sensor: two horizontal ones and at most one vertical one.
 
-    `declarations` gives directions of the axes and ``trust_data``, which accepts contradictions of header and data,
-    different lengths and implausible amplitudes. `replaced_fields` replace fields of the files (station, event,
-    licence…). A vertical axis of unknown sense is left out unless its sense is declared. A `RecordError` names all
-    reasons against the record: missing or repeated components, an unknown axis, a sensor that was not declared,
-    different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g or 1000 cm/s or
-    below 0.0001 g.
+    The components may be in any order. `declarations` gives directions of the axes and ``trust_data``, which accepts
+    contradictions of header and data, different lengths and implausible amplitudes. `replaced_fields` replace fields of
+    the files (station, event, licence…). A vertical axis of unknown sense is left out unless its sense is declared. A
+    `RecordError` names all reasons against the record: missing or repeated components, an unknown axis, a sensor that
+    was not declared, different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g
+    or 1000 cm/s or below 0.0001 g.
     """
     declarations = declarations or Declarations()
-    reasons = AssemblyRefusals(trust_contradictions=declarations.trust_data)
+    refusals = AssemblyRefusals(trust_contradictions=declarations.trust_data)
     name = components[0].file if components else record_id
     components, notes = _apply_vertical_sense(components, declarations.vertical_sense)
     notes += [note for component in components if (note := _unused_declaration_note(component, declarations))]
-    notes += dict.fromkeys(note for component in components if (note := structure_note(component.location)))
-    differences = _relative_peak_differences(components, reasons)
+    notes += dict.fromkeys(note for component in components if (note := structure_sensor_note(component.location)))
+    differences = _header_peak_differences(components, refusals)
     by_files = [c for c in components if not c.vertical]
-    with reasons.collect():
+    with refusals.collect():
         components = _sort_horizontal_and_vertical(components, declarations.azimuths_deg, name)
-        notes += skew_notes(components)
+        notes += axis_skew_notes(components)
         notes += _declared_azimuth_notes(components, by_files)
     if not components:
-        reasons.raise_all()
-    window = _cut_to_checked_window(components, reasons, notes)
-    reasons.raise_all()
+        refusals.raise_all()
+    window = _cut_to_checked_window(components, refusals, notes)
+    refusals.raise_all()
     azimuths = [((c.azimuth_deg or 0.0) + declarations.correction_deg) % 360.0 for c in window[:2]]
     north, east = _rotate_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
-    extra = _extra_properties(window, declarations, notes, differences, reasons.trusted)
+    extra = _extra_record_properties(window, declarations, notes, differences, refusals.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
     if first.sensor == "borehole":
@@ -110,80 +110,80 @@ def assemble_record(
     )
 
 
-def _relative_peak_differences(components: Sequence[Component], reasons: AssemblyRefusals) -> dict[str, float]:
-    """Return the relative difference of each axis's peak from that in its header, by axis; collect contradictions."""
+def _header_peak_differences(components: Sequence[Component], refusals: AssemblyRefusals) -> dict[str, float]:
+    """Return, by axis, the relative difference between the peak of the data and the peak that the header states."""
     differences = {}
     for component in components:
-        with reasons.collect():
-            if (difference := check_header_peak(component, reasons.contradict)) is not None:
+        with refusals.collect():
+            if (difference := check_header_peak(component, refusals.report_contradiction)) is not None:
                 differences[component.axis] = round(difference, 6)
     return differences
 
 
-def _declared_azimuth_notes(components: Sequence[Component], axes_in_files: Sequence[Component]) -> list[str]:
-    """Return a note for each axis whose declared azimuth differs from that in its file."""
+def _declared_azimuth_notes(
+    declared_components: Sequence[Component], stated_components: Sequence[Component]
+) -> list[str]:
+    """Return a note for each axis whose declared azimuth differs from the azimuth that its file states."""
     return [
         f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-        for c, was in zip(components, axes_in_files, strict=False)
+        for c, was in zip(declared_components, stated_components, strict=False)
         if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
     ]
 
 
 def _cut_to_checked_window(
-    components: Sequence[Component], reasons: AssemblyRefusals, notes: list[str]
+    components: Sequence[Component], refusals: AssemblyRefusals, notes: list[str]
 ) -> Sequence[Component]:
-    """Return the components in their common window; add notes on its samples, and collect reasons against it."""
+    """Return the components, cut to their common window; add notes on its samples, and collect reasons to refuse it."""
     window = components
-    with reasons.collect():
-        window = cut_to_common_window(components, reasons)
+    with refusals.collect():
+        window = cut_to_common_window(components, refusals)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
-    if not reasons.has_reasons:
-        with reasons.collect():
-            check_dead_axis(window, reasons.contradict)
-    with reasons.collect():
-        notes += sample_quality_notes(window, reasons.contradict)
-    with reasons.collect():
+    if not refusals.has_reasons:
+        with refusals.collect():
+            check_dead_axis(window, refusals.report_contradiction)
+    with refusals.collect():
+        notes += sample_quality_notes(window, refusals.report_contradiction)
+    with refusals.collect():
         why = _implausible_amplitude_reason(window)
-        if why and not reasons.trusting:
+        if why and not refusals.trusting:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
-        reasons.trusted += [why] if why else []
+        refusals.trusted += [why] if why else []
     return window
 
 
-def _extra_properties(
-    window_components: Sequence[Component],
+def _extra_record_properties(
+    cut_components: Sequence[Component],
     declarations: Declarations,
     notes: list[str],
     peak_differences: dict[str, float],
     trusted_contradictions: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the properties of a record that have no field of their own; see `Record.extra`."""
-    first = window_components[0]
+    """Return the properties of a record for which the class has no field; see `Record.extra`."""
+    first = cut_components[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra |= agency_processing_entry(window_components)
-    extra |= {"axes": [c.axis for c in window_components]} | (
+    extra |= agency_processing_entry(cut_components)
+    extra |= {"axes": [c.axis for c in cut_components]} | (
         {"origin_time": format_utc(first.origin)} if first.origin else {}
     )
     extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
     if declarations.trust_data:
-        by_reader = [text for c in window_components for text in c.extra.get("trusted", ())]
+        by_reader = [text for c in cut_components for text in c.extra.get("trusted", ())]
         extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
-    extra |= (
-        {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window_components for n in c.notes)]) else {}
-    )
+    extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
     borehole = ["borehole sensor"] if declarations.sensor == "borehole" else []
     extra["declared"] = [*extra.get("declared", ()), *declarations.axis_declarations, *borehole]
     return extra
 
 
 def borehole_station_name(station: str) -> str:
-    """Return the name of a station with the word borehole, unless it has it already."""
+    """Return the name of a station with the word "borehole" added, unless the name contains it already."""
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
 def _unused_declaration_note(component: Component, declarations: Declarations) -> str:
-    """Return a note on declarations that are not used because the file states its own values; "" if none."""
+    """Return a note on declarations that are not used because the file states these values; "" if there are none."""
     said = [f"unit {declarations.unit}"] if declarations.unit not in (None, component.unit) else []
     if declarations.processed not in (None, component.processed):
         said.append("processed" if declarations.processed else "raw")
@@ -195,7 +195,10 @@ def _unused_declaration_note(component: Component, declarations: Declarations) -
 
 
 def _implausible_amplitude_reason(components: Sequence[Component]) -> str:
-    """Return the reason why the amplitudes are implausible, "" if none; raw data without mean, and without PGV."""
+    """Return the reason why the amplitudes of components are implausible; "" if they are plausible.
+
+    The mean of raw data is subtracted first, and their velocity is not checked.
+    """
     raw = not all(c.processed for c in components)
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
     if not any(samples.any() for samples in moving):
@@ -208,7 +211,7 @@ def _implausible_amplitude_reason(components: Sequence[Component]) -> str:
 def _sort_horizontal_and_vertical(
     components: Sequence[Component], azimuths_deg: Sequence[float] | None, file_name: str
 ) -> list[Component]:
-    """Return the two horizontal components with their azimuths, then the vertical one, if any."""
+    """Return the two horizontal components with their azimuths, then the vertical component, if there is one."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
     if len(horizontal) != 2 or len(vertical) > 1:
@@ -242,7 +245,7 @@ def _sort_horizontal_and_vertical(
 def _apply_vertical_sense(
     components: Sequence[Component], declared_sense: VerticalSense | None
 ) -> tuple[list[Component], list[str]]:
-    """Give vertical axes of unknown sense the declared one, or leave them out; return the components and notes."""
+    """Assign the declared sense to vertical axes of unknown sense, or omit them; return the components and notes."""
     vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
     kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:

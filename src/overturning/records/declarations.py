@@ -16,9 +16,13 @@ VerticalSense = Literal["up", "down", "none"]
 assert set(UNITS) == set(get_args(Unit))
 
 
-def _split_numbers(value: Any) -> Any:
-    """Return the numbers of a text as a list; any other value unchanged."""
-    return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
+def _split_number_text(text_or_value: Any) -> Any:
+    """Split a text into a list of number texts; return any other value unchanged."""
+    return (
+        [part for part in text_or_value.replace(",", " ").split() if part] or None
+        if isinstance(text_or_value, str)
+        else text_or_value
+    )
 
 
 class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
@@ -26,7 +30,7 @@ class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docst
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
-    azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_split_numbers)] = None
+    azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_split_number_text)] = None
     """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0,90`."""
     unit: Unit | None = None
     """Unit of the samples, if the format does not state it (SAC): `m/s2`, `gal`, `g`…"""
@@ -46,7 +50,7 @@ class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docst
 
 @raise_argument_errors
 class Declarations(FileProperties, frozen=True):
-    """Declarations about record files for the readers; an `ArgumentError` if one is invalid."""
+    """Properties of record files that the user declares; raises an `ArgumentError` if one is invalid."""
 
     correction_deg: float = 0.0
     """Angle that is added to the azimuths of the axes: misorientation plus magnetic declination, clockwise, degrees."""
@@ -54,7 +58,7 @@ class Declarations(FileProperties, frozen=True):
     """StationXML files for MiniSEED or SAC files."""
 
     @model_validator(mode="after")
-    def _columns_are_csv(self) -> "Declarations":
+    def _check_columns_format(self) -> "Declarations":
         if self.columns and self.format not in ("auto", "csv"):
             raise ValueError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
         return self
@@ -72,7 +76,7 @@ class Declarations(FileProperties, frozen=True):
         words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
-    def with_station_xml(self, files: Iterable[SourceFile]) -> "Declarations":
-        """Return a copy whose metadata include the StationXML among files."""
-        found = [file for file in files if b"FDSNStationXML" in file.data[:2000]]
+    def with_station_xml(self, source_files: Iterable[SourceFile]) -> "Declarations":
+        """Return a copy of the declarations with the StationXML files among ``source_files`` added to its metadata."""
+        found = [file for file in source_files if b"FDSNStationXML" in file.data[:2000]]
         return self.model_copy(update={"metadata": (*self.metadata, *found)})

@@ -6,9 +6,9 @@ import numpy as np
 
 from overturning.motion.plausible import (
     DEAD_RATIO,
+    are_axes_identical,
     count_clipped_samples,
     dead_horizontal_axis_reason,
-    have_same_samples,
     longest_pause,
     sampling_interval_doubts,
 )
@@ -18,13 +18,14 @@ from overturning.records.component import Component
 def sample_quality_notes(
     components: Sequence[Component], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
-    """Return notes on the samples of the components of one record, the two horizontal ones first.
+    """Return notes on dead, clipped or identical axes and on the sampling interval of the components of a record.
 
-    ``contradicts(reason, remedy)`` is called for a sampling interval that fails two of the plausibility checks.
+    ``report_contradiction(reason, remedy)`` is called for a sampling interval that fails two of the plausibility
+    checks.
     """
     notes = [*_sampling_interval_notes(components, report_contradiction), *_vertical_axis_notes(components)]
     first, second = components[0], components[min(1, len(components) - 1)]
-    if first is not second and not second.vertical and have_same_samples(first.samples, second.samples):
+    if first is not second and not second.vertical and are_axes_identical(first.samples, second.samples):
         notes.append(
             f"{first.file}: axes {first.axis!r} and {second.axis!r} have the same samples, so that the ground moves "
             "along one line: is one a copy of the other?"
@@ -47,12 +48,12 @@ def sample_quality_notes(
 
 
 def _peak_without_mean(component: Component) -> float:
-    """Return the peak after subtraction of the mean, m/s²: a dead channel may have an offset."""
+    """Return the peak of a component without its mean, m/s²: a dead channel may have an offset."""
     return float(np.abs(component.samples - component.samples.mean()).max())
 
 
 def check_dead_axis(components: Sequence[Component], report_contradiction: Callable[[str, str], None]) -> None:
-    """Call ``contradicts(reason, remedy)`` if one or both horizontal axes are dead."""
+    """Call ``report_contradiction(reason, remedy)`` if one or both horizontal axes are dead."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
     names = [f"axis {component.axis!r}" for component in components]
@@ -63,7 +64,7 @@ def check_dead_axis(components: Sequence[Component], report_contradiction: Calla
 
 
 def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
-    """Return a note on a dead vertical axis."""
+    """Return a note if the vertical axis is dead."""
     peaks = [_peak_without_mean(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
         return []
@@ -77,7 +78,7 @@ def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
 def _sampling_interval_notes(
     components: Sequence[Component], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
-    """Return a note on a doubtful sampling interval; two doubts are a contradiction."""
+    """Return a note if there is one doubt about the sampling interval; report a contradiction if there are more."""
     first = components[0]
     doubts = sampling_interval_doubts([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:

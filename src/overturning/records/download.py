@@ -21,19 +21,19 @@ BLOCK: Final = 1 << 16
 
 
 def environment_credentials() -> tuple[str, str] | None:
-    """Return user and password from the environment, if both are set."""
+    """Return the user name and password from the environment; None unless both are set."""
     user, password = os.environ.get(USER), os.environ.get(PASSWORD)
     return (user, password) if user and password else None
 
 
 def call_with_retries(
-    action: Callable[[], Any],
+    send_request: Callable[[], Any],
     request_label: str,
     max_tries: int,
     first_pause_s: float,
     partial_data_note: str = "nothing was kept",
 ) -> Any:
-    """Return the result of an action; repeat it after errors, with pauses that double from ``first_pause_s``, s.
+    """Send a request and return its result; repeat it after errors, with pauses that double from ``first_pause_s``, s.
 
     ArgumentError and MissingDataError are raised at once. Raises a RecordError after the last try.
     """
@@ -42,7 +42,7 @@ def call_with_retries(
         if attempt:
             time.sleep(first_pause_s * 2.0 ** (attempt - 1))
         try:
-            return action()
+            return send_request()
         except (ArgumentError, MissingDataError):
             raise
         except Exception as problem:  # urllib, http, socket, requests and obspy have unrelated errors.
@@ -61,7 +61,7 @@ def fetch_url(
     timeout: float = 30.0,
     wait: float = 1.0,
 ) -> Path:
-    """Download a file by http or https into a folder, unless it is there already; return its path.
+    """Download a file by http or https into a folder, unless it exists there already; return its path.
 
     The folder is created if missing. A partial download stays in the folder as ``.NAME.part`` and is resumed; the
     target appears only when complete and with the right SHA-256. Its default name is the last part of the URL's path.
@@ -79,7 +79,7 @@ def fetch_url(
     target, folder = _checked_file_name(url, sha256, name), Path(folder)
     path, part = folder / target, folder / f".{target}.part"
     folder.mkdir(parents=True, exist_ok=True)
-    if path.is_file() and _sha256(path) == sha256.lower():
+    if path.is_file() and _file_sha256(path) == sha256.lower():
         return path
     kept = "the part that was received is kept and resumed next time"
     call_with_retries(lambda: _resume_download(url, part, timeout), url_without_credentials(url), tries, wait, kept)
@@ -87,7 +87,7 @@ def fetch_url(
     with part.open("rb") as file:
         if is_web_page(file.read(400)):
             wrong = "the server sent a web page instead of the file; sign in there, or check the address"
-    if not wrong and _sha256(part) != sha256.lower():
+    if not wrong and _file_sha256(part) != sha256.lower():
         whose = f"the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…"
         wrong = f"{whose}; nothing was kept: check address and hash"
     if wrong:
@@ -97,14 +97,14 @@ def fetch_url(
     return path
 
 
-def _sha256(path: Path) -> str:
+def _file_sha256(path: Path) -> str:
     """Return the SHA-256 of a file as hexadecimal digits."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _checked_file_name(url: str, sha256: str, file_name: str | None) -> str:
-    """Check address, hash and name of a download; return the name of its file."""
+    """Check the address, hash and file name of a download; return the file name."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")
@@ -124,13 +124,13 @@ def _checked_file_name(url: str, sha256: str, file_name: str | None) -> str:
 
 
 def url_without_credentials(url: str) -> str:
-    """Return an address for messages: without user, password, query and fragment."""
+    """Return a URL without user, password, query and fragment, for messages."""
     parts = urlsplit(url)
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
 
 
 def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
-    """Complete the partial file from its present length; raise a RecordError if the connection breaks off."""
+    """Download the rest of a partial file; raise a RecordError if the connection breaks off."""
     import requests
 
     have = partial_file.stat().st_size if partial_file.exists() else 0

@@ -28,7 +28,7 @@ SAME_MOTION_CORRELATION: Final = 0.999
 
 @dataclass(frozen=True)
 class MotionFingerprint:
-    """Horizontal acceleration of a record near its peak, coarse so that thousands fit into memory."""
+    """Horizontal acceleration of a record near its peak, resampled coarsely to find records with the same samples."""
 
     record_id: str
     size: float  # root of the energy of the window, m/s^1.5
@@ -51,34 +51,40 @@ def motion_fingerprint(record: Record) -> MotionFingerprint | None:
 
 
 def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
-    """Return the id pairs of records with the same samples, for any rotation of their axes."""
+    """Return pairs of ids of records that have the same samples, even if their axes are rotated."""
     known = sorted((one for one in fingerprints if one is not None and one.size > 0), key=lambda one: one.size)
     sizes = np.array([one.size for one in known])
     pairs = []
     for at, one in enumerate(known):
         end = int(np.searchsorted(sizes, one.size * (1.0 + MAX_SIZE_DIFFERENCE), "right"))
         pairs += [
-            (one, other) for other in known[at + 1 : end] if largest_correlation(one, other) > SAME_MOTION_CORRELATION
+            (one, other)
+            for other in known[at + 1 : end]
+            if largest_motion_correlation(one, other) > SAME_MOTION_CORRELATION
         ]
     return [(min(a.record_id, b.record_id), max(a.record_id, b.record_id)) for a, b in pairs]
 
 
-def largest_correlation(first: MotionFingerprint, second: MotionFingerprint) -> float:
+def largest_motion_correlation(first_fingerprint: MotionFingerprint, second_fingerprint: MotionFingerprint) -> float:
     """Return the largest correlation of two motions over time shifts, rotations and reflections."""
-    length = 2 * first.motion.size
-    spectra = [np.fft.fft(motion, length) for motion in (first.motion, second.motion, second.motion.conj())]
+    length = 2 * first_fingerprint.motion.size
+    spectra = [
+        np.fft.fft(motion, length)
+        for motion in (first_fingerprint.motion, second_fingerprint.motion, second_fingerprint.motion.conj())
+    ]
     products = [np.abs(np.fft.ifft(spectra[0] * np.conj(spectrum))).max() for spectrum in spectra[1:]]
-    return float(max(products)) * INTERVAL / (first.size * second.size)
+    return float(max(products)) * INTERVAL / (first_fingerprint.size * second_fingerprint.size)
 
 
-def duplicate_messages(id_pairs: Iterable[tuple[str, str]]) -> list[str]:
+def duplicate_record_messages(record_id_pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Return one message for each pair of records with the same samples."""
     return [
-        f"records {a} and {b} have the same samples: one motion would count twice; leave one out" for a, b in id_pairs
+        f"records {a} and {b} have the same samples: one motion would count twice; leave one out"
+        for a, b in record_id_pairs
     ]
 
 
 def refuse_duplicate_records(records: Iterable[Record]) -> None:
     """Raise a ConfigError that names the records that have the same samples."""
-    if texts := duplicate_messages(find_duplicate_records(map(motion_fingerprint, records))):
+    if texts := duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, records))):
         raise ConfigError("\n       ".join(texts))

@@ -62,18 +62,18 @@ class _EarthquakeMetadata:
     start: datetime | None = None  # of the record
     synthetic: bool = False
 
-    def is_same_earthquake(self, other: "_EarthquakeMetadata") -> bool | None:
-        """Return True or False if ids or origins decide that two records are of one earthquake; else None."""
-        if self.event_id and other.event_id:
-            return self.event_id == other.event_id
-        if self.origin is None or other.origin is None:
+    def is_same_earthquake(self, other_metadata: "_EarthquakeMetadata") -> bool | None:
+        """Return True or False if ids or origin times decide whether two records are of one earthquake; else None."""
+        if self.event_id and other_metadata.event_id:
+            return self.event_id == other_metadata.event_id
+        if self.origin is None or other_metadata.origin is None:
             return None
         near = (
             self.place is None
-            or other.place is None
-            or great_circle_distance_km(self.place, other.place) <= MAX_EPICENTRE_DISTANCE_KM
+            or other_metadata.place is None
+            or great_circle_distance_km(self.place, other_metadata.place) <= MAX_EPICENTRE_DISTANCE_KM
         )
-        return near and abs(self.origin - other.origin) <= MAX_ORIGIN_DIFFERENCE
+        return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_DIFFERENCE
 
 
 def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
@@ -109,7 +109,7 @@ def great_circle_distance_km(first_place: tuple[float, float], second_place: tup
 
 @dataclass
 class _Earthquake:
-    """Records of one earthquake, by their index among all records."""
+    """Records that are assigned to one earthquake, by their index among all records of the study."""
 
     members: dict[int, _EarthquakeMetadata] = field(default_factory=dict)
     stated: dict[tuple[Any, ...], _EarthquakeMetadata] = field(
@@ -117,29 +117,32 @@ class _Earthquake:
     )  # the first member with each id and origin
     names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
-    def add(self, record_index: int, metadata: _EarthquakeMetadata) -> None:
+    def add_record(self, record_index: int, metadata: _EarthquakeMetadata) -> None:
+        """Assign a record to the earthquake."""
         self.members[record_index] = metadata
         self.stated.setdefault((metadata.event_id, metadata.origin, metadata.place), metadata)
         self.names.setdefault(metadata.name.casefold(), metadata.name)
 
-    def includes(self, metadata: _EarthquakeMetadata) -> bool:
+    def includes_record(self, metadata: _EarthquakeMetadata) -> bool:
+        """Return True if a record is of this earthquake, by its id and origin, or else by its name."""
         certain = [same for member in self.stated.values() if (same := member.is_same_earthquake(metadata)) is not None]
-        named = metadata.name.casefold() in self.names and (metadata.name != "" or not self.id_or_origin)
+        named = metadata.name.casefold() in self.names and (metadata.name != "" or not self.event_id_or_origin)
         return all(certain) if certain else named
 
     @property
-    def first(self) -> _EarthquakeMetadata:
+    def first_record_metadata(self) -> _EarthquakeMetadata:
+        """Metadata of the first record of the earthquake."""
         return self.members[min(self.members)]
 
     @property
     def name(self) -> str:
-        """First name in the order of the records, else id or origin."""
+        """Name of the earthquake in the first record that states one; else its id or origin time."""
         named = [self.members[index].name for index in sorted(self.members) if self.members[index].name]
-        return named[0] if named else self.id_or_origin
+        return named[0] if named else self.event_id_or_origin
 
     @property
-    def id_or_origin(self) -> str:
-        """Id or origin time, which distinguishes earthquakes of one name; "" if unknown."""
+    def event_id_or_origin(self) -> str:
+        """Id or origin time of the earthquake, which distinguishes earthquakes of the same name; "" if unknown."""
         ids = [one.event_id for one in self.stated.values() if one.event_id]
         origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.stated.values() if one.origin]
         return next(iter(ids + origins), "")
@@ -147,7 +150,7 @@ class _Earthquake:
 
 @dataclass(frozen=True)
 class Earthquakes:
-    """Earthquakes of the records of a study, with notes on their assignment."""
+    """Assignment of the records of a study to earthquakes, with notes on doubtful cases."""
 
     labels: tuple[str, ...]  # label of each record; equal for records of one earthquake only
     merged: tuple[str, ...]  # one sentence per earthquake with several names
@@ -155,16 +158,16 @@ class Earthquakes:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on earthquakes of several names and on doubts (at most `MAX_LISTED_DOUBTS`, then their number)."""
+        """Sentences on earthquakes with several names and on at most `MAX_LISTED_DOUBTS` doubtful assignments."""
         left_out = len(self.doubtful) - MAX_LISTED_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
         return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
 def group_by_earthquake(records: Iterable[Record | RecordEntry]) -> Earthquakes:
-    """Assign each record to an earthquake.
+    """Group the records of a study by earthquake.
 
-    If both records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
+    If two records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
     epicentres within 100 km if both are known, are of one earthquake; records with other origins are not, whatever
     their names. If an origin is unknown, equal names (ignoring case) mean one earthquake. Records without any of these
     count as one earthquake, so that no interval becomes too narrow.
@@ -177,14 +180,14 @@ def group_by_earthquake(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     unclear = []
     # Assign records with ids and origins first; records with names only then join these earthquakes.
     for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
-        homes = [one for one in found if one.includes(known[index])]
+        homes = [one for one in found if one.includes_record(known[index])]
         if not homes:
             homes = [_Earthquake()]
             found += homes
         elif len(homes) > 1:
-            names = " or ".join(f"{one.name!r} ({one.id_or_origin})" for one in homes)
+            names = " or ".join(f"{one.name!r} ({one.event_id_or_origin})" for one in homes)
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
-        homes[0].add(index, known[index])
+        homes[0].add_record(index, known[index])
     found.sort(key=lambda one: min(one.members))
     return Earthquakes(
         _earthquake_labels(found),
@@ -204,7 +207,7 @@ def _earthquake_labels(earthquakes: list[_Earthquake]) -> tuple[str, ...]:
     labels: dict[int, str] = {}
     taken: set[str] = set()
     for one in earthquakes:
-        name, more = one.name, one.id_or_origin
+        name, more = one.name, one.event_id_or_origin
         label = f"{name} ({more})" if names[name] > 1 and more and more != name else name
         while label in taken:
             label += "'"
@@ -219,11 +222,11 @@ def _merged_name_notes(earthquakes: list[_Earthquake]) -> Iterable[str]:
         names = [name for name in one.names.values() if name]
         if len(names) > 1:
             why = "one event_id" if any(each.event_id for each in one.stated.values()) else "one origin"
-            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.id_or_origin})"
+            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
 
 
 def _doubts_within_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
-    """Yield doubts about records that count as one earthquake only because of their name."""
+    """Yield a sentence for each earthquake to which records are assigned only because of their name."""
     for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
@@ -241,14 +244,14 @@ def _doubts_within_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
 
 
 def _doubts_on_split_names(earthquakes: list[_Earthquake]) -> Iterable[str]:
-    """Yield doubts about earthquakes of one name that count as several because of their origins."""
+    """Yield a sentence for each earthquake name that counts as several earthquakes because the origin times differ."""
     of_name: dict[str, list[_Earthquake]] = {}
     for one in earthquakes:
         if one.name and not any(each.event_id for each in one.stated.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
-            origins = ", ".join(f"{one.id_or_origin} {one.first.record_id}" for one in several)
+            origins = ", ".join(f"{one.event_id_or_origin} {one.first_record_metadata.record_id}" for one in several)
             yield (
                 f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if "
                 "it is one"
@@ -261,25 +264,26 @@ def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
 
 
 def _doubts_between_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
-    """Yield doubts about earthquakes that count as two only because of their names."""
-    named = [(one, _name_and_date(one)) for one in earthquakes if one.name and not one.first.synthetic]
+    """Yield a sentence for each two earthquakes that count as different only because of their names."""
+    named = [(one, _name_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic]
     for (first, words), (second, others) in combinations(named, 2):
         if words[1] and others[1] and words[1] != others[1]:
             continue
         if any(a.is_same_earthquake(b) is False for a in first.stated.values() for b in second.stated.values()):
             continue
-        begun, other_begun = first.first.start, second.first.start
+        begun, other_begun = first.first_record_metadata.start, second.first_record_metadata.start
         together = begun is not None and other_begun is not None and abs(begun - other_begun) <= MAX_START_DIFFERENCE
         if together or _are_similar_names(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
-                f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and "
+                f"{first.name!r} ({first.first_record_metadata.record_id}) and {second.name!r} "
+                f"({second.first_record_metadata.record_id}) {why} and "
                 "count as two earthquakes; give both one event_id, or each its own"
             )
 
 
 def _name_and_date(earthquake: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
-    """Return the words of an earthquake's name, its year, and day and month in ascending order; empty if unknown."""
+    """Return the words in the name of an earthquake, its year, and its day and month in ascending order."""
     name = earthquake.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
@@ -297,7 +301,7 @@ def _name_and_date(earthquake: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
 def _are_similar_names(
     first_name: tuple[str, str, tuple[int, ...]], second_name: tuple[str, str, tuple[int, ...]]
 ) -> bool:
-    """Return True if two names may mean one earthquake: no different dates or numbers, and similar words."""
+    """Return True if two names may mean the same earthquake: similar words, and no different dates or numbers."""
     (words, _, day), (others, _, other_day) = first_name, second_name
     if day and other_day and day != other_day:
         return False

@@ -6,34 +6,34 @@ Trace: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
 """Pieces of a trace, each with its points: latitude and longitude, degrees."""
 
 
-def read_trace(text: str) -> Trace:
-    """Return the pieces of a trace, such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
+def parse_fault_trace(trace_text: str) -> Trace:
+    """Return the pieces of a fault trace from text such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
 
     Raises a ValueError that names a point that is none, is off the globe, or is alone in its piece.
     """
     pieces = []
-    for piece in filter(str.strip, text.split(";")):
-        points = tuple(_point(point) for point in piece.split(","))
+    for piece in filter(str.strip, trace_text.split(";")):
+        points = tuple(_parse_trace_point(point) for point in piece.split(","))
         if len(points) < 2:
             raise ValueError(f"{piece.strip()!r} is one point; a piece needs two: '40.71 29.34, 40.73 29.52'")
         pieces.append(points)
     return tuple(pieces)
 
 
-def _point(text: str) -> tuple[float, float]:
-    """Return latitude and longitude of a point."""
-    words = text.split()
+def _parse_trace_point(point_text: str) -> tuple[float, float]:
+    """Return the latitude and longitude, degrees, of one point of a fault trace."""
+    words = point_text.split()
     try:
         latitude, longitude = map(float, words)
     except ValueError:
-        raise ValueError(f"{text.strip()!r} is no point; give latitude and longitude: '40.71 29.34'") from None
+        raise ValueError(f"{point_text.strip()!r} is no point; give latitude and longitude: '40.71 29.34'") from None
     # NaN fails both comparisons.
     if not (abs(latitude) <= 90 and abs(longitude) <= 180):
-        raise ValueError(f"{text.strip()!r} is off the globe; latitude is −90 to 90, longitude −180 to 180")
+        raise ValueError(f"{point_text.strip()!r} is off the globe; latitude is −90 to 90, longitude −180 to 180")
     return latitude, longitude
 
 
-def check_trace(text: str) -> str:
-    """Return the text of a trace; raise a ValueError as `read_trace` does."""
-    read_trace(text)
-    return text
+def check_fault_trace(trace_text: str) -> str:
+    """Return the text of a trace; raise a ValueError as `parse_fault_trace` does."""
+    parse_fault_trace(trace_text)
+    return trace_text

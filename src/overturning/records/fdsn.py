@@ -24,7 +24,7 @@ MAX_MISSING_S = 2.0
 
 @dataclass(frozen=True)
 class FdsnRequest:
-    """Request to a server: channels, and a time window or an event of its catalogue."""
+    """Request for waveforms to an FDSN server: channels, and a time window or an event of the server's catalogue."""
 
     server: str  # a short name that obspy knows, or the address of the services
     network: str  # SEED codes, down to the channel
@@ -60,11 +60,11 @@ def fetch_fdsn(
     wait: float = 1.0,
     report_note: Callable[[str], Any] = lambda _: None,
 ) -> list[Path]:
-    """Download a MiniSEED file and its StationXML into a folder, unless they are there already; return their paths.
+    """Download a MiniSEED file and its StationXML from an FDSN server into a folder; return their paths.
 
-    The folder is created if missing. Both answers are read before they are saved, so a cut or wrong answer leaves no
-    file. ``tries``, ``timeout`` and ``wait`` apply per file, see `fetch_url`. ``report_note`` gets a message on each
-    part of the window that the server does not have.
+    Files that exist are not downloaded again. The folder is created if missing. Both answers are read before they are
+    saved, so a cut or wrong answer leaves no file. ``tries``, ``timeout`` and ``wait`` apply per file, see `fetch_url`.
+    ``report_note`` gets a message on each part of the window that the server does not have.
 
     Raises
     ------
@@ -79,8 +79,8 @@ def fetch_fdsn(
     folder.mkdir(parents=True, exist_ok=True)
     what = f"{request.server} {request.network}.{request.station}"
 
-    def ask(action: Callable[[], Any]) -> Any:
-        return call_with_retries(lambda: _run_request(action, what), what, tries, wait)
+    def ask(send_request: Callable[[], Any]) -> Any:
+        return call_with_retries(lambda: _run_request(send_request, what), what, tries, wait)
 
     client = ask(lambda: _connect_to_server(request.server, timeout))
     start, end = _requested_window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
@@ -91,10 +91,10 @@ def fetch_fdsn(
     window = {"starttime": start, "endtime": end}
     if not metadata.exists():
         get = partial(client.get_stations, **codes, **window, level="response")
-        ask(lambda: _save_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
+        ask(lambda: _save_server_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
-        ask(lambda: _save_answer(waves, "MiniSEED", get, lambda file: _check_waveforms(file, start, end)))
+        ask(lambda: _save_server_answer(waves, "MiniSEED", get, lambda file: _check_waveforms(file, start, end)))
     for note in _missing_time_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
         report_note(note)
     return [waves, metadata]
@@ -125,7 +125,7 @@ def _connect_to_server(server: str, timeout: float) -> Any:
 
 
 def _requested_window(request: FdsnRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
-    """Return start and end of the requested window; an event is looked up with ``get_events``."""
+    """Return the start and end of the requested time window; an event is looked up with ``get_events``."""
     import obspy
 
     if request.event_id:
@@ -151,7 +151,7 @@ def _requested_window(request: FdsnRequest, get_events: Callable[[str], Any]) ->
 
 
 def _run_request(send_request: Callable[[], Any], request_label: str) -> Any:
-    """Run a request; raise an ArgumentError or a MissingDataError for answers that a retry cannot change."""
+    """Send a request to an FDSN server; raise an ArgumentError or a MissingDataError if a retry cannot help."""
     from obspy.clients.fdsn import header
 
     nothing = MissingDataError(f"{request_label}: the server has no such data; check codes, time window and event")
@@ -171,10 +171,10 @@ def _run_request(send_request: Callable[[], Any], request_label: str) -> Any:
         raise (nothing if "404" in str(problem).partition("\n")[0] else problem) from None
 
 
-def _save_answer(
+def _save_server_answer(
     path: Path, content_label: str, download: Callable[..., Any], check_content: Callable[[SourceFile], Any]
 ) -> None:
-    """Save an answer that is neither empty nor a web page and passes ``check_content``."""
+    """Download the answer of a server and save it, unless it is empty, a web page, or fails ``check_content``."""
     answer = io.BytesIO()
     download(filename=answer)
     data = answer.getvalue()
@@ -186,7 +186,7 @@ def _save_answer(
 
 
 def _check_waveforms(waveform_file: SourceFile, start: Any, end: Any) -> None:
-    """Raise a RecordError if a MiniSEED file was cut or ends at another time than requested."""
+    """Raise a RecordError if a MiniSEED file is incomplete or ends at another time than requested."""
     if len(waveform_file.data) % 128:
         raise RecordError(
             f"MiniSEED of {len(waveform_file.data)} bytes, no whole number of records: the answer was cut"

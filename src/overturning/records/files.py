@@ -16,7 +16,7 @@ from overturning.records.formats.table import (
     has_known_format,
     holds_no_acceleration,
 )
-from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, open_archive
+from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, unpack_archive
 
 TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
@@ -64,24 +64,24 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
 
 
 def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
-    """Yield each file with itself, or each member of an archive with the archive."""
+    """Yield pairs of a file and its archive; a file that is no archive is paired with itself."""
     for file in files:
-        for member in open_archive(file) if is_archive(file.data) else [file]:
+        for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file
 
 
-def _is_unknown_table(member: SourceFile) -> bool:
-    """Return True for a member of an archive with the extension of a table that is of no known format."""
-    return member.suffix in TABLES and not has_known_format(member)
+def _is_unknown_table(archive_member: SourceFile) -> bool:
+    """Return True if a member of an archive has the extension of a table and no known record format."""
+    return archive_member.suffix in TABLES and not has_known_format(archive_member)
 
 
 def _read_file(file: SourceFile, required_format: FileFormat | None, declarations: Declarations) -> list[Component]:
-    """Read the components of one file, in the named format or in that of its content."""
+    """Read the components of one file, in the required format or in the one detected from its content."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")
     if required_format is not None and required_format.name != "csv" and not required_format.detect(file):
         raise RecordError(f"{file.name}: not a {required_format.title} file; check `format` in the record table")
-    return (required_format or detect_format(file)).read(file, declarations)
+    return (required_format or detect_format(file)).read_components(file, declarations)
 
 
 def _drop_raw_duplicates(
@@ -89,7 +89,7 @@ def _drop_raw_duplicates(
     members_with_archive: Sequence[tuple[SourceFile, SourceFile]],
     omission_reasons: Mapping[SourceFile, str],
 ) -> list[Component]:
-    """Drop raw components whose processed version is in the same archive, and add notes on all omitted members.
+    """Drop raw components whose processed version is in the same archive; add notes on all omitted files.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
@@ -98,22 +98,22 @@ def _drop_raw_duplicates(
     twice = [
         one
         for one in raw
-        if any(archive[o.sha256] is archive[one.sha256] and _have_equal_axes(one, o) for o in processed)
+        if any(archive[o.sha256] is archive[one.sha256] and _are_of_same_axis(one, o) for o in processed)
     ]
     said = [(c.file, "the same is there processed") for c in twice]
     said += [(file.name, why) for file, why in omission_reasons.items() if file.suffix not in NON_RECORD_EXTENSIONS]
     kept = [c for c in components if not any(c is other for other in twice)]
-    return [_with_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
+    return [_add_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
 
 
-def _with_omission_notes(component: Component, omitted_files: Sequence[tuple[str, str]]) -> Component:
-    """Return a component with notes on omitted files: those of its own name, if there are any, else all."""
+def _add_omission_notes(component: Component, omitted_files: Sequence[tuple[str, str]]) -> Component:
+    """Return a component with notes on omitted files: on those with its file's name if there are any, else on all."""
     own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
     notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))
 
 
-def _have_equal_axes(first: Component, second: Component) -> bool:
-    """Return True if two components are of one axis of one sensor in one earthquake, by their metadata."""
+def _are_of_same_axis(first_component: Component, second_component: Component) -> bool:
+    """Return True if two components are of the same axis, sensor and earthquake, by their metadata."""
     same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
-    return all(getattr(first, name) == getattr(second, name) for name in same)
+    return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

@@ -24,7 +24,7 @@ def group_components_by_record(components: Iterable[Component]) -> list[list[Com
 
 
 def belongs_to_record(record_components: Sequence[Component], component: Component) -> bool:
-    """Return True if a component belongs to the record of a group, by what their files state."""
+    """Return True if a component belongs to the same record as other components, by what their files state."""
     first = record_components[0]
     if first.location and component.location and first.location != component.location:
         return False
@@ -41,11 +41,11 @@ def belongs_to_record(record_components: Sequence[Component], component: Compone
     return bool(component.station or component.event) and _have_equal_metadata(first, component)
 
 
-def _have_equal_metadata(first: Component, second: Component) -> bool:
-    """Return True if two components are of one format, place, event, sensor and start (within `MAX_SPREAD_S`)."""
+def _have_equal_metadata(first_component: Component, second_component: Component) -> bool:
+    """Return True if two components have the same format, place, event, sensor and start (within `MAX_SPREAD_S`)."""
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
-    if any(getattr(first, name) != getattr(second, name) for name in alike):
+    if any(getattr(first_component, name) != getattr(second_component, name) for name in alike):
         return False
-    if first.start is None or second.start is None:
-        return first.start is second.start
-    return abs((first.start - second.start).total_seconds()) <= MAX_SPREAD_S
+    if first_component.start is None or second_component.start is None:
+        return first_component.start is second_component.start
+    return abs((first_component.start - second_component.start).total_seconds()) <= MAX_SPREAD_S

@@ -19,9 +19,9 @@ def is_vertical_component(component: Component) -> bool:
     return bool(component.vertical) or is_unsigned_vertical(component.axis)
 
 
-def find_similar_files(paths: Sequence[Path]) -> list[Path]:
-    """Return other small files of the folder with the first one's extension or stem, most similar names first."""
-    first, names = paths[0], {path.name for path in paths}
+def find_similarly_named_files(record_paths: Sequence[Path]) -> list[Path]:
+    """Return small files next to the files of a record with the extension or stem of the first; similar names first."""
+    first, names = record_paths[0], {path.name for path in record_paths}
     others = [
         other
         for other in sorted(first.parent.iterdir())

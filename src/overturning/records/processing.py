@@ -27,7 +27,7 @@ BOUNDS_HZ: Final = (0.03, 1.0)
 
 
 def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
-    """Return the steps for a record whose study names none.
+    """Return the processing steps for a record if the study names none.
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
@@ -39,12 +39,12 @@ def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] 
 
 
 def process_record(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
-    """Apply steps in order (None: `default_processing_steps`), then the soil layers of a site, if given.
+    """Apply processing steps to a record in order, then the soil layers of a site, if given.
 
-    ``processing`` of the returned record has one more entry per step: the step's parameters and, under ``effect``, the
-    largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east before and after. Raises a `RecordError` if a step
-    does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or if the result has implausible
-    amplitudes.
+    The default steps are those of `default_processing_steps`. ``processing`` of the returned record has one more entry
+    per step: the step's parameters and, under ``effect``, the largest PGA (m/s²), PGV (m/s) and PGD (m) of north and
+    east before and after. Raises a `RecordError` if a step does not fit the record (corner above the Nyquist frequency,
+    cut beyond its end…), or if the result has implausible amplitudes.
     """
     steps = default_processing_steps(record) if steps is None else steps
     for step in steps:
@@ -56,12 +56,12 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: Site | No
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         start = record.start and format_utc(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
         changed = record.with_changed_components(change, sampling_interval=interval, start=start)
-        if isinstance(step, Baseline) and (still := _unchanged_components(record, changed)):
+        if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
-        record = _with_processing_entry(record, changed, step, chosen, shift)
+        record = _add_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.apply(record)
-        record = _with_processing_entry(record, surface, site, chosen)
+        record = _add_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.trusted) and (
@@ -73,16 +73,16 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: Site | No
     return record
 
 
-def _unchanged_components(record_before: Record, record_after: Record) -> list[str]:
-    """Return the names of nonzero components that a step did not change."""
+def _unchanged_component_names(record_before: Record, record_after: Record) -> list[str]:
+    """Return the names of the nonzero components of a record that a processing step did not change."""
     pairs = zip(("north", "east", "up"), record_before.components, record_after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
-def _with_processing_entry(
+def _add_processing_entry(
     record_before: Record, record_after: Record, step: Step | Site, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
-    """Return a record after a step, with the step's parameters and effect added to its processing."""
+    """Return a processed record with an entry on the parameters and effect of the last processing step."""
     peaks = [
         peak_ground_motion(record.horizontal, record.sampling_interval) for record in (record_before, record_after)
     ]
@@ -94,11 +94,11 @@ def _with_processing_entry(
 
 
 def choose_corner_frequency(record: Record) -> tuple[float, str]:
-    """Return the corner frequency, Hz, and the reason for it.
+    """Return the corner frequency of the high-pass filter for a record, Hz, and the reason for it.
 
-    It is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both horizontal
-    components is three times the noise before the onset and the permanent offset. Without usable noise, or if the noise
-    is too short for the default corner and the signal exceeds it everywhere, it is the default.
+    The corner is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both
+    horizontal components is three times the noise before the onset and the permanent offset. Without usable noise, or
+    if the noise is too short for the default corner and the signal exceeds it everywhere, it is the default.
     """
     found = signal_to_noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:

@@ -38,8 +38,8 @@ class _Pulse(BaseModel):
         return float(getattr(self, "period_s", math.inf))
 
 
-class Wave(_Pulse):
-    """a = A sin(2πt/T), or A cos(2πt/T), over whole or half cycles."""
+class HarmonicPulse(_Pulse):
+    """Pulse a = A sin(2πt/T) or A cos(2πt/T) of a number of cycles."""
 
     shape: Literal["sine", "cosine"]
     period_s: float = Field(gt=0, le=1000, description="Period T, s.")
@@ -47,7 +47,7 @@ class Wave(_Pulse):
 
     @property
     def duration(self) -> float:
-        """T times the number of cycles, s."""
+        """Duration of the pulse, s: the period times the number of cycles."""
         return self.period_s * self.cycles
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
@@ -55,15 +55,15 @@ class Wave(_Pulse):
         return np.asarray(self.amplitude_gal * GAL * wave(2.0 * np.pi * time / self.period_s))
 
 
-class Ricker(_Pulse):
-    """a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, as Ricker (1943); cut at |t − t₀| = 1.6 T."""
+class RickerPulse(_Pulse):
+    """Pulse a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, after Ricker (1943); cut at |t − t₀| = 1.6 T."""
 
     shape: Literal["ricker"] = "ricker"
     period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
 
     @property
     def duration(self) -> float:
-        """3.2 T, s: beyond it the pulse is below 1e-9 of its amplitude."""
+        """Duration of the pulse, s: 3.2 periods, beyond which it is below 1e-9 of its amplitude."""
         return 3.2 * self.period_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
@@ -71,7 +71,7 @@ class Ricker(_Pulse):
         return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
 
 
-class MavroeidisPapageorgiou(_Pulse):
+class MavroeidisPapageorgiouPulse(_Pulse):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
     The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with
@@ -85,7 +85,7 @@ class MavroeidisPapageorgiou(_Pulse):
 
     @property
     def duration(self) -> float:
-        """γ T, s."""
+        """Duration of the pulse, s: γ times the period."""
         return self.gamma * self.period_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
@@ -95,7 +95,7 @@ class MavroeidisPapageorgiou(_Pulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class _PulseOfGivenDuration(_Pulse):
+class _PulseWithDuration(_Pulse):
     """Base class of the pulses whose duration is a parameter."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
@@ -106,8 +106,8 @@ class _PulseOfGivenDuration(_Pulse):
         return self.duration_s
 
 
-class Constant(_PulseOfGivenDuration):
-    """a = A for a given time: the base accelerates steadily towards the azimuth."""
+class ConstantPulse(_PulseWithDuration):
+    """Pulse of constant acceleration a = A towards the azimuth, for a given time."""
 
     shape: Literal["constant"] = "constant"
 
@@ -115,8 +115,8 @@ class Constant(_PulseOfGivenDuration):
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class Noise(_PulseOfGivenDuration):
-    """A burst of band-limited white noise under a cosine bell.
+class NoisePulse(_PulseWithDuration):
+    """Pulse of band-limited white noise under a cosine bell.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency
     has the same amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every
@@ -131,7 +131,7 @@ class Noise(_PulseOfGivenDuration):
 
     @property
     def shortest_period(self) -> float:
-        """Period of the highest frequency, s."""
+        """Shortest period of the pulse, s: that of the highest frequency."""
         return 1.0 / self.high_hz
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
@@ -150,7 +150,9 @@ class Noise(_PulseOfGivenDuration):
         return self.amplitude_gal * GAL * math.sqrt(2.0 / len(numbers)) * bell * total
 
 
-Pulse = Annotated[Wave | Ricker | MavroeidisPapageorgiou | Constant | Noise, Field(discriminator="shape")]
+Pulse = Annotated[
+    HarmonicPulse | RickerPulse | MavroeidisPapageorgiouPulse | ConstantPulse | NoisePulse, Field(discriminator="shape")
+]
 """Any of the pulses; the key ``shape`` selects the class.
 
 Each has a ``length``, s, and a method ``acceleration``, m/s², of times from 0 to ``length``, s.
@@ -161,7 +163,7 @@ SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "no
 
 
 def parse_pulse(pulse_text: str) -> Pulse:
-    """Parse a pulse: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
+    """Parse a pulse from text with shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
 
     A ConfigError names the wrong word, its value and the bound.
     """
@@ -186,7 +188,7 @@ def parse_pulse(pulse_text: str) -> Pulse:
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
-    """Return a pulse as a record: rest, pulse, rest; horizontal, along the pulse's azimuth.
+    """Return a record of a pulse between two periods of rest, horizontal along the azimuth of the pulse.
 
     ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval: fewer
     than ten samples in the pulse, or fewer than four in its shortest period.

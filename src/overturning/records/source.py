@@ -44,19 +44,19 @@ _ARCHIVE_ERRORS: Final = (
 
 @dataclass(frozen=True)
 class SourceFile:
-    """A record file in memory."""
+    """Name and content of a record file, read into memory."""
 
     name: str  # file name without folder, for error messages
     data: bytes
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the bytes."""
+        """SHA-256 of the content of the file, as hexadecimal digits."""
         return hashlib.sha256(self.data).hexdigest()
 
     @cached_property
     def text(self) -> str:
-        """Text decoded as UTF-8 (without a byte-order mark), else Shift-JIS (Japanese loggers), else Latin-1.
+        """Content of the file as text, decoded as UTF-8, else Shift-JIS (Japanese loggers), else Latin-1.
 
         Single accented letters of Latin-1 are also valid Shift-JIS, so Shift-JIS needs several Japanese letters.
         """
@@ -71,29 +71,29 @@ class SourceFile:
 
     @cached_property
     def lines(self) -> list[str]:
-        """Lines, for any line ends, without a DOS end-of-file mark or zero bytes at the end of the file."""
+        """Lines of the file, without line ends and without an end-of-file mark or zero bytes at the end of the file."""
         text = self.text.rstrip("\x1a\x00")
         # Not str.splitlines, which also breaks at form feeds and other marks that a text field may hold.
         return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
     @property
     def suffix(self) -> str:
-        """Last extension in lower case, without the dot."""
+        """Last extension of the file name in lower case, without the dot."""
         return PurePosixPath(self.name).suffix.lower().lstrip(".")
 
 
-def is_archive(data: bytes) -> bool:
-    """Return True if bytes begin like a zip, gzip or tar file."""
-    return data[:4] == b"PK\x03\x04" or data[:2] == b"\x1f\x8b" or data[257:262] == b"ustar"
+def is_archive(file_bytes: bytes) -> bool:
+    """Return True if the bytes of a file begin like those of a zip, gzip or tar file."""
+    return file_bytes[:4] == b"PK\x03\x04" or file_bytes[:2] == b"\x1f\x8b" or file_bytes[257:262] == b"ustar"
 
 
-def is_web_page(data: bytes) -> bool:
-    """Return True if bytes begin like an HTML page, which servers send in place of a file before login."""
-    return data[:400].lstrip(LEADING_BYTES).lower().startswith((b"<!doctype html", b"<html"))
+def is_web_page(file_bytes: bytes) -> bool:
+    """Return True if bytes begin like an HTML page, which servers may send instead of a file."""
+    return file_bytes[:400].lstrip(LEADING_BYTES).lower().startswith((b"<!doctype html", b"<html"))
 
 
-def read_source(path: Path) -> SourceFile:
-    """Read a whole file.
+def read_source_file(path: Path) -> SourceFile:
+    """Read a whole file into memory.
 
     Raises a MissingDataError if it does not exist, a RecordError if it is a folder, empty, unreadable or above 200 MB.
     """
@@ -113,7 +113,9 @@ def read_source(path: Path) -> SourceFile:
     return SourceFile(path.name, data)
 
 
-def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None) -> Iterator[SourceFile]:
+def unpack_archive(
+    archive_file: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None
+) -> Iterator[SourceFile]:
     """Yield the members of a .tar, .tar.gz or .zip file, nested archives (as NIED delivers them) included.
 
     Members are unpacked in memory only. A RecordError refuses member names that point out of the archive, links,
@@ -122,70 +124,76 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
     """
     budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
     if _depth > 2:
-        raise RecordError(f"{source.name}: archives nested more than twice; unpack it first")
+        raise RecordError(f"{archive_file.name}: archives nested more than twice; unpack it first")
     try:
-        for member in _archive_members(source, budget):
+        for member in _archive_members(archive_file, budget):
             if is_archive(member.data) and member.suffix not in DOCUMENTS:
-                yield from open_archive(member, _depth=_depth + 1, _budget=budget)
+                yield from unpack_archive(member, _depth=_depth + 1, _budget=budget)
             else:
                 yield member
     except RecordError:
         raise
     except _ARCHIVE_ERRORS as problem:
-        raise RecordError(f"{source.name}: the archive is damaged ({problem}); download it again") from problem
+        raise RecordError(f"{archive_file.name}: the archive is damaged ({problem}); download it again") from problem
     except RuntimeError as problem:  # zipfile raises it for an encrypted member.
-        raise RecordError(f"{source.name}: {problem}; unpack it first") from problem
+        raise RecordError(f"{archive_file.name}: {problem}; unpack it first") from problem
 
 
-def _archive_members(source: SourceFile, remaining_budget: list[int]) -> Iterator[SourceFile]:
-    """Yield the files of one archive level; ``remaining_budget`` holds the bytes and members that are still allowed."""
-    for name, plain, folder, data in (_zip_members if source.data[:2] == b"PK" else _tar_members)(source):
+def _archive_members(archive_file: SourceFile, remaining_budget: list[int]) -> Iterator[SourceFile]:
+    """Yield the files in an archive, without unpacking archives in it.
+
+    ``remaining_budget`` holds the numbers of bytes and members that are still allowed.
+    """
+    for name, plain, folder, data in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(archive_file):
         pure = PurePosixPath(name.replace("\\", "/"))
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
-            raise RecordError(f"{source.name}: {why}")
-        if folder or _is_system_file(pure):
+            raise RecordError(f"{archive_file.name}: {why}")
+        if folder or _is_system_or_plot_file(pure):
             continue
         if not plain:
-            raise RecordError(f"{source.name}: member {name!r} is a link or a device; put the file itself there")
+            raise RecordError(f"{archive_file.name}: member {name!r} is a link or a device; put the file itself there")
         remaining_budget[1] -= 1
         if remaining_budget[1] < 0:
-            raise RecordError(f"{source.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need")
+            raise RecordError(
+                f"{archive_file.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need"
+            )
         member = data(remaining_budget[0] + 1)
         remaining_budget[0] -= len(member)
         if remaining_budget[0] < 0:
             why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
-            raise RecordError(f"{source.name}: {why}")
+            raise RecordError(f"{archive_file.name}: {why}")
         yield SourceFile(pure.name, member)
 
 
-def _is_system_file(path: PurePosixPath) -> bool:
-    """Return True for files of operating systems (``.DS_Store``, ``__MACOSX/._x.V2``) and plots (``x.ps.gz``)."""
+def _is_system_or_plot_file(member_path: PurePosixPath) -> bool:
+    """Return True if a member of an archive is a system file (``.DS_Store``, ``__MACOSX``) or a plot (``x.ps.gz``)."""
     packed = (
-        path.suffix.lower() == ".gz" and PurePosixPath(path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
+        member_path.suffix.lower() == ".gz"
+        and PurePosixPath(member_path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
     )
-    return path.name.startswith(".") or "__MACOSX" in path.parts or packed
+    return member_path.name.startswith(".") or "__MACOSX" in member_path.parts or packed
 
 
 _Member = tuple[str, bool, bool, Callable[[int], bytes]]
 """Archive member: name, True for a plain file, True for a folder, and a function that reads its first n bytes."""
 
 
-def _zip_members(source: SourceFile) -> Iterator[_Member]:
+def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
     """Yield the members of a zip file."""
-    with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
+    with zipfile.ZipFile(io.BytesIO(archive_file.data)) as archive:
         for info in archive.infolist():
 
-            def data(most: int, info: zipfile.ZipInfo = info) -> bytes:
+            def data(max_bytes: int, info: zipfile.ZipInfo = info) -> bytes:
                 with archive.open(info) as stream:
-                    return stream.read(most)
+                    return stream.read(max_bytes)
 
             yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), data
 
 
-def _tar_members(source: SourceFile) -> Iterator[_Member]:
+def _tar_members(archive_file: SourceFile) -> Iterator[_Member]:
     """Yield the members of a tar file."""
-    with tarfile.open(fileobj=io.BytesIO(source.data), mode="r|*") as archive:
+    with tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None
             yield info.name, stream is not None, info.isdir(), stream.read if stream else bytes

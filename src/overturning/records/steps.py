@@ -18,9 +18,9 @@ LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def _step_error(record: Record, step_key: str, reason: str) -> RecordError:
-    """Return the error of a step that does not fit a record, with the key of the step."""
-    return RecordError(f"record {record.record_id}: {step_key}; {reason}")
+def _step_error(record: Record, step_label: str, reason: str) -> RecordError:
+    """Return an error on a processing step that does not fit a record; it names the record and the step."""
+    return RecordError(f"record {record.record_id}: {step_label}; {reason}")
 
 
 class _Step(BaseModel):
@@ -29,11 +29,11 @@ class _Step(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:
-        """Return a component after the step, m/s²; raise a RecordError if the step does not fit the record."""
+        """Return the samples of a component after the step, m/s²; raise a RecordError if the step does not fit."""
         raise NotImplementedError
 
     def start_shift(self, sampling_interval: float) -> float:  # noqa: ARG002
-        """Return the shift of the record's start by the step, s."""
+        """Return the time by which the processing step moves the start of a record, s."""
         return 0.0
 
 
@@ -103,15 +103,15 @@ class Filter(_Step):
             bounds = f"it must lie below the Nyquist frequency {nyquist:g} Hz"
             raise _step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
-        pad = self._padding_samples(record.sampling_interval)
+        pad = self._padding_sample_count(record.sampling_interval)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
         # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
         # integrate to a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
         kept = filtered if self.step == "highpass" else filtered[pad : pad + samples.size]
         return np.ascontiguousarray(kept, dtype=np.float64)
 
-    def _padding_samples(self, sampling_interval: float) -> int:
-        """Return the number of zeros at each end: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
+    def _padding_sample_count(self, sampling_interval: float) -> int:
+        """Return the number of padding zeros at each end: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
 
@@ -137,11 +137,14 @@ class Highpass(Filter):
         return super().apply(samples - offset, record)
 
     def start_shift(self, sampling_interval: float) -> float:  # noqa: D102
-        return -self._padding_samples(sampling_interval) * sampling_interval
+        return -self._padding_sample_count(sampling_interval) * sampling_interval
 
 
 def _baseline_offset(samples: FloatArray, sampling_interval: float) -> float:
-    """Return the offset: the smallest of the medians of both ends (1 s) and the mean; 0 if their signs differ."""
+    """Return the offset of a component, m/s²: its mean, or the median of its first or last second if that is smaller.
+
+    It is 0 if these three values differ in sign.
+    """
     end = max(1, round(1.0 / sampling_interval))
     levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
     return min(levels, key=abs) if min(levels) > 0 or max(levels) < 0 else 0.0
@@ -174,7 +177,7 @@ class Baseline(_Step):
     t2_s: float | None = Field(default=None, gt=0, description="Where it ends, s; none: where the fitted line is zero.")
 
     @model_validator(mode="after")
-    def _check_order(self) -> "Baseline":
+    def _check_time_order(self) -> "Baseline":
         if (self.t1_s is None) != (self.t2_s is None):
             raise ValueError("t1_s and t2_s: give both or neither")
         if self.t1_s is not None and self.t2_s is not None and not self.t1_s < self.t2_s <= self.fit_from_s:
@@ -235,7 +238,7 @@ class Cut(_Step):
     end_s: float | None = Field(default=None, gt=0, description="Last sample kept, s; none: to the end.")
 
     @model_validator(mode="after")
-    def _check_order(self) -> "Cut":
+    def _check_time_order(self) -> "Cut":
         if self.end_s is not None and self.end_s <= self.start_s:
             raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
         return self
@@ -270,7 +273,7 @@ Step = Annotated[
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
-    """Return the steps; raise a ValueError if a step with times follows one that moves the start by an unknown time."""
+    """Return the steps; raise a ValueError if one with times follows a step that moves the start by an unknown time."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
         timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)

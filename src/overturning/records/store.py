@@ -20,19 +20,19 @@ _TEXTS = ("record_id", "start", "station", "event", "source", "sha256", "licence
 _NUMBERS = ("fault_strike_deg", "latitude", "longitude")
 
 
-def round_as_stored(record: Record) -> Record:
-    """Return the record as `read_motion` returns it: samples rounded to 1e-9 m/s², without negative zeros."""
+def round_to_stored_precision(record: Record) -> Record:
+    """Return a record with samples rounded as in a stored file: to 1e-9 m/s², without negative zeros."""
     return record.with_changed_components(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
 def write_motion(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:
-    """Write a record as NetCDF (CF-1.11) atomically; create the folder if missing.
+    """Write a record to a NetCDF file (CF-1.11) atomically; create the folder if it is missing.
 
     With ``unprocessed_record``, the file also holds the record before its processing, for comparison.
     """
     import netCDF4
 
-    record = round_as_stored(record)
+    record = round_to_stored_precision(record)
     with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
         file.setncatts(_record_attributes(record))
         _add_time_series(file, record)
@@ -40,12 +40,12 @@ def write_motion(record: Record, path: Path | str, unprocessed_record: Record | 
             file.sampling_interval_unprocessed = unprocessed_record.sampling_interval
             if unprocessed_record.start:
                 file.start_unprocessed = unprocessed_record.start
-            _add_time_series(file, round_as_stored(unprocessed_record), "_unprocessed", ", before processing")
+            _add_time_series(file, round_to_stored_precision(unprocessed_record), "_unprocessed", ", before processing")
 
 
-def _add_time_series(file: Any, record: Record, suffix: str = "", long_name_suffix: str = "") -> None:
-    """Write time and components as variables with their own dimension."""
-    file.createDimension(f"time{suffix}", record.north.size)
+def _add_time_series(file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = "") -> None:
+    """Write the times and components of a record to a NetCDF file as variables with a time dimension."""
+    file.createDimension(f"time{variable_suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
     for name, values, unit, long_name in (
         ("time", time, "s", "time after the start of the record"),
@@ -54,7 +54,9 @@ def _add_time_series(file: Any, record: Record, suffix: str = "", long_name_suff
         ("up", record.up, "m s-2", "upward ground acceleration"),
     ):
         if values is not None:
-            variable = file.createVariable(f"{name}{suffix}", "f8", (f"time{suffix}",), zlib=True, shuffle=True)
+            variable = file.createVariable(
+                f"{name}{variable_suffix}", "f8", (f"time{variable_suffix}",), zlib=True, shuffle=True
+            )
             variable.setncatts({"long_name": long_name + long_name_suffix, "units": unit})
             variable[:] = values
 
@@ -81,8 +83,8 @@ def read_motion(path: Path | str) -> Record:
     return _read_stored_record(Path(path), "")
 
 
-def read_unprocessed(path: Path | str) -> Record | None:
-    """Read the record before its processing from a ``motion.nc``; None if it was not processed."""
+def read_unprocessed_motion(path: Path | str) -> Record | None:
+    """Read the unprocessed record from a ``motion.nc``; return None if the record was not processed."""
     import netCDF4
 
     read_motion(path)

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.files import atomic_write, find_project_file
 from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
+from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
 from overturning.records.earthquakes import group_by_earthquake
 from overturning.records.processing import process_record
 from overturning.records.read import read_file_and_siblings, read_record
@@ -25,7 +25,7 @@ COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pu
 def add_record_to_table(
     paths: Sequence[Path], cells_by_column: dict[str, str], table_path: Path, record_folder: Path
 ) -> Record:
-    """Add a record to the table, and return it as it was read.
+    """Add a record to the record table, and return the record.
 
     The files (for a single file, also the others of its record) are read, copied to the folder of record files, and
     named in a new line of the table. A missing table is created with the records of the package. Defaults of
@@ -53,13 +53,13 @@ def add_record_to_table(
         for path in paths:
             shutil.copyfile(path, Path(name) / path.name)
         record = process_record(read_record(entry, Path(name)), None)
-    _copy_files(paths, record_folder)
+    _copy_record_files(paths, record_folder)
     _append_table_line(table_path, before, cells)
     return record
 
 
 def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, str]) -> None:
-    """Raise an error for the first path that is no file, and for the first unknown column."""
+    """Raise an error if a path is no file, or if the record table has no column of a given name."""
     missing = [path for path in paths if not path.is_file()]
     if missing:
         why = "a folder; name the files of one record in it" if missing[0].is_dir() else "no such file"
@@ -71,26 +71,26 @@ def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, s
         )
 
 
-def _validated_entry(cells: dict[str, str]) -> RecordEntry:
-    """Return the entry of a line; raise an ArgumentError for an invalid cell."""
+def _validated_entry(cells_by_column: dict[str, str]) -> RecordEntry:
+    """Return the record-table entry with the given cells; raise an ArgumentError for an invalid cell."""
     try:
-        return RecordEntry.model_validate({name: text for name, text in cells.items() if text})
+        return RecordEntry.model_validate({name: text for name, text in cells_by_column.items() if text})
     except ValidationError as error:
         first = error.errors()[0]
         raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {format_validation_error(first)}") from None
 
 
-def _check_cell_characters(cells: dict[str, str]) -> None:
-    """Raise an ArgumentError for a cell that would break the format of the table."""
-    for text in cells.values():
+def _check_cell_characters(cells_by_column: dict[str, str]) -> None:
+    """Raise an ArgumentError if a cell has characters that would break the format of the record table."""
+    for text in cells_by_column.values():
         if re.search(r'[\t\n\r]|^"', text):
             raise ArgumentError(
                 f"{text!r}: a cell of the record table has no tab or line end and begins with no quotation mark"
             )
 
 
-def _copy_files(paths: Sequence[Path], record_folder: Path) -> None:
-    """Copy the files to the folder of record files; raise an ArgumentError if another file has the name of one."""
+def _copy_record_files(paths: Sequence[Path], record_folder: Path) -> None:
+    """Copy files to the folder of record files; raise an ArgumentError if it has a different file of the same name."""
     record_folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
         target = record_folder / path.name
@@ -100,8 +100,8 @@ def _copy_files(paths: Sequence[Path], record_folder: Path) -> None:
             shutil.copyfile(path, target)
 
 
-def notes_on_new_record(record: Record, table_path: Path, record_folder: Path) -> list[str]:
-    """Return notes on how a record of the table compares with the others: its earthquake, and records with its samples.
+def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> list[str]:
+    """Return notes on a new record of the record table: doubts about its earthquake, and records with the same samples.
 
     Of other records whose files cannot be read, only the lines of the table are compared.
     """
@@ -113,26 +113,26 @@ def notes_on_new_record(record: Record, table_path: Path, record_folder: Path) -
     known = group_by_earthquake(others).notes
     notes = [f"earthquakes: {note}" for note in group_by_earthquake([*others, record]).notes if note not in known]
     read = [process_record(one, None) for one in others if isinstance(one, Record)]
-    texts = duplicate_messages(find_duplicate_records(map(motion_fingerprint, [*read, record])))
+    texts = duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, [*read, record])))
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
 
 
-def _read_record_or_keep_entry(entry: RecordEntry, record_folder: Path) -> Record | RecordEntry:
-    """Return a record of the table (its header may state an origin), or its entry if the files cannot be read."""
+def _read_record_or_keep_entry(table_entry: RecordEntry, record_folder: Path) -> Record | RecordEntry:
+    """Return the record of a record-table entry, or the entry itself if its files cannot be read."""
     try:
-        return read_record(entry, record_folder)
+        return read_record(table_entry, record_folder)
     except OverturningError:
-        return entry
+        return table_entry
 
 
-def _append_table_line(table_path: Path, source_table: Path, cells: dict[str, str]) -> None:
-    """Append the line to the lines of ``source_table``; add missing columns to the header."""
+def _append_table_line(table_path: Path, source_table: Path, cells_by_column: dict[str, str]) -> None:
+    """Write the lines of ``source_table`` and a new line to a record table; add missing columns to its header."""
     lines = source_table.read_text(encoding="utf-8-sig").splitlines() if source_table.exists() else ["\t".join(COLUMNS)]
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")
     known = [column.strip().lower() for column in columns]
-    new = [column for column, cell in cells.items() if cell and column not in known]
+    new = [column for column, cell in cells_by_column.items() if cell and column not in known]
     lines[head] = "\t".join([*columns, *new])
-    lines.append("\t".join(cells.get(column, "") for column in (*known, *new)).rstrip("\t"))
+    lines.append("\t".join(cells_by_column.get(column, "") for column in (*known, *new)).rstrip("\t"))
     with atomic_write(table_path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -25,7 +25,7 @@ MAX_STATION_DISTANCE_KM = 1.0
 
 
 class AssemblyRefusals(RefusalReasons):
-    """Reasons against a record, raised together, and contradictions that are trusted."""
+    """Collector of the reasons to refuse components as one record, and of contradictions that the user trusts."""
 
     def __init__(self, *, trust_contradictions: bool) -> None:
         super().__init__()
@@ -34,29 +34,29 @@ class AssemblyRefusals(RefusalReasons):
 
     @property
     def has_reasons(self) -> bool:
-        """True if there are reasons against the record already."""
+        """True if there is already a reason to refuse the components."""
         return bool(self._found)
 
-    def contradict(self, contradiction: str, remedy: str) -> None:
-        """Refuse a contradiction, or note that it is trusted."""
+    def report_contradiction(self, contradiction: str, remedy: str) -> None:
+        """Raise a RecordError for a contradiction, or add it to the trusted ones if the user trusts the data."""
         if not self.trusting:
             raise RecordError(f"{contradiction}; {remedy}")
         self.trusted.append(contradiction)
 
 
-def cut_to_common_window(components: Sequence[Component], reasons: AssemblyRefusals) -> list[Component]:
-    """Cut components to the samples that all of them have.
+def cut_to_common_window(components: Sequence[Component], refusals: AssemblyRefusals) -> list[Component]:
+    """Cut components to the window of time that all of them cover.
 
     Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
     RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
     stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
     places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
     """
-    _check_one_sensor(components, reasons)
+    _check_same_sensor(components, refusals)
     interval = _common_sampling_interval(components)
-    _check_one_place(components, reasons)
-    offsets = _samples_before_common_start(components, interval, reasons)
-    spread = _checked_length_difference(components, interval, reasons)
+    _check_same_place(components, refusals)
+    offsets = _samples_before_common_start(components, interval, refusals)
+    spread = _checked_length_difference(components, interval, refusals)
     length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
@@ -65,12 +65,12 @@ def cut_to_common_window(components: Sequence[Component], reasons: AssemblyRefus
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
     if spread > MAX_SPREAD_S:
-        _check_window_peak(components, cut, reasons)
+        _check_window_peak(components, cut, refusals)
     return cut
 
 
-def _check_one_sensor(components: Sequence[Component], reasons: AssemblyRefusals) -> None:
-    """Refuse components of two stations, networks, earthquakes, locations or sensors, and raw with processed ones."""
+def _check_same_sensor(components: Sequence[Component], refusals: AssemblyRefusals) -> None:
+    """Refuse components of different stations, networks, earthquakes or sensors, and raw next to processed ones."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
         for c, sensor in zip(components, map(seed_band_and_instrument, components), strict=True)
@@ -80,11 +80,11 @@ def _check_one_sensor(components: Sequence[Component], reasons: AssemblyRefusals
         if len(named) > 1:
             why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            reasons.contradict(why, f"they are not of one record: {remedy}")
+            refusals.report_contradiction(why, f"they are not of one record: {remedy}")
 
 
 def _common_sampling_interval(components: Sequence[Component]) -> float:
-    """Return the sampling interval of the components, s; raise a RecordError if they have several."""
+    """Return the sampling interval that the components share, s; raise a RecordError if they have different ones."""
     interval = components[0].sampling_interval
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
@@ -96,14 +96,14 @@ def _common_sampling_interval(components: Sequence[Component]) -> float:
 
 
 def _samples_before_common_start(
-    components: Sequence[Component], sampling_interval: float, reasons: AssemblyRefusals
+    components: Sequence[Component], sampling_interval: float, refusals: AssemblyRefusals
 ) -> list[int]:
-    """Return how many samples each component begins before the latest one; 0 for components without a start."""
+    """Return the number of samples of each component before the latest start of all; 0 if a component has no start."""
     starts = [c.start for c in components if c.start is not None]
     if 0 < len(starts) < len(components):
         undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
         remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
-        reasons.contradict(f"{undated} does not say when it begins, other components do", remedy)
+        refusals.report_contradiction(f"{undated} does not say when it begins, other components do", remedy)
     if len(starts) < len(components):
         return [0] * len(components)
     latest = max(starts)
@@ -117,32 +117,32 @@ def _samples_before_common_start(
 
 
 def _checked_length_difference(
-    components: Sequence[Component], sampling_interval: float, reasons: AssemblyRefusals
+    components: Sequence[Component], sampling_interval: float, refusals: AssemblyRefusals
 ) -> float:
-    """Return the difference of the components' lengths, s; refuse a large one between several files."""
+    """Return the difference between the longest and the shortest component, s; refuse a large one between files."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
     if spread > MAX_SPREAD_S + 0.5 * sampling_interval and not one_file:
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
         remedy = "get the file again, or say --trust-data to keep the common part"
-        reasons.contradict(f"{components[0].file}: components have {counts}", remedy)
+        refusals.report_contradiction(f"{components[0].file}: components have {counts}", remedy)
     return spread
 
 
-def _check_one_place(components: Sequence[Component], reasons: AssemblyRefusals) -> None:
-    """Refuse components that state two places of one station."""
+def _check_same_place(components: Sequence[Component], refusals: AssemblyRefusals) -> None:
+    """Refuse components whose stated station coordinates are more than `MAX_STATION_DISTANCE_KM` apart."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
         if (apart := great_circle_distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            reasons.contradict(why, f"they are not of one record: {remedy}")
+            refusals.report_contradiction(why, f"they are not of one record: {remedy}")
 
 
 def _check_window_peak(
-    components: Sequence[Component], cut_components: Sequence[Component], reasons: AssemblyRefusals
+    components: Sequence[Component], cut_components: Sequence[Component], refusals: AssemblyRefusals
 ) -> None:
     """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
     for component, kept in zip(components, cut_components, strict=True):
@@ -155,13 +155,13 @@ def _check_window_peak(
                 f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
             )
             remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
-            reasons.contradict(why, remedy)
+            refusals.report_contradiction(why, remedy)
 
 
 def common_window_entry(
     components: Sequence[Component], cut_components: Sequence[Component], north: FloatArray, east: FloatArray
 ) -> tuple[dict[str, Any], ...]:
-    """Return the processing step of the common window; empty if all components have the same length."""
+    """Return the entry of a record's processing on the cut to the common window; () if all lengths are equal."""
     sizes = {c.axis: c.samples.size for c in components}
     kept, interval = cut_components[0].samples.size, cut_components[0].sampling_interval
     left_out = max(sizes.values()) - kept

@@ -301,7 +301,7 @@ def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
 def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of coordinates.
 
-    See `overturning.records.catalogue.RecordDescription.places`.
+    See `overturning.records.catalogue.RecordDescription.place_properties`.
     """
     return list(json_attribute(cube, "record_sources", list))
 

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.files import atomic_write
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
 from overturning.motion.heading import peak_azimuths, strongest_pulse_axis_and_period
-from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_intensity_measures
+from overturning.motion.intensity import PEAKS, intensity_dataset_by_azimuth, record_intensity_measures
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd_measures
 from overturning.records.earthquakes import group_by_earthquake
@@ -36,7 +36,7 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
     import xarray as xr
 
     azimuth = to_direction_values(study.azimuth.expand_azimuths())
-    measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
+    measures = [intensity_dataset_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(
         record=("record", np.arange(len(records), dtype=np.int32), {"long_name": "number of the record"}),

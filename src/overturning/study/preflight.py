@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError, ConfigError, MissingDataError, Ove
 from overturning.model.cases import Cases
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, find_entry_paths
+from overturning.records.catalogue import RecordEntry, find_record_paths
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
 from overturning.study.load import record_table_rows
 from overturning.study.scenes import (
@@ -182,7 +182,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
                 "there, or set records.folder"
             )
         try:
-            files[name] = find_entry_paths(entry, folder)
+            files[name] = find_record_paths(entry, folder)
         except MissingDataError as error:
             faults.append(str(error))
     if faults:
@@ -196,7 +196,7 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.
     """
-    from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
+    from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
     from overturning.records.earthquakes import group_by_earthquake
     from overturning.records.processing import process_record
     from overturning.records.read import read_record
@@ -216,7 +216,7 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
-    faults += duplicate_messages(find_duplicate_records(prints))
+    faults += duplicate_record_messages(find_duplicate_records(prints))
     if faults:
         raise ConfigError(_format_faults(faults))
     if records:

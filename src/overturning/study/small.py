@@ -13,7 +13,7 @@ from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
-from overturning.records.store import round_as_stored
+from overturning.records.store import round_to_stored_precision
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.gather import merge_parts
@@ -150,11 +150,11 @@ def _process_records(records_or_ids: Sequence[Record | str], study: Study) -> li
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = record_table_rows(only, "run_study") if asked else {}
     return [
-        round_as_stored(
+        round_to_stored_precision(
             process_record(read_record(entries[record], Path(study.records.folder)), study.processing, study.site)
         )
         if isinstance(record, str)
-        else round_as_stored(process_record(record, (), study.site))
+        else round_to_stored_precision(process_record(record, (), study.site))
         if study.site
         else record
         for record in records_or_ids

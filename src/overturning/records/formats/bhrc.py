@@ -9,7 +9,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN, Component
 from overturning.records.formats.header import Fields, Header
-from overturning.records.formats.lines import FLOAT, TextLines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -29,24 +29,24 @@ FIELDS: Final[Fields] = {
 }
 
 
-@component_reader(r"\* VOL1", "only volume 1 is read")
-def read(block: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first line; return the component and the number of its lines."""
-    header, text = Header.find_fields(block, FIELDS, HEADER_LINES, min_lines=HEADER_LINES), block.lines
+@consecutive_component_reader(r"\* VOL1", "only volume 1 is read")
+def read_components(channel_lines: TextLines) -> tuple[Component, int]:
+    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+    header, text = Header.find_fields(channel_lines, FIELDS, HEADER_LINES, min_lines=HEADER_LINES), channel_lines.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_match("azimuths of L and T")
     if axis != header.field_text("component"):
-        raise header.error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
+        raise header.line_error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
     assert azimuths is not None
     direction = UNKNOWN if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
-    interval = block.sampling_interval_of_rate(
-        block.parse_number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE
+    interval = channel_lines.sampling_interval_of_rate(
+        channel_lines.parse_number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE
     )
     count = int(header.field_text("NO. OF POINTS"))
-    block.check_recorded_duration(10, count, interval, header.field_number("DURATION"))
-    samples, end, notes = block.read_samples(HEADER_LINES, width=13, per_line=10, count=count)
+    channel_lines.check_recorded_duration(10, count, interval, header.field_number("DURATION"))
+    samples, end, notes = channel_lines.read_samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
-        raise block.error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
+        raise channel_lines.line_error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
     when = " ".join(header.field_text("origin").split())
     event = f"earthquake of {when}" if when else ""
     samples = samples * 0.1 * STANDARD_GRAVITY

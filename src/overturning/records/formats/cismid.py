@@ -45,16 +45,16 @@ RECORD: Final[Fields] = {
 }
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
-    station = Header.find_fields(source, STATION, 40)
+    station = Header.find_fields(source_file, STATION, 40)
     at = station.line_index("section 2")
-    header = Header.find_fields(TextLines(source, source.lines[at:], at), RECORD, 40)
+    header = Header.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
     heading = header.line_index("the line T, EW, NS, UD")
     columns = header.field_text("the line T, EW, NS, UD").upper().split()
     if len(set(columns)) < len(AXES):
-        raise header.error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
+        raise header.line_error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
     interval = station.field_sampling_interval("SAMPLING FREQUENCY (Hz)")
     values, notes = header.cut_to_stated_count(
         "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))

@@ -27,7 +27,7 @@ from overturning.records.component import (
     parse_sensor_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import TextLines, component_reader
+from overturning.records.formats.lines import TextLines, consecutive_component_reader
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
@@ -53,56 +53,60 @@ FIELDS: Final[Fields] = {
 }
 
 
-def _number_set_format(lines: TextLines, line_index: int, set_label: str) -> tuple[dict[str, Any], int]:
-    """Return count, numbers per line and width of a set, and the index of the line after it."""
-    match = SET.match(lines.lines[line_index]) if line_index < len(lines.lines) else None
+def _number_set_format(channel_lines: TextLines, line_index: int, set_label: str) -> tuple[dict[str, Any], int]:
+    """Return the format of a block of numbers (count, numbers per line, column width), and the line after the block."""
+    match = SET.match(channel_lines.lines[line_index]) if line_index < len(channel_lines.lines) else None
     if match is None:
-        raise lines.error(line_index, f"no line that introduces the {set_label}; the file is cut: get it again")
+        raise channel_lines.line_error(
+            line_index, f"no line that introduces the {set_label}; the file is cut: get it again"
+        )
     count, per_line, width = (int(number) for number in match.groups())
     if not (1 <= per_line <= 100 and 1 <= width <= 100):
-        raise lines.error(line_index, f"format {match[0].strip()!r}; correct it")
+        raise channel_lines.line_error(line_index, f"format {match[0].strip()!r}; correct it")
     return {"count": count, "per_line": per_line, "width": width}, line_index + 1 + -(-count // per_line)
 
 
-@component_reader(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
-def read(lines: TextLines) -> tuple[Component, int]:
-    """Read the channel that begins at the first line; return the channel and the number of its lines."""
-    text = lines.lines
+@consecutive_component_reader(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
+def read_components(channel_lines: TextLines) -> tuple[Component, int]:
+    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+    text = channel_lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
-    form, reals_at = _number_set_format(lines, ints_at, "integers")
-    header = Header.find_fields(lines, FIELDS, ints_at)
-    whole = lines.read_fixed_integers(ints_at + 1, **form)
-    form, comments_at = _number_set_format(lines, reals_at, "reals")
-    real = lines.read_fixed_columns(reals_at + 1, **form)
+    form, reals_at = _number_set_format(channel_lines, ints_at, "integers")
+    header = Header.find_fields(channel_lines, FIELDS, ints_at)
+    whole = channel_lines.read_fixed_integers(ints_at + 1, **form)
+    form, comments_at = _number_set_format(channel_lines, reals_at, "reals")
+    real = channel_lines.read_fixed_columns(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
-        raise lines.error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
+        raise channel_lines.line_error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
     comments = COMMENTS.match(text[comments_at]) if comments_at < len(text) else None
     if comments is None:
-        raise lines.error(comments_at, "no line that introduces the comments; get the file again")
+        raise channel_lines.line_error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
-    form, _ = _number_set_format(lines, data_at, "samples")
-    unit = _checked_unit_code(lines, data_at, int(whole[2]))
-    scale = _acceleration_per_count(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
-    samples, end, notes = lines.read_samples(data_at + 1, **form)
+    form, _ = _number_set_format(channel_lines, data_at, "samples")
+    unit = _checked_unit_code(channel_lines, data_at, int(whole[2]))
+    scale = _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS else UNITS[unit]
+    samples, end, notes = channel_lines.read_samples(data_at + 1, **form)
     if end >= len(text) or not END.match(text[end]):
-        raise lines.error(end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut")
+        raise channel_lines.line_error(
+            end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut"
+        )
     interval = float(real[61]) * 1e-3 if real[61] > 0 else float(real[33])
     if real[62] > 0:
-        lines.check_recorded_duration(data_at, samples.size, interval, float(real[62]))
+        channel_lines.check_recorded_duration(data_at, samples.size, interval, float(real[62]))
     axis, direction = _axis_name_and_direction(header, text[comments_at + 1 : data_at], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
     origin, places = header.origin_and_epicentre()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
-    peak = HeaderPeak(abs(known[63]) * scale, digit, line=lines.before + reals_at + 12) if 63 in known else None
+    peak = HeaderPeak(abs(known[63]) * scale, digit, line=channel_lines.before + reals_at + 12) if 63 in known else None
     component = header.create_component(
         axis,
         direction,
         samples * scale,
         interval,
         # The header does not state the offset of a local clock from UTC.
-        start=_start_time(lines, whole, float(real[29]))
+        start=_start_time(channel_lines, whole, float(real[29]))
         if header.field_text("clock").upper() in ("", "UTC", "GMT")
         else None,
         origin=origin,
@@ -127,41 +131,45 @@ def _agency_entries(header: Header) -> dict[str, str]:
     return {"processed_by": header.field_text("processed by") or unnamed} | filtered
 
 
-def _acceleration_per_count(lines: TextLines, reals_at: int, reals: FloatArray) -> float:
-    """Return the acceleration of one count, m/s², from the recorder's step and the sensor's sensitivity."""
-    microvolts, volts_per_g = float(reals[21]), float(reals[41])
-    gain = 1.0 if reals[46] == NULL else float(reals[46])
+def _acceleration_per_count(channel_lines: TextLines, reals_line_index: int, header_reals: FloatArray) -> float:
+    """Return the acceleration of one digitiser count, m/s², from the recorder's step and the sensor's sensitivity."""
+    microvolts, volts_per_g = float(header_reals[21]), float(header_reals[41])
+    gain = 1.0 if header_reals[46] == NULL else float(header_reals[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
         if not value > 0:
             why = "is not stated" if value == NULL else f"is {value:g}"
-            raise lines.error(reals_at, f"counts, but real {number} ({what}) {why}; get volume 1 or 2")
+            raise channel_lines.line_error(
+                reals_line_index, f"counts, but real {number} ({what}) {why}; get volume 1 or 2"
+            )
     return microvolts * 1e-6 / (volts_per_g * gain) * STANDARD_GRAVITY
 
 
-def _checked_unit_code(lines: TextLines, data_at: int, unit_code: int) -> int:
-    """Return the code (COSMOS table 2) of the samples' unit; text and integers must agree."""
-    line = lines.lines[data_at]
+def _checked_unit_code(channel_lines: TextLines, data_line_index: int, unit_code: int) -> int:
+    """Return the code (COSMOS table 2) of the samples' unit; the header's text and integers must agree."""
+    line = channel_lines.lines[data_line_index]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else unit_code
     if number not in (*UNITS, COUNTS) or not re.search(r"accel", line, re.IGNORECASE):
         what = stated[1].strip() if stated else unit_code
         remedy = "only acceleration in g, cm/sec2, gal, mg or counts is read: get volume 0, 1 or 2"
-        raise lines.error(data_at, f"samples in {what}; {remedy}")
+        raise channel_lines.line_error(data_line_index, f"samples in {what}; {remedy}")
     if unit_code in (*UNITS, COUNTS) and unit_code != number:
-        raise lines.error(data_at, f"unit {number}, but the integers say {unit_code}; get the file again")
+        raise channel_lines.line_error(
+            data_line_index, f"unit {number}, but the integers say {unit_code}; get the file again"
+        )
     worded = WORDS.get(stated[1].strip().lower().replace("^", ""), number) if stated else number
     if UNITS.get(worded) != UNITS.get(number):
-        raise lines.error(
-            data_at, f"samples in {stated and stated[1].strip()}, but the code says {number}; get it again"
+        raise channel_lines.line_error(
+            data_line_index, f"samples in {stated and stated[1].strip()}, but the code says {number}; get it again"
         )
     return number
 
 
 def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_code: int) -> tuple[str, Direction]:
-    """Return name and direction of the axis, from text and code, which must agree; else from the SEED channel code."""
+    """Return the name and direction of the axis, from the header's text and code, else from the SEED channel code."""
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, azimuth_code_direction(direction_code))
-    direction = direction_from_name_and_code(word, coded, partial(header.error, "axis"))
+    direction = direction_from_name_and_code(word, coded, partial(header.line_error, "axis"))
     if direction == UNKNOWN and direction_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
@@ -169,9 +177,9 @@ def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_
     return word or str(direction_code), direction
 
 
-def _start_time(lines: TextLines, integers: np.ndarray, second: float) -> datetime | None:
+def _start_time(channel_lines: TextLines, header_integers: np.ndarray, seconds: float) -> datetime | None:
     """Return the UTC time of the first sample from the integers of the header; None if not stated."""
-    year, _, month, day, hour, minute = (int(integers[i]) for i in range(39, 45))
-    if NULL in (year, month, day, hour, minute) or not 0 <= second < 61:
+    year, _, month, day, hour, minute = (int(header_integers[i]) for i in range(39, 45))
+    if NULL in (year, month, day, hour, minute) or not 0 <= seconds < 61:
         return None
-    return lines.utc_time(0, (year, month, day), hour, minute, round(second, 6))
+    return channel_lines.utc_time(0, (year, month, day), hour, minute, round(seconds, 6))

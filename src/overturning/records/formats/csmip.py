@@ -24,7 +24,7 @@ from overturning.records.component import (
     parse_sensor_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import FLOAT, TextLines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
@@ -64,38 +64,40 @@ DATA: Final[Fields] = {
 """Fields of the line before the samples."""
 
 
-@component_reader(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read(block: TextLines) -> tuple[Component, int]:
-    """Read the channel that begins at the first line; return the channel and the number of its lines."""
-    volume = {"U": 1, "C": 2}.get(block.lines[0].lstrip()[0].upper())
+@consecutive_component_reader(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
+def read_components(channel_lines: TextLines) -> tuple[Component, int]:
+    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+    volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
     if volume is None:
-        raise block.error(0, "response spectra (volume 3); get volume 1 or 2")
-    end = next((i for i, line in enumerate(block.lines) if END.match(line)), None)
+        raise channel_lines.line_error(0, "response spectra (volume 3); get volume 1 or 2")
+    end = next((i for i, line in enumerate(channel_lines.lines) if END.match(line)), None)
     if end is None:
-        raise block.error(len(block.lines) - 1, "the file ends without the end mark of a channel; get it again")
-    block = replace(block, lines=block.lines[:end])
+        raise channel_lines.line_error(
+            len(channel_lines.lines) - 1, "the file ends without the end mark of a channel; get it again"
+        )
+    channel_lines = replace(channel_lines, lines=channel_lines.lines[:end])
     text_lines = 13 if volume == 1 else 25
-    header = Header.find_fields(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14)
+    header = Header.find_fields(channel_lines, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14)
     at = header.line_index("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.field_text("channel")
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
-        why = f"axis {channel.split()[0]!r}, but line {block.before + at + 1} says {axis!r}"
-        raise header.error("channel", f"{why}; find out which, and correct the file")
-    whole = block.read_fixed_integers(text_lines, width=5, per_line=16, count=100)
+        why = f"axis {channel.split()[0]!r}, but line {channel_lines.before + at + 1} says {axis!r}"
+        raise header.line_error("channel", f"{why}; find out which, and correct the file")
+    whole = channel_lines.read_fixed_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN else CODED_SENSES
     direction = direction_from_name_and_code(
-        axis, senses.get(code, azimuth_code_direction(code)), partial(block.error, at)
+        axis, senses.get(code, azimuth_code_direction(code)), partial(channel_lines.line_error, at)
     )
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
-    data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
+    data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
-        _read_even_samples(block, data_at, header)
+        _read_even_samples(channel_lines, data_at, header)
         if data_at
-        else _read_time_acceleration_pairs(block, text_lines, header)
+        else _read_time_acceleration_pairs(channel_lines, text_lines, header)
     )
     (latitude, longitude), station, start = (
         header.field_coordinates("coordinates"),
@@ -105,7 +107,7 @@ def read(block: TextLines) -> tuple[Component, int]:
     origin, places = header.origin_and_epicentre()
     if header.field_text("renadic"):
         # RENADIC omits the station number, writes 0° N, 0° E for an unknown place and 1980-01-01 for an unset clock.
-        station, start, origin, places = block.lines[5].strip(), header.field_date_and_time("trigger"), None, {}
+        station, start, origin, places = channel_lines.lines[5].strip(), header.field_date_and_time("trigger"), None, {}
         start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     filtered = header.field_match("filter") if volume == 2 else None
@@ -135,34 +137,48 @@ def _header_peak_unit(header: Header) -> str:
     return match[2].lower() if match else ""
 
 
-def _read_even_samples(block: TextLines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Return samples, m/s², their interval, s, and notes; if their line states no unit, the peak's unit applies."""
-    data = Header.find_fields(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
+def _read_even_samples(
+    channel_lines: TextLines, data_line_index: int, header: Header
+) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Read evenly spaced samples; return them, m/s², with their interval, s, and notes."""
+    data = Header.find_fields(
+        replace(
+            channel_lines, lines=channel_lines.lines[data_line_index:], before=channel_lines.before + data_line_index
+        ),
+        DATA,
+        1,
+    )
     rate = data.optional_field_number("rate")
-    interval = data.field_number("rate or interval") if rate is None else block.sampling_interval_of_rate(rate, data_at)
+    interval = (
+        data.field_number("rate or interval")
+        if rate is None
+        else channel_lines.sampling_interval_of_rate(rate, data_line_index)
+    )
     unit = data.field_text("unit").lower() or _header_peak_unit(header)
     if unit not in UNITS:
-        raise block.error(data_at, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
+        raise channel_lines.line_error(data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
     form, count = data.field_match("format"), int(data.field_text("number of samples"))
     per_line, width = (int(form[1]), int(form[2])) if form else (8, 10)
-    samples, _, notes = block.read_samples(data_at + 1, width=width, per_line=per_line, count=count)
+    samples, _, notes = channel_lines.read_samples(data_line_index + 1, width=width, per_line=per_line, count=count)
     if header.field_text("record length"):
         header.check_sample_count("NO. OF POINTS", count)
-        block.check_recorded_duration(
+        channel_lines.check_recorded_duration(
             header.line_index("record length"), count, interval, header.field_number("record length")
         )
     return samples * UNITS[unit], interval, notes
 
 
 def _read_time_acceleration_pairs(
-    block: TextLines, text_lines: int, header: Header
+    channel_lines: TextLines, text_line_count: int, header: Header
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read the pairs of time and acceleration of old volume-1 files; return samples, m/s², interval, s, and notes."""
-    count, first = int(header.field_number("NO. OF POINTS")), text_lines + 14
+    count, first = int(header.field_number("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
-    values = block.read_fixed_columns(first, width=7, per_line=10, count=2 * count)
-    _, notes = block.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
+    values = channel_lines.read_fixed_columns(first, width=7, per_line=10, count=2 * count)
+    _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
-    block.check_even_times(first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record")
+    channel_lines.check_even_times(
+        first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record"
+    )
     return samples * UNITS[header.field_text("unit of the pairs").lower()], interval, notes

@@ -41,9 +41,9 @@ FIELDS: Final[Fields] = {
 ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s*$"
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read one component; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.find_fields(source, FIELDS, 20, min_lines=17)
+    header = Header.find_fields(source_file, FIELDS, 20, min_lines=17)
     header.check_field_pattern("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
     samples, notes = header.cut_to_stated_count(

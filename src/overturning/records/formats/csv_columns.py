@@ -23,7 +23,7 @@ from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 
-def read(source: SourceFile, declarations: Declarations) -> list[Component]:
+def read_components(source_file: SourceFile, declarations: Declarations) -> list[Component]:
     """Read the components in the declared columns of a file.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
@@ -32,7 +32,7 @@ def read(source: SourceFile, declarations: Declarations) -> list[Component]:
     eight values of one axis per line, ``north:gal*8F10`` the same in fields of ten characters. Headings and lines that
     begin with ``#`` are skipped.
     """
-    name, reasons = source.name, RefusalReasons()
+    name, reasons = source_file.name, RefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect():
         text, sisters = _select_columns_of_file(declarations.columns, name)
@@ -47,7 +47,7 @@ def read(source: SourceFile, declarations: Declarations) -> list[Component]:
                 "in the record table: true or false; --processed or --raw here)"
             )
     reasons.raise_all()
-    lines = TextLines(source, source.lines)
+    lines = TextLines(source_file, source_file.lines)
     rows, first, notes = _read_number_rows(lines, columns, declarations, per_line, width)
     interval = declarations.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
@@ -58,7 +58,7 @@ def read(source: SourceFile, declarations: Declarations) -> list[Component]:
     extra = {"declared": declarations.sample_declarations}
     return [
         Component.from_file(
-            source,
+            source_file,
             word,
             parse_axis_direction(word),
             rows[:, index] * UNITS[unit],
@@ -116,7 +116,7 @@ def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int,
 
 
 def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, str]]:
-    """Parse axis and unit of each column."""
+    """Parse the axis and unit of each declared column."""
     if not columns_text.strip():
         raise RecordError(
             f"{file_name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
@@ -143,12 +143,12 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
 
 def _read_number_rows(
     lines: TextLines,
-    columns: Sequence[tuple[str, str]],
+    declared_columns: Sequence[tuple[str, str]],
     declarations: Declarations,
     values_per_line: int,
     field_width: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
-    """Return the numbers of all rows, the index of the first row's line, and notes on headings that contradict."""
+    """Return the numbers of all rows, the index of their first line, and notes on contradictory headings."""
     name, first = lines.source.name, first_number_line(lines.lines)
     texts = {
         i: line if field_width else line.strip()
@@ -156,9 +156,9 @@ def _read_number_rows(
         if line.strip() and not line.strip().startswith("#")
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
-    headings = read_heading_cells(lines.lines[:first], separator, len(columns))
-    notes, why = heading_notes(name, headings, columns)
-    stated, quantity = text_line_notes(name, lines.lines[:first], separator, columns)
+    headings = read_heading_cells(lines.lines[:first], separator, len(declared_columns))
+    notes, why = heading_notes(name, headings, declared_columns)
+    stated, quantity = text_line_notes(name, lines.lines[:first], separator, declared_columns)
     notes, why = notes + stated, why or quantity
     if why and not declarations.trust_data:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
@@ -168,24 +168,24 @@ def _read_number_rows(
     else:
         cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
         for index, row in cells.items():
-            if wrong := _separator_fault(texts[index], row, separator, len(columns)):
-                raise lines.error(index, wrong)
+            if wrong := _separator_fault(texts[index], row, separator, len(declared_columns)):
+                raise lines.line_error(index, wrong)
         values = [[lines.parse_number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
     if not lines.ends_with_newline:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
-        raise lines.error(len(lines.lines) - 1, why)
+        raise lines.line_error(len(lines.lines) - 1, why)
     if len(values) < 2:
         raise RecordError(f"{name}: {len(values)} rows of numbers; a record needs at least 2")
     return np.array(values, dtype=np.float64), next(iter(texts)), notes
 
 
 def _read_wrapped_values(
-    lines: TextLines, texts: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
+    lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> list[list[float]]:
-    """Return the values of one axis with several values per line, one per row; only the last line may be shorter."""
+    """Return the values of a file with one axis and several values per line, as rows of one value."""
     values: list[list[float]] = []
-    last = max(texts, default=0)
-    for index, text in texts.items():
+    last = max(texts_by_line, default=0)
+    for index, text in texts_by_line.items():
         line = text.rstrip()
         cells = (
             re.findall(f".{{1,{field_width}}}", line)
@@ -198,7 +198,9 @@ def _read_wrapped_values(
             or (field_width and len(line) % field_width)
         ):
             why = f"{len(cells)} values, {values_per_line} are declared"
-            raise lines.error(index, f"{why}{f' of {field_width} characters' if field_width else ''}; correct either")
+            raise lines.line_error(
+                index, f"{why}{f' of {field_width} characters' if field_width else ''}; correct either"
+            )
         values += [[lines.parse_number(cell, index, "a value")] for cell in cells]
     return values
 
@@ -225,7 +227,7 @@ def _checked_sampling_interval(
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):
         at = int(np.flatnonzero(steps > max(0.02 * abs(exact), 1e-9))[0]) if exact > 0 else 0
-        raise lines.error(first_line + at + 1, "times are not evenly spaced; resample the file first")
+        raise lines.line_error(first_line + at + 1, "times are not evenly spaced; resample the file first")
     interval = round(exact, 9)
     if declared_interval is not None and abs(declared_interval - interval) > 1e-3 * interval:
         why = f"times are {interval:g} s apart, sampling_interval_s says {declared_interval:g}; correct either"

@@ -32,16 +32,16 @@ KEYS: Final = (
 FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.find_fields(source, FIELDS)
+    header = Header.find_fields(source_file, FIELDS)
     first = header.line_index("Data") + 1
     header.check_field_pattern("AmplitudeUnit", "gal", "Gal")
     sequence = header.field_text("DataSequence")
     columns = re.findall(r"\b[UNE]\([+-]\)", sequence)
     if not sequence.startswith("Time") or sorted(axis[0] for axis in columns) != ["E", "N", "U"]:
         why = f"columns {sequence!r}; known are Time U(+); N(+); E(+) in any order and sign"
-        raise header.error("DataSequence", why)
+        raise header.line_error("DataSequence", why)
     interval = header.field_sampling_interval("SampleRate(Hz)")
     values = header.read_number_rows(first, 1 + len(columns))
     expected = round(header.field_number("RecordLength(sec)") / interval)
@@ -76,7 +76,7 @@ def _stated_peak(header: Header, field: str) -> HeaderPeak:
     """Return the peak of a component from the extremes that a header field states."""
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field))
     if stated is None:
-        raise header.error(
+        raise header.line_error(
             field, f"{header.field_text(field)!r} where the largest and smallest sample belong; get it again"
         )
     return header.field_peak(field, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field, text))))

@@ -21,11 +21,11 @@ KEYS: Final = (
 FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read one component; a RecordError where a key is missing, the count is wrong, or the unit is not cm/s²."""
-    lines = source.lines
+    lines = source_file.lines
     first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
-    header = Header.find_fields(source, FIELDS, first)
+    header = Header.find_fields(source_file, FIELDS, first)
     text = header.field_text
     header.line_index("STREAM")
     header.check_field_pattern("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")

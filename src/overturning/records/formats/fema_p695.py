@@ -34,7 +34,7 @@ def _direction_from_name(component_name: str) -> Direction:
     return parse_axis_direction(stated[0]) if stated else UNKNOWN
 
 
-def read(record_source: str) -> list[Component]:
+def read_components(record_source: str) -> list[Component]:
     """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
     Raises a RecordError if the record does not exist or is damaged, a MissingDataError if the package is missing.
@@ -63,16 +63,16 @@ def read(record_source: str) -> list[Component]:
     return components
 
 
-def _read_both_components(file: Any, source: str, record_number: int) -> tuple[list[Component], dict[str, float]]:
+def _read_both_components(hdf5_file: Any, source: str, record_number: int) -> tuple[list[Component], dict[str, float]]:
     """Return both components of a record and the numbers of its row in the set's table."""
-    rows, about = file["groundmotions/table"][:], file["records/table"]
+    rows, about = hdf5_file["groundmotions/table"][:], hdf5_file["records/table"]
     names = re.findall(r"V([A-Za-z]+)", about.attrs["values_block_0_kind"].decode())
     row = about[:][about["index"] == record_number][0]
     numbers = dict(zip(names, row["values_block_0"].tolist(), strict=True))
     event, station = (text.decode().strip() for text in row["values_block_2"][:2])
     components = []
     for letter in ("a", "b"):
-        group = file[f"_timeseries/{record_number}/{letter}"]
+        group = hdf5_file[f"_timeseries/{record_number}/{letter}"]
         in_g = group["RecordedAcceleration"][:]
         mine = rows[(rows["RecordID"] == record_number) & (rows["ComponentID"] == letter.encode())][0]
         axis = mine["values_block_0"][0].decode()

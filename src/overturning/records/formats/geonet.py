@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN, Component, direction_from_name_and_code, parse_axis_direction
 from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, TextLines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
@@ -31,38 +31,40 @@ FIELDS: Final[Fields] = {
 }
 
 
-@component_reader(r"(Unc|C)orrected", "get the file again")
-def read(block: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first line; return the component and the number of its lines."""
-    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), block.lines
+@consecutive_component_reader(r"(Unc|C)orrected", "get the file again")
+def read_components(channel_lines: TextLines) -> tuple[Component, int]:
+    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+    header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), channel_lines.lines
     corrected = text[0].startswith("Corrected")
-    whole = block.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
-    real = block.read_fixed_columns(20, width=8, per_line=10, count=60)
+    whole = channel_lines.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
+    real = channel_lines.read_fixed_columns(20, width=8, per_line=10, count=60)
     count = int(whole[33])
     header.check_sample_count("Number of points", count)
     interval = header.field_number("interval")
     if abs(interval - real[25]) > 5e-4:
-        raise header.error("interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again")
+        raise header.line_error(
+            "interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again"
+        )
     axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
     coded = UNKNOWN if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
-    samples = block.read_fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
+    samples = channel_lines.read_fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
-        raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
+        raise channel_lines.line_error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
     *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # Start of the buffer, UT.
     # "near" names the place of the epicentre, which may be far from the station.
     when, where = (" ".join(header.field_text(name).split()) for name in ("origin", "near"))
     bands = header.field_text("bands").replace(" are", "") if corrected else ""
     agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
-    end, notes = block.skip_surplus_lines(end, count)
+    end, notes = channel_lines.skip_surplus_lines(end, count)
     return header.create_component(
         axis,
-        direction_from_name_and_code(axis, coded, partial(header.error, "component")),
+        direction_from_name_and_code(axis, coded, partial(header.line_error, "component")),
         samples * (MM if corrected else MM * header.field_number("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
-        start=block.utc_time(TEXT_LINES, day, hour, minute, millis / 1000)
+        start=channel_lines.utc_time(TEXT_LINES, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=parse_stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),

@@ -42,7 +42,10 @@ def last_digit_unit(number_text: str) -> float:
 
 
 def parse_stated_time(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
-    """Return a stated time in UTC; ``utc_offset`` is local time minus UTC. None if no pattern fits."""
+    """Parse a time with the first pattern that fits and return it in UTC; None if no pattern fits.
+
+    ``utc_offset`` is local time minus UTC.
+    """
     for pattern in time_patterns:
         with suppress(ValueError, OverflowError):
             return datetime.strptime(time_text.strip(), pattern).replace(tzinfo=UTC) - utc_offset
@@ -51,22 +54,22 @@ def parse_stated_time(time_text: str, *time_patterns: str, utc_offset: timedelta
 
 @dataclass(frozen=True)
 class Header(TextLines):
-    """Lines of a file with the header's fields: line index and match of each field's pattern."""
+    """Header of a text file: its lines, and for each field the line index and the match of the field's pattern."""
 
     found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
     @classmethod
     def find_fields(
-        cls, lines: TextLines | SourceFile, fields: Fields, max_lines: int = 500, *, min_lines: int = 0
+        cls, lines: TextLines | SourceFile, field_patterns: Fields, max_lines: int = 500, *, min_lines: int = 0
     ) -> "Header":
-        """Find fields in the lines before ``max_lines``, ignoring case; the first line that fits counts.
+        """Find header fields by their patterns in the first ``max_lines`` lines, ignoring case; the first match counts.
 
         Raises a RecordError if there are fewer than ``min_lines`` lines.
         """
         lines = TextLines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
         lines.check_header_length(min_lines)
         found = {}
-        for name, stated in fields.items():
+        for name, stated in field_patterns.items():
             at, pattern = (None, stated) if isinstance(stated, str) else stated
             for index, line in enumerate(lines.lines[:max_lines]) if at is None else [(at, lines.lines[at])]:
                 if match := re.search(pattern, line, re.IGNORECASE):
@@ -74,84 +77,89 @@ class Header(TextLines):
                     break
             else:
                 if at is not None:
-                    raise lines.error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
+                    raise lines.line_error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
         return cls(lines.source, lines.lines, lines.before, found)
 
-    def line_index(self, field: str) -> int:
-        """Return the line index of a field; raise a RecordError if the header does not state it."""
-        if field not in self.found:
-            why = f"no {field} in the header that begins here; the file is cut or of another kind: get it again"
-            raise super().error(0, why)
-        return self.found[field][0]
+    def line_index(self, field_name: str) -> int:
+        """Return the index of the line of a header field; raise a RecordError if the header has no such field."""
+        if field_name not in self.found:
+            why = f"no {field_name} in the header that begins here; the file is cut or of another kind: get it again"
+            raise super().line_error(0, why)
+        return self.found[field_name][0]
 
-    def field_match(self, field: str) -> re.Match[str] | None:
-        """Return the match of a field's pattern; None if not stated."""
-        return self.found[field][1] if field in self.found else None
+    def field_match(self, field_name: str) -> re.Match[str] | None:
+        """Return the match of a header field's pattern; None if the header does not state the field."""
+        return self.found[field_name][1] if field_name in self.found else None
 
-    def field_text(self, field: str) -> str:
-        """Return the text of a field, its first group that matched; "" if not stated."""
-        match = self.field_match(field)
+    def field_text(self, field_name: str) -> str:
+        """Return the text of a header field (the first group that matched); "" if the header does not state it."""
+        match = self.field_match(field_name)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
-    def error(self, line_or_field: int | str, fault: str) -> RecordError:
-        """Return an error that names a line, given by index or by field."""
-        return super().error(self.line_index(line_or_field) if isinstance(line_or_field, str) else line_or_field, fault)
+    def line_error(self, line_index_or_field: int | str, fault: str) -> RecordError:
+        """Return an error with a fault and the number of its line, which is given by index or header field."""
+        return super().line_error(
+            self.line_index(line_index_or_field) if isinstance(line_index_or_field, str) else line_index_or_field, fault
+        )
 
-    def field_number(self, field: str, text_part: str | None = None) -> float:
-        """Return the number in a field, or in a part of its text."""
-        index = self.line_index(field)
-        return self.parse_number(self.field_text(field) if text_part is None else text_part, index, field)
+    def field_number(self, field_name: str, text_part: str | None = None) -> float:
+        """Return the number in a header field, or in a part of its text."""
+        index = self.line_index(field_name)
+        return self.parse_number(self.field_text(field_name) if text_part is None else text_part, index, field_name)
 
-    def optional_field_number(self, field: str) -> float | None:
-        """Return the number in a field; None if not stated or blank."""
-        return self.field_number(field) if self.field_text(field) else None
+    def optional_field_number(self, field_name: str) -> float | None:
+        """Return the number in a header field; None if the field is missing or blank."""
+        return self.field_number(field_name) if self.field_text(field_name) else None
 
-    def field_sampling_interval(self, field: str, text_part: str | None = None) -> float:
-        """Return the sampling interval, s, from a field (or a part of its text) that states a rate in Hz."""
-        return self.sampling_interval_of_rate(self.field_number(field, text_part), self.line_index(field))
+    def field_sampling_interval(self, field_name: str, text_part: str | None = None) -> float:
+        """Return the sampling interval, s, from a header field (or a part of its text) that states a rate in Hz."""
+        return self.sampling_interval_of_rate(self.field_number(field_name, text_part), self.line_index(field_name))
 
     def stated_field_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
-        """Return the numbers of the stated fields under their names in a record's ``extra``."""
+        """Return the numbers in those header fields that the file states, as entries of a record's ``extra``."""
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
     def field_peak(
-        self, field: str, scale: float, text_part: str | None = None, *, after_mean: bool = False
+        self, field_name: str, unit_size: float, text_part: str | None = None, *, after_mean: bool = False
     ) -> HeaderPeak:
-        """Return the peak that a field (or a part of its text) states; ``scale`` is its unit in m/s²."""
-        stated = self.field_text(field) if text_part is None else text_part
-        size = abs(self.field_number(field, stated))
+        """Return the peak that a field (or a part of its text) states; ``unit_size`` is its unit in m/s²."""
+        stated = self.field_text(field_name) if text_part is None else text_part
+        size = abs(self.field_number(field_name, stated))
         return HeaderPeak(
-            size * scale, last_digit_unit(stated) * scale, after_mean, self.before + self.line_index(field) + 1
+            size * unit_size,
+            last_digit_unit(stated) * unit_size,
+            after_mean,
+            self.before + self.line_index(field_name) + 1,
         )
 
     def field_time(
-        self, field: str, *time_patterns: str, text_part: str | None = None, utc_offset: timedelta = timedelta()
+        self, field_name: str, *time_patterns: str, text_part: str | None = None, utc_offset: timedelta = timedelta()
     ) -> datetime:
-        """Return the UTC time in a field (or a part of its text); ``utc_offset`` is local time minus UTC."""
-        stated = self.field_text(field) if text_part is None else text_part
-        index, moment = self.line_index(field), parse_stated_time(stated, *time_patterns, utc_offset=utc_offset)
+        """Return the UTC time in a header field (or a part of its text); ``utc_offset`` is local time minus UTC."""
+        stated = self.field_text(field_name) if text_part is None else text_part
+        index, moment = self.line_index(field_name), parse_stated_time(stated, *time_patterns, utc_offset=utc_offset)
         if moment is None:
             like = datetime(2000, 10, 6, 13, 30).strftime(time_patterns[0])
-            raise self.error(index, f"{field} {stated!r} is no time like {like}; correct it")
+            raise self.line_error(index, f"{field_name} {stated!r} is no time like {like}; correct it")
         return moment
 
-    def field_date_and_time(self, field: str) -> datetime | None:
-        """Return the UTC time of a field with groups month, day, year, hour, minute, second; None if not stated."""
-        match = self.field_match(field)
+    def field_date_and_time(self, field_name: str) -> datetime | None:
+        """Return the UTC time in a header field (month, day, year, hour, minute, second); None if it is missing."""
+        match = self.field_match(field_name)
         if match is None:
             return None
         month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
         year += 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
         return self.utc_time(
-            self.line_index(field), (year, month, day), hour, minute, self.field_number(field, match[6])
+            self.line_index(field_name), (year, month, day), hour, minute, self.field_number(field_name, match[6])
         )
 
-    def field_coordinates(self, field: str) -> tuple[float, float] | tuple[None, None]:
-        """Return latitude and longitude, degrees, of a field; None twice if not stated.
+    def field_coordinates(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
+        """Return the latitude and longitude, degrees, in a header field; (None, None) if the field is missing.
 
         The field has the groups number, N or S, number, E or W, or the eight groups of `PLACE` (rounded to 1e-5°).
         """
-        match = self.field_match(field)
+        match = self.field_match(field_name)
         if match is None or match[1] is None:
             return None, None
         parts, each = match.groups(), len(match.groups()) // 2
@@ -162,7 +170,7 @@ class Header(TextLines):
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
     def origin_and_epicentre(self) -> tuple[datetime | None, dict[str, Any]]:
-        """Return origin time, UTC, and epicentre entries from the fields of `EARTHQUAKE`; None and {} if not stated."""
+        """Return origin time (UTC) and epicentre (entries of ``extra``) of the earthquake; None and {} if missing."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
         origin = parse_stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
@@ -171,53 +179,55 @@ class Header(TextLines):
             self.field_coordinates("hypocentre")
         ) else {}
 
-    def check_field_pattern(self, field: str, unit_pattern: str, readable_kind: str) -> None:
-        """Refuse a field, such as a unit or a quantity, whose text does not fit a pattern."""
-        if not re.match(unit_pattern, self.field_text(field), re.IGNORECASE):
-            raise self.error(field, f"{field} {self.field_text(field)!r}; only {readable_kind} is read: get that file")
+    def check_field_pattern(self, field_name: str, text_pattern: str, readable_kind: str) -> None:
+        """Raise a RecordError if the text of a header field, such as a unit or a quantity, does not fit a pattern."""
+        if not re.match(text_pattern, self.field_text(field_name), re.IGNORECASE):
+            raise self.line_error(
+                field_name, f"{field_name} {self.field_text(field_name)!r}; only {readable_kind} is read: get that file"
+            )
 
-    def check_sample_count(self, field: str, sample_count: int) -> None:
-        """Refuse a number of samples that differs from the field's."""
-        if self.field_number(field) != sample_count:
-            raise self.error(
-                field, f"{self.field_text(field)} samples here, but {sample_count} below; get the file again"
+    def check_sample_count(self, field_name: str, sample_count: int) -> None:
+        """Raise a RecordError if the number of samples differs from the number that a header field states."""
+        if self.field_number(field_name) != sample_count:
+            raise self.line_error(
+                field_name, f"{self.field_text(field_name)} samples here, but {sample_count} below; get the file again"
             )
 
     def check_stated_duration(
-        self, field: str, sample_count: int, sampling_interval: float, text_part: str | None = None
+        self, field_name: str, sample_count: int, sampling_interval: float, text_part: str | None = None
     ) -> None:
-        """Refuse samples that do not last as long as a field (or a part of its text) states.
+        """Raise a RecordError if samples do not last as long as a header field (or a part of its text) states.
 
         The stated duration may be rounded, and may include one interval after the last sample. No check if not stated.
         """
-        stated = self.field_text(field) if text_part is None else text_part
+        stated = self.field_text(field_name) if text_part is None else text_part
         if stated:
             self.check_recorded_duration(
-                self.line_index(field),
+                self.line_index(field_name),
                 sample_count,
                 sampling_interval,
-                self.field_number(field, stated),
+                self.field_number(field_name, stated),
                 1.01 * last_digit_unit(stated),
             )
 
     def cut_to_stated_count(
-        self, field: str, values: FloatArray, stated: str | None = None
+        self, field_name: str, samples: FloatArray, text_part: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
-        """Return the number of samples that a field (or a part of its text) states, and a note if the file has more.
+        """Cut samples to the number that a header field (or a part of its text) states; return a note if some are cut.
 
         Raises a RecordError if the file has fewer.
         """
-        count, found = self.field_number(field, stated), len(values)
+        count, found = self.field_number(field_name, text_part), len(samples)
         if found < count or count != int(count):
-            what = f"header promises {stated or self.field_text(field)} samples, the file has {found}"
-            raise self.error(field, f"{what}; it is cut: get it again")
+            what = f"header promises {text_part or self.field_text(field_name)} samples, the file has {found}"
+            raise self.line_error(field_name, f"{what}; it is cut: get it again")
         more = found - int(count)
-        return values[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
+        return samples[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
 
     def create_component(
         self, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float, **metadata: Any
     ) -> Component:
-        """Return a component of the file with the metadata in ``metadata``.
+        """Return a component of the file with ``metadata`` and the metadata in the header.
 
         The header's fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` are added.
         """
@@ -228,6 +238,10 @@ class Header(TextLines):
         return Component.from_file(self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata)
 
 
-def epicentre_entries(north: float | None, east: float | None) -> dict[str, float]:
-    """Return an epicentre, degrees, as entries of a record's ``extra``; empty if unknown."""
-    return {} if north is None or east is None else {"event_latitude": north, "event_longitude": east}
+def epicentre_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, float]:
+    """Return an epicentre, degrees, as entries of a record's ``extra``; {} if it is unknown."""
+    return (
+        {}
+        if latitude_deg is None or longitude_deg is None
+        else {"event_latitude": latitude_deg, "event_longitude": longitude_deg}
+    )

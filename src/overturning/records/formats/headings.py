@@ -78,7 +78,7 @@ def _split_heading_line(line: str, separator: str | None, column_count: int) -> 
 
 
 def heading_direction(heading: str) -> Direction:
-    """Return the direction that a heading names: ``N``, ``HNE``, ``Acc.E-W (gal)``; unknown if it names two."""
+    """Return the direction that a column heading names: ``N``, ``HNE``, ``Acc.E-W (gal)``; else unknown."""
     if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
     named = set[Direction]()
@@ -93,21 +93,21 @@ def heading_direction(heading: str) -> Direction:
 
 
 def text_line_notes(
-    file_name: str, lines: Sequence[str], separator: str | None, columns: Sequence[tuple[str, str]]
+    file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on lines of text above the numbers that state another unit than declared, and a reason to refuse.
+    """Return notes on text lines above the numbers that state an undeclared unit, and a reason to refuse the file.
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
     acceleration; "" if there is none. See `heading_notes`.
     """
-    units = {unit for word, unit in columns if word not in ("time", "skip")}
+    units = {unit for word, unit in declared_columns if word not in ("time", "skip")}
     notes, others = [], []
     for line in lines:
         text = _strip_comment_marks(line, separator)
         plain = _normalise_heading(text)
         quantity = re.match(r"(?:(?:un)?corrected |processed |ground )*(velocity|displacement)\b", plain)
         about = bool(quantity) or re.match(r"(?:(?:un)?corrected |processed |ground )*acc|.*\bunits?\b", plain)
-        if _split_heading_line(line, separator, len(columns)) or not about:
+        if _split_heading_line(line, separator, len(declared_columns)) or not about:
             continue
         stated = [word for match in _STATED_UNIT.finditer(plain) for word in match.groups() if word]
         what = quantity[1] if quantity else next((w for word in stated if (w := _other_quantity_in_heading(word))), "")
@@ -122,9 +122,9 @@ def text_line_notes(
 
 
 def heading_notes(
-    file_name: str, headings: Sequence[Sequence[str]], columns: Sequence[tuple[str, str]]
+    file_name: str, headings: Sequence[Sequence[str]], declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on headings that name another axis or unit than declared, and a reason to refuse.
+    """Return notes on column headings that name another axis or unit than declared, and a reason to refuse the file.
 
     The reason names a quantity other than acceleration; "" if there is none.
 
@@ -134,12 +134,12 @@ def heading_notes(
         Name of the file.
     headings : sequence of sequences of str
         Cells of the lines of headings: ``E``, ``north (g)``, ``N-S(cm/s/s)``.
-    columns : sequence of pairs
+    declared_columns : sequence of pairs
         Declared axis and unit of each column.
     """
     notes, others = [], []
     for cells in headings:
-        for text, (word, unit) in zip(cells, columns, strict=True):
+        for text, (word, unit) in zip(cells, declared_columns, strict=True):
             axis, _, rest = text.strip("\"'# ").replace("[", "(").partition("(")
             known: Mapping[str, float] = SECONDS if word == "time" else UNITS
             # A second line of headings may hold units only.
@@ -158,6 +158,6 @@ def heading_notes(
 
 
 def _other_quantity_in_heading(heading: str) -> str:
-    """Return the quantity that a heading names, if it is not acceleration; else ""."""
+    """Return the quantity that a column heading names, if it is not acceleration; else ""."""
     plain = _normalise_heading(heading)
     return next((what for what, pattern in _QUANTITIES if re.search(pattern, plain)), "")

@@ -31,19 +31,21 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.find_fields(source, FIELDS, 20)
+    header = Header.find_fields(source_file, FIELDS, 20)
     first = header.line_index("the line NS,EW,UD") + 1
     header.check_field_pattern("UNIT", r"gal\b", "gal")
     columns = re.split(r"\s*,\s*", header.field_text("the line NS,EW,UD").upper())
     if len(set(columns)) < len(AXES):
-        raise header.error("the line NS,EW,UD", f"columns {', '.join(columns)}; one of them comes twice: correct it")
-    if source.text.rstrip("\x1a\x00")[-1:] not in "\r\n":
+        raise header.line_error(
+            "the line NS,EW,UD", f"columns {', '.join(columns)}; one of them comes twice: correct it"
+        )
+    if source_file.text.rstrip("\x1a\x00")[-1:] not in "\r\n":
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
-        raise header.error(len(header.lines) - 1, why)
+        raise header.line_error(len(header.lines) - 1, why)
     # Keep the commas of a line with an empty cell, so that it is refused as a row of numbers.
-    filled = (line.rstrip(", \t") for line in source.lines)
+    filled = (line.rstrip(", \t") for line in source_file.lines)
     spaced = [line if re.search(r",\s*,", line) else line.replace(",", " ") for line in filled]
     values = replace(header, lines=spaced).read_number_rows(first, len(columns))
     station = " ".join(header.field_text("SITE CODE").split())

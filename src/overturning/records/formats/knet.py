@@ -45,22 +45,24 @@ DELAY: Final = timedelta(seconds=15)
 """Time of the trigger after the first sample; the header states the time of the trigger."""
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read one component, m/s², with its offset; a RecordError names a wrong header line."""
-    header = Header.find_fields(source, FIELDS, min_lines=len(KEYS))
+    header = Header.find_fields(source_file, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
-        raise header.error("Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it")
+        raise header.line_error(
+            "Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it"
+        )
     interval = header.field_sampling_interval(
         "Sampling Freq(Hz)", header.field_text("Sampling Freq(Hz)").removesuffix("Hz")
     )
     direction = header.field_text("Dir.")
     if direction not in AXES:
-        raise header.error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
+        raise header.line_error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
     extension, azimuth, vertical, sensor = AXES[direction]
-    named = source.suffix.upper()
+    named = source_file.suffix.upper()
     if named != extension and named in [known for known, *_ in AXES.values()]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
-        raise header.error("Dir.", why)
+        raise header.line_error("Dir.", why)
     start = header.field_time("Record Time", CLOCK, utc_offset=JAPAN + DELAY)
     known = {name: header.field_text(key) for key, name in EARTHQUAKE.items()}
     counts = _read_counts(header)
@@ -93,10 +95,10 @@ def _acceleration_per_count(header: Header) -> float:
     text = header.field_text("Scale Factor")
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
     if match is None:
-        raise header.error("Scale Factor", f"scale factor {text!r}; it reads like 7845(gal)/8223790")
+        raise header.line_error("Scale Factor", f"scale factor {text!r}; it reads like 7845(gal)/8223790")
     above, below = (header.field_number("Scale Factor", part) for part in match.groups())
     if above <= 0 or below <= 0:
-        raise header.error("Scale Factor", f"scale factor {text!r}; both numbers must be positive")
+        raise header.line_error("Scale Factor", f"scale factor {text!r}; both numbers must be positive")
     return above / below * GAL
 
 
@@ -105,10 +107,10 @@ def _read_counts(lines: TextLines) -> FloatArray:
     for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
         for word in line.split():
             if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):
-                raise lines.error(index, f"sample {word!r} is not a whole number; get the file again")
+                raise lines.line_error(index, f"sample {word!r} is not a whole number; get the file again")
     full = [line.rstrip() for line in lines.lines[len(KEYS) :] if line.strip()]
     if len(full) > 1 and not lines.ends_with_newline:
         ends, last = ([word.end() for word in re.finditer(r"\S+", line)] for line in full[-2:])
         if last != ends[: len(last)]:
-            raise lines.error(len(lines.lines) - 1, "the last sample is cut; get the file again")
+            raise lines.line_error(len(lines.lines) - 1, "the last sample is cut; get the file again")
     return lines.read_all_numbers(len(KEYS))

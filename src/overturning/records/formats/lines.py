@@ -26,7 +26,7 @@ _ALLOWED: Final = set("0123456789+-.eE ")
 
 @dataclass(frozen=True)
 class TextLines:
-    """Lines of a file, or of one channel in it; line indices count from 0 within them."""
+    """Lines of a text file, or of one channel in it; line indices count from 0 at the first of these lines."""
 
     source: SourceFile
     lines: Sequence[str]
@@ -34,55 +34,55 @@ class TextLines:
 
     @property
     def ends_with_newline(self) -> bool:
-        """True if the file ends with a line end."""
+        """True if the last line of the file has a line end."""
         return self.source.text[-1:] in "\r\n"
 
-    def error(self, line_index: int, fault: str) -> RecordError:
-        """Return an error that names file and line."""
+    def line_error(self, line_index: int, fault: str) -> RecordError:
+        """Return an error that names the file and the number of a line, with a fault."""
         return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {fault}")
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
-        """Parse text as one finite number; blanks, ``nan``, ``******`` and two touching numbers raise a RecordError."""
+        """Parse a text as one finite number; raise a RecordError for other text, such as blanks, ``nan`` or ``***``."""
         match = _NUMBER.fullmatch(text)
         if match is None:
-            raise self.error(
+            raise self.line_error(
                 line_index, f"{quantity_label} is {text.strip()!r}, not a number; correct it or get the file again"
             )
         return float(match[1].replace("D", "E").replace("d", "e"))
 
     def utc_time(self, line_index: int, date: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
-        """Return the UTC time for (year, month, day) and a time of day; raise a RecordError if it does not exist."""
+        """Return the time, UTC, for year, month, day and time of day; raise a RecordError if there is no such time."""
         year, month, of_month = date
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
         except ValueError as problem:
             stated = f"start {year}-{month}-{of_month} {hour}:{minute}"
-            raise self.error(line_index, f"{stated} ({problem}); correct it") from problem
+            raise self.line_error(line_index, f"{stated} ({problem}); correct it") from problem
 
     def check_header_length(self, min_lines: int) -> None:
-        """Refuse fewer than ``min_lines`` lines: the file ends in its header."""
+        """Raise a RecordError if there are fewer than ``min_lines`` lines, because the file ends in its header."""
         if len(self.lines) < min_lines:
-            raise self.error(len(self.lines) - 1, "the file ends in the header; get it again")
+            raise self.line_error(len(self.lines) - 1, "the file ends in the header; get it again")
 
     def sampling_interval_of_rate(self, rate: float, line_index: int) -> float:
-        """Return the sampling interval, s, for a rate, Hz, that a line states."""
+        """Return the sampling interval, s, for a sampling rate, Hz, that a line of the file states."""
         if not 1.0 <= rate <= 100_000.0:
-            raise self.error(
+            raise self.line_error(
                 line_index,
                 f"{rate:g} Hz is no rate of an accelerograph (1 to 100000 Hz); correct it, or get the corrected file",
             )
         return 1.0 / rate
 
     def check_recorded_duration(
-        self, index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
+        self, line_index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
     ) -> None:
-        """Refuse ``sample_count`` samples that do not last ``duration`` s within ``tolerance``, s."""
+        """Raise a RecordError if the duration of the samples differs from a stated one by more than a tolerance, s."""
         if abs(sample_count * sampling_interval - duration) > max(2.0 * sampling_interval, 0.011, tolerance):
             what = f"{sample_count} samples every {sampling_interval:g} s, but the header's length is {duration:g} s"
-            raise self.error(index, f"{what}; the file is cut or holds more: get it again")
+            raise self.line_error(line_index, f"{what}; the file is cut or holds more: get it again")
 
     def surplus_number_notes(self, stated_count: int, surplus_label: str) -> tuple[str, ...]:
-        """Return the note on numbers after the samples that the header states; ``surplus_label`` counts them."""
+        """Return a note that a file has more numbers than the samples that its header states."""
         return (
             f"{self.source.name} goes on after the {stated_count} samples that its header promises: "
             f"{surplus_label} left out",
@@ -91,14 +91,14 @@ class TextLines:
     def read_samples(
         self, first_line: int, *, width: int, per_line: int, count: int, ends_file: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
-        """Return samples in fixed columns, the index of the next line, and a note on surplus numbers."""
+        """Return samples in columns of fixed width, the index of the line after them, and a note on surplus numbers."""
         values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
         return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, ends_file=ends_file)
 
     def skip_surplus_lines(
         self, first_line: int, stated_count: int, *, ends_file: bool = False
     ) -> tuple[int, tuple[str, ...]]:
-        """Return the index of the first line that is not numeric, and a note on numeric lines before it.
+        """Skip lines of numbers after the samples; return the index of the next line, and a note on skipped lines.
 
         The `stated_count` samples of the header end before `first_line`. With `ends_file`, text after them raises a
         RecordError.
@@ -107,7 +107,7 @@ class TextLines:
         while end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _ALLOWED:
             end += 1
         if ends_file and any(line.strip() for line in self.lines[end:]):
-            raise self.error(
+            raise self.line_error(
                 end, f"{self.lines[end][:40]!r} after the last of {stated_count} samples; get the file again"
             )
         return end, self.surplus_number_notes(
@@ -117,21 +117,21 @@ class TextLines:
     def check_even_times(
         self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
     ) -> None:
-        """Refuse times, s, more than 1.1 ms off an even spacing; ``first_line`` is the line of the first time."""
+        """Raise a RecordError if a time of a sample, s, deviates by more than 1.1 ms from even spacing."""
         uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
         if uneven.size:
             at = first_line + int(uneven[0] // times_per_line)
-            raise self.error(
+            raise self.line_error(
                 at, f"time {time[uneven[0]]:g} s does not fit an interval of {sampling_interval:g} s; {remedy}"
             )
 
     def read_all_numbers(self, first_line: int) -> FloatArray:
         """Return all numbers of the free-format lines from ``first_line`` on, in reading order."""
-        values = self._values([line.split() for line in self.lines[first_line:]], first_line)
+        values = self._parse_cells([line.split() for line in self.lines[first_line:]], first_line)
         self._check_last_number()
         return values
 
-    def read_number_rows(self, first_line: int, columns: int) -> FloatArray:
+    def read_number_rows(self, first_line: int, column_count: int) -> FloatArray:
         """Return the numbers of the free-format lines from ``first_line`` on, shape (lines, columns).
 
         Blank lines at the end are ignored. A RecordError names a line with another count, or text that is no number.
@@ -140,10 +140,10 @@ class TextLines:
         while cells and not cells[-1]:
             cells.pop()
         for index, line in enumerate(cells, first_line):
-            if len(line) != columns:
-                why = f"{len(line)} numbers where {columns} belong; columns touch, or the line is cut"
-                raise self._row_error(index, line, why)
-        values = self._values(cells, first_line).reshape(-1, columns)
+            if len(line) != column_count:
+                why = f"{len(line)} numbers where {column_count} belong; columns touch, or the line is cut"
+                raise self._line_or_cell_error(index, line, why)
+        values = self._parse_cells(cells, first_line).reshape(-1, column_count)
         self._check_last_number()
         return values
 
@@ -155,33 +155,34 @@ class TextLines:
         needed = -(-count // per_line)
         there = max(len(self.lines) - first_line, 0)
         if there < needed:
-            raise self.error(
+            raise self.line_error(
                 first_line + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
             )
-        cells = [self._cells(first_line + k, width, min(per_line, count - k * per_line)) for k in range(needed)]
-        return self._values(cells, first_line)
+        cells = [self._split_line(first_line + k, width, min(per_line, count - k * per_line)) for k in range(needed)]
+        return self._parse_cells(cells, first_line)
 
-    def _cells(self, index: int, width: int, count: int) -> list[str]:
-        """Split one line into fixed columns."""
-        line = self.lines[index].rstrip()
-        cells = [line[k * width : (k + 1) * width] for k in range(count)]
-        if rest := line[count * width :].strip():
-            why = f"{rest!r} after the last of {count} columns of {width} characters; the columns have moved"
-            raise self._row_error(index, cells, why)
+    def _split_line(self, line_index: int, column_width: int, column_count: int) -> list[str]:
+        """Split one line into columns of fixed width."""
+        line = self.lines[line_index].rstrip()
+        cells = [line[k * column_width : (k + 1) * column_width] for k in range(column_count)]
+        if rest := line[column_count * column_width :].strip():
+            columns = f"{column_count} columns of {column_width} characters"
+            why = f"{rest!r} after the last of {columns}; the columns have moved"
+            raise self._line_or_cell_error(line_index, cells, why)
         # Numbers are right-aligned, so a line shorter than its columns has lost the end of its last number.
-        if len(line) < count * width:
-            why = f"{len(line)} characters where {count} columns of {width} belong; the line is cut"
-            raise self._row_error(index, cells, why)
+        if len(line) < column_count * column_width:
+            why = f"{len(line)} characters where {column_count} columns of {column_width} belong; the line is cut"
+            raise self._line_or_cell_error(line_index, cells, why)
         return cells
 
-    def _row_error(self, line_index: int, cells: Sequence[str], fault: str) -> RecordError:
-        """Return the error of a line; raise the error of a cell that is no number instead, if there is one."""
+    def _line_or_cell_error(self, line_index: int, cells: Sequence[str], fault: str) -> RecordError:
+        """Return an error with the fault of a line; if a cell of the line is no number, raise an error on the cell."""
         for cell in cells:
             self.parse_number(cell, line_index, "a sample")
-        return self.error(line_index, f"{fault}: get the file again")
+        return self.line_error(line_index, f"{fault}: get the file again")
 
-    def _values(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
-        """Return the numbers of all cells in reading order; ``first_line`` is the index of their first line."""
+    def _parse_cells(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
+        """Return the numbers in the cells of consecutive lines, in reading order, as a one-dimensional array."""
         words = [word for line in cells for word in line]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
         if not set("".join(words)) - _ALLOWED:
@@ -193,12 +194,12 @@ class TextLines:
         return np.array(numbers, dtype=np.float64)
 
     def _check_last_number(self) -> None:
-        """Refuse a last number without line end and with other decimals than the number before it: it was cut off."""
+        """Raise a RecordError if the last number is cut: no line end, and other decimals than the one before."""
         words = " ".join(self.lines[-2:]).split()[-2:]
         if not self.ends_with_newline and len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
             before, last = (w.partition(".")[2] for w in words)
             if len(before) != len(last):
-                raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
+                raise self.line_error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
     def read_fixed_integers(self, first_line: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
         """Read whole numbers of up to nine digits in fixed columns (FORTRAN ``10I8``); see `read_fixed_columns`."""
@@ -206,16 +207,16 @@ class TextLines:
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:
             at = first_line + int(wrong[0]) // per_line
-            raise self.error(at, f"{values[wrong[0]]:g} where a whole number belongs; get the file again")
+            raise self.line_error(at, f"{values[wrong[0]]:g} where a whole number belongs; get the file again")
         return values.astype(np.int64)
 
 
-_ReadOne = Callable[[TextLines], tuple[Component, int]]
+_ComponentReader = Callable[[TextLines], tuple[Component, int]]
 
 
-def component_reader(
+def consecutive_component_reader(
     first_line_pattern: str, remedy: str
-) -> Callable[[_ReadOne], Callable[[SourceFile], list[Component]]]:
+) -> Callable[[_ComponentReader], Callable[[SourceFile], list[Component]]]:
     """Decorate a reader of one component as a reader of files with several consecutive components.
 
     Each component begins with a line that fits ``first_line_pattern``. The decorated function gets the lines from there
@@ -223,15 +224,15 @@ def component_reader(
     which a component is cut or inconsistent.
     """
 
-    def read_all(read: _ReadOne, source: SourceFile) -> list[Component]:
+    def read_all(read_component: _ComponentReader, source_file: SourceFile) -> list[Component]:
         components, at = [], 0
-        while at < len(source.lines):
-            line, length = source.lines[at].strip(), 1
+        while at < len(source_file.lines):
+            line, length = source_file.lines[at].strip(), 1
             if line:
-                block = TextLines(source, source.lines[at:], at)
+                block = TextLines(source_file, source_file.lines[at:], at)
                 if not re.match(first_line_pattern, line, re.IGNORECASE):
-                    raise block.error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
-                component, length = read(block)
+                    raise block.line_error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
+                component, length = read_component(block)
                 components.append(component)
             at += length
         return components

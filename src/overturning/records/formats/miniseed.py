@@ -32,38 +32,38 @@ FULL_SCALE: Final = 0.01
 """Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
-def read(source: SourceFile, declarations: Declarations) -> list[Component]:
+def read_components(source_file: SourceFile, declarations: Declarations) -> list[Component]:
     """Read all channels; raise a RecordError if the file is damaged, has gaps, or no StationXML is given."""
-    size = len(source.data)
+    size = len(source_file.data)
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
-        raise RecordError(f"{source.name}: {why}")
-    stream, inventory = read_stream(source, "MSEED"), read_inventory(declarations.metadata)
+        raise RecordError(f"{source_file.name}: {why}")
+    stream, inventory = read_stream(source_file, "MSEED"), read_inventory(declarations.metadata)
     if inventory is None:
         why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
-        raise RecordError(f"{source.name}: {why}")
-    return stream_components_in_si(stream, inventory, source, declarations)
+        raise RecordError(f"{source_file.name}: {why}")
+    return stream_components_in_si(stream, inventory, source_file, declarations)
 
 
-def read_stream(source: SourceFile, obspy_format: str, **options: Any) -> Any:
+def read_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> Any:
     """Read the traces of a file with obspy; raise a RecordError if it is damaged."""
     import obspy
 
     try:
-        return obspy.read(io.BytesIO(source.data), format=obspy_format, **options)
+        return obspy.read(io.BytesIO(source_file.data), format=obspy_format, **options)
     except Exception as problem:  # struct, numpy, libmseed and obspy each raise their own
-        raise RecordError(f"{source.name}: damaged {obspy_format} ({problem}); get it again") from problem
+        raise RecordError(f"{source_file.name}: damaged {obspy_format} ({problem}); get it again") from problem
 
 
 def stream_components_in_si(
-    stream: Any, inventory: Any, source: SourceFile, declarations: Declarations
+    stream: Any, inventory: Any, source_file: SourceFile, declarations: Declarations
 ) -> list[Component]:
     """Convert counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
     Raises a RecordError if a trace has a gap or is not in the inventory, or if its code names a velocity sensor while
     the inventory states acceleration and no unit is declared.
     """
-    name = source.name
+    name = source_file.name
     try:
         stream.merge(method=-1)
     except Exception as problem:
@@ -76,15 +76,15 @@ def stream_components_in_si(
     components, reasons = [], RefusalReasons()
     for trace in stream:
         with reasons.collect():
-            components.append(_trace_component(trace, inventory, source, declarations))
+            components.append(_trace_component(trace, inventory, source_file, declarations))
     reasons.raise_all()
     return components
 
 
-def _trace_component(trace: Any, inventory: Any, source: SourceFile, declarations: Declarations) -> Component:
+def _trace_component(trace: Any, inventory: Any, source_file: SourceFile, declarations: Declarations) -> Component:
     """Return the component of a trace, m/s²; raise a RecordError if its StationXML contradicts it."""
-    channel, moment, code = f"{source.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
-    epoch = find_channel_epoch(trace, inventory, source, declarations)
+    channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
+    epoch = find_channel_epoch(trace, inventory, source_file, declarations)
     unit, scale = epoch.unit, acceleration_unit_size(epoch.unit)
     if scale is None and not is_velocity_unit(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
@@ -110,9 +110,9 @@ def _trace_component(trace: Any, inventory: Any, source: SourceFile, declaration
         if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
-        samples, removed = _remove_velocity_response(trace, epoch.channel.response, source.name), "response"
+        samples, removed = _remove_velocity_response(trace, epoch.channel.response, source_file.name), "response"
     return Component.from_file(
-        source,
+        source_file,
         code,
         direction,
         samples,

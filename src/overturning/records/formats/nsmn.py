@@ -29,16 +29,16 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
-    header = Header.find_fields(source, FIELDS, min_lines=HEADER_LINES)
+    header = Header.find_fields(source_file, FIELDS, min_lines=HEADER_LINES)
     values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):
         stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.field_text("PGA in Gal (no other unit is read)"))
         if stated is None:
-            raise header.error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
+            raise header.line_error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
         components.append(
             header.create_component(
                 axis,

@@ -25,9 +25,9 @@ BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 """Axis names of KiK-net's borehole sensor; the names of its surface sensor end with 2."""
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read one component; raise a RecordError if it is not acceleration in g, or has another count than stated."""
-    header = Header.find_fields(source, FIELDS, 4, min_lines=5)
+    header = Header.find_fields(source_file, FIELDS, 4, min_lines=5)
     samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
@@ -39,7 +39,7 @@ def read(source: SourceFile) -> list[Component]:
     corners = header.field_match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
     direction, coded = fill_direction_from_channel_code(
-        axis, parse_axis_direction(axis), f"{source.name}: its header states no azimuth"
+        axis, parse_axis_direction(axis), f"{source_file.name}: its header states no azimuth"
     )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
     more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE.fullmatch(axis) else "surface"}

@@ -31,59 +31,61 @@ NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum
 """Content for each value of SAC's IFTYPE that is not a time series."""
 
 
-def read(source: SourceFile, declarations: Declarations) -> list[Component]:
+def read_components(source_file: SourceFile, declarations: Declarations) -> list[Component]:
     """Read one component; raise a RecordError if neither StationXML nor a declaration gives its unit."""
     # Check the interval first: obspy divides by it while reading.
-    intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
+    intervals = [struct.unpack(f"{order}f", source_file.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
-        raise RecordError(f"{source.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
-    stream = read_stream(source, "SAC", checksize=True)
+        raise RecordError(f"{source_file.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
+    stream = read_stream(source_file, "SAC", checksize=True)
     header = stream[0].stats.sac
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
     if what := NO_SERIES.get(header.get("iftype")) or uneven:
-        raise RecordError(f"{source.name}: {what} by its header, not evenly sampled acceleration; get that file")
+        raise RecordError(f"{source_file.name}: {what} by its header, not evenly sampled acceleration; get that file")
     inventory = read_inventory(declarations.metadata)
     # With a declared unit, ignore StationXML that does not contain this channel.
     if inventory is not None and (declarations.unit is None or inventory_has_channel(stream[0], inventory)):
-        return stream_components_in_si(stream, inventory, source, declarations)
+        return stream_components_in_si(stream, inventory, source_file, declarations)
     if declarations.unit is None:
         raise RecordError(
-            f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
+            f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
             f"{', '.join(UNITS)}) or give StationXML"
         )
-    return [_trace_component(stream[0], source, declarations.unit, declarations)]
+    return [_trace_component(stream[0], source_file, declarations.unit, declarations)]
 
 
-def _trace_component(trace: Any, source: SourceFile, unit: str, declarations: Declarations) -> Component:
+def _trace_component(trace: Any, source_file: SourceFile, unit: str, declarations: Declarations) -> Component:
     """Return the component of a SAC trace in a declared unit; raise a RecordError if it is no acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
-    def known(key: str) -> float | None:
-        value = header.get(key)
+    def header_number(header_key: str) -> float | None:
+        value = header.get(header_key)
         return None if value is None or value == UNDEFINED else float(value)
 
-    if (kind := known("idep")) in NOT_ACCELERATION:
+    if (kind := header_number("idep")) in NOT_ACCELERATION:
         raise RecordError(
-            f"{source.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: get "
-            "that file"
+            f"{source_file.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: "
+            "get that file"
         )
-    peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
+    peaks = [abs(v) for key in ("depmin", "depmax") if (v := header_number(key)) is not None and np.isfinite(v)]
     # Origin and first sample are relative to one reference time, which the header may omit.
-    dated, moment, late = known("nzyear") is not None, trace.stats.starttime, known("o")
-    after = None if late is None or not dated else late - (known("b") or 0.0)
+    dated, moment, late = header_number("nzyear") is not None, trace.stats.starttime, header_number("o")
+    after = None if late is None or not dated else late - (header_number("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
-    epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
+    epicentre = {"event_latitude": header_number("evla"), "event_longitude": header_number("evlo")}
     places = {} if None in epicentre.values() else epicentre
-    direction = _sac_direction(known("cmpaz"), known("cmpinc"))
+    direction = _sac_direction(header_number("cmpaz"), header_number("cmpinc"))
     notes = channel_code_notes(trace.stats.channel, direction, "its header")
-    if known("cmpaz") is None or known("cmpinc") is None:
-        why = f"{source.name}: its header states no direction (CMPAZ, CMPINC)"
+    if header_number("cmpaz") is None or header_number("cmpinc") is None:
+        why = f"{source_file.name}: its header states no direction (CMPAZ, CMPINC)"
         direction, coded = fill_direction_from_channel_code(trace.stats.channel, direction, why)
         notes += coded
-    if (factor := known("scale")) not in (None, 0.0, 1.0):
-        notes += (f"{source.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",)
+    if (factor := header_number("scale")) not in (None, 0.0, 1.0):
+        notes += (
+            f"{source_file.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",
+        )
     return Component.from_file(
-        source,
+        source_file,
         trace.stats.channel or "unnamed",
         direction,
         np.asarray(trace.data, dtype=np.float64) * scale,
@@ -92,9 +94,9 @@ def _trace_component(trace: Any, source: SourceFile, unit: str, declarations: De
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
         origin=origin,
-        coordinates=(known("stla"), known("stlo")),
+        coordinates=(header_number("stla"), header_number("stlo")),
         peak=HeaderPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
-        sensor=classify_sensor(known("stdp")),
+        sensor=classify_sensor(header_number("stdp")),
         location=trace.stats.location,
         processed=bool(declarations.processed),
         unit=unit,

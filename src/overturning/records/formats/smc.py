@@ -25,20 +25,20 @@ DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 """Location of a sensor on a bridge (integer 27) or a dam (integer 28)."""
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read one component; a RecordError names the line at which the file is no accelerogram, cut or inconsistent."""
-    text = TextLines(source, source.lines)
+    text = TextLines(source_file, source_file.lines)
     lines = text.lines
     kind = lines[0].strip()
     if kind not in KINDS:
-        raise text.error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
+        raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     text.check_header_length(HEADER_LINES)
     whole = text.read_fixed_integers(TEXT_LINES, width=10, per_line=8, count=48)
     real = text.read_fixed_columns(17, width=15, per_line=5, count=50)
     known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
     if 1 not in known:
         why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
-        raise text.error(17, f"{why}; use the corrected file")
+        raise text.line_error(17, f"{why}; use the corrected file")
     interval = text.sampling_interval_of_rate(known[1], 17)
     peaks = [abs(known[index]) for index in (29, 31) if index in known]
     samples, notes = _read_samples(text, int(whole[15]), int(whole[16]))
@@ -46,7 +46,7 @@ def read(source: SourceFile) -> list[Component]:
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
         Component.from_file(
-            source,
+            source_file,
             axis,
             direction,
             samples * GAL,
@@ -60,7 +60,7 @@ def read(source: SourceFile) -> list[Component]:
             location=_sensor_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
-            notes=(*notes, *_doubt_notes(source.name, whole, known)),
+            notes=(*notes, *_doubt_notes(source_file.name, whole, known)),
         )
     ]
 
@@ -68,49 +68,51 @@ def read(source: SourceFile) -> list[Component]:
 def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return the samples, cm/s², after the comments, and a note if the file has more than the header states."""
     if sample_count < 2 or not 0 <= comment_count <= 10_000:
-        raise lines.error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
+        raise lines.line_error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
     first = HEADER_LINES + comment_count
     for index, line in enumerate(lines.lines[HEADER_LINES:first], HEADER_LINES):
         if not line.startswith("|"):
-            raise lines.error(index, "a comment should begin with |; get the file again")
+            raise lines.line_error(index, "a comment should begin with |; get the file again")
     samples, _, notes = lines.read_samples(first, width=10, per_line=8, count=sample_count, ends_file=True)
     return samples, notes
 
 
-def _axis_name_and_direction(lines: TextLines, integers: np.ndarray) -> tuple[str, Direction]:
-    """Return name and direction of the axis; text and integers must agree."""
+def _axis_name_and_direction(lines: TextLines, header_integers: np.ndarray) -> tuple[str, Direction]:
+    """Return the name and direction of the axis; the header's text and integers must agree."""
     word = re.search(r"component=\s*(\S+)", lines.lines[5])
-    axis = word[1] if word else str(integers[13])
+    axis = word[1] if word else str(header_integers[13])
     senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
-    level = integers[12] == 90 and integers[13] != NULL
-    coded = (float(integers[13]) % 360.0, 0) if level else senses.get(int(integers[12]), UNKNOWN)
-    return axis, direction_from_name_and_code(axis, coded, partial(lines.error, 5))
+    level = header_integers[12] == 90 and header_integers[13] != NULL
+    coded = (float(header_integers[13]) % 360.0, 0) if level else senses.get(int(header_integers[12]), UNKNOWN)
+    return axis, direction_from_name_and_code(axis, coded, partial(lines.line_error, 5))
 
 
-def _sensor_location(integers: np.ndarray) -> str:
-    """Return the sensor's location in a structure, from the integers 25 (floor above the basement), 27 and 28."""
-    floor, bridge, dam = (int(integers[i]) for i in (24, 26, 27))
+def _sensor_location(header_integers: np.ndarray) -> str:
+    """Return the location of the sensor in a building, bridge or dam from the header's integers; else ""."""
+    floor, bridge, dam = (int(header_integers[i]) for i in (24, 26, 27))
     if 0 < floor < 200:
         return f"{floor}{({1: 'st', 2: 'nd', 3: 'rd'}).get(floor, 'th')} floor"
     return BRIDGE.get(bridge, DAM.get(dam, ""))
 
 
-def _doubt_notes(file_name: str, integers: np.ndarray, known_numbers: dict[int, float]) -> list[str]:
-    """Return notes on a record that its agency flagged, and on a longitude that may be positive to the west."""
+def _doubt_notes(file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]) -> list[str]:
+    """Return notes on a problem that the header flags, and on a longitude that may be positive to the west."""
     flagged = (
-        [f"{file_name}: its header flags a problem with the record; read its comments"] if integers[17] == 1 else []
+        [f"{file_name}: its header flags a problem with the record; read its comments"]
+        if header_integers[17] == 1
+        else []
     )
-    east = known_numbers.get(11, 0.0)
+    east = header_reals.get(11, 0.0)
     remedy = "give station_longitude_deg where it counts to the west, as some of these files do"
     return flagged + ([f"the station's longitude {east:g} is taken as east; {remedy}"] if east > 0 else [])
 
 
-def _start_time(integers: np.ndarray, lines: TextLines) -> datetime | None:
+def _start_time(header_integers: np.ndarray, lines: TextLines) -> datetime | None:
     """Return the time of the first sample, UTC, from year, day of the year and time; None if not stated."""
-    year, day, hour, minute, second, millis = (int(n) for n in integers[1:7])
+    year, day, hour, minute, second, millis = (int(n) for n in header_integers[1:7])
     if NULL in (year, day, hour, minute) or year == 0:
         return None
     if not (1 <= day <= 366 and 1880 <= year <= 2200):
-        raise lines.error(11, f"start {year}, day {day}, {hour}:{minute}; correct the header")
+        raise lines.line_error(11, f"start {year}, day {day}, {hour}:{minute}; correct the header")
     seconds = sum(value * unit for value, unit in ((second, 1), (millis, 0.001)) if value != NULL)
     return lines.utc_time(11, (year, 1, 1), hour, minute, 0) + timedelta(days=day - 1, seconds=seconds)

@@ -32,7 +32,7 @@ _UNKNOWN_ORIENTATION: Final = re.compile(
 
 
 def normalise_unit(unit_text: str) -> str:
-    """Return one spelling of a unit: ``M/S2`` for ``m/s**2 ``, ``M/(S^2)``, ``meter/second^2``, else upper case."""
+    """Return the normalised spelling of a unit: ``M/S2`` for ``m/s**2 `` or ``meter/second^2``, else upper case."""
     word = re.sub(r"MET(?:ER|RE)S?", "M", re.sub("SEC(?:OND)?S?", "S", unit_text.upper().replace("²", "2")))
     word = re.sub(r"[\s(){}^]|\*\*", "", word.replace("CENTI", "C").replace("MILLI", "M").replace("NANO", "N"))
     word = re.sub(r"(?<=M)[*.·]?S-2$", "/S2", word)
@@ -55,12 +55,12 @@ def is_motion_unit(unit: str) -> bool:
     return acceleration_unit_size(unit) is not None or is_velocity_unit(unit)
 
 
-def read_inventory(files: Sequence[SourceFile]) -> Any:
+def read_inventory(stationxml_files: Sequence[SourceFile]) -> Any:
     """Read all StationXML files into one inventory, None without files; raise a RecordError for a damaged file."""
     import obspy
 
     inventory = None
-    for file in files:
+    for file in stationxml_files:
         try:
             one = obspy.read_inventory(io.BytesIO(file.data), format="STATIONXML")
         except Exception as problem:  # lxml and obspy raise many kinds; each means that the file is damaged
@@ -71,7 +71,7 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
 
 @dataclass(frozen=True)
 class ChannelEpoch:
-    """Channel epoch of the StationXML that contains a trace's first sample."""
+    """Channel of a StationXML in the epoch that contains the first sample of a trace, with gain and direction."""
 
     channel: Any  # obspy's
     unit: str  # as written, without blanks around it
@@ -87,23 +87,23 @@ class ChannelEpoch:
         return {"trusted": self.trusted} if self.trusted else {}
 
 
-def find_channel_epoch(trace: Any, inventory: Any, source: SourceFile, declarations: Declarations) -> ChannelEpoch:
-    """Return the epoch of a trace's channel.
+def find_channel_epoch(trace: Any, inventory: Any, source_file: SourceFile, declarations: Declarations) -> ChannelEpoch:
+    """Return the epoch of a trace's channel in the StationXML, with its gain, unit and direction.
 
     Raises a RecordError if the StationXML has no epoch, several different ones, no gain, or a gain that contradicts
     its stages. With ``trust_data``, different epochs (the latest is used) and contradicting stages are accepted.
     """
-    name = f"{source.name}: channel {trace.id}"
+    name = f"{source_file.name}: channel {trace.id}"
     trusted: list[str] = []
 
-    def contradict(why: str, remedy: str) -> None:
+    def report_contradiction(contradiction: str, remedy: str) -> None:
         if not declarations.trust_data:
-            raise RecordError(f"{name} {why}; {remedy}, or say --trust-data")
-        trusted.append(f"{name} {why}")
+            raise RecordError(f"{name} {contradiction}; {remedy}, or say --trust-data")
+        trusted.append(f"{name} {contradiction}")
 
-    channel = _channel_at_trace_start(trace, inventory, name, contradict)
+    channel = _channel_at_trace_start(trace, inventory, name, report_contradiction)
     gain, unit = _channel_gain_and_unit(channel, name)
-    _check_response_stages(channel.response, gain, unit, contradict)
+    _check_response_stages(channel.response, gain, unit, report_contradiction)
     direction, unknown = _channel_direction(channel)
     notes: tuple[str, ...] = ()
     if unknown:
@@ -116,7 +116,7 @@ def find_channel_epoch(trace: Any, inventory: Any, source: SourceFile, declarati
 def _channel_at_trace_start(
     trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> Any:
-    """Return the channel of a trace at its start; contradict if several differ, or if it changes before the end."""
+    """Return the StationXML channel at the start of a trace; report epochs that differ within the trace."""
     fitting = _active_channels(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
@@ -154,7 +154,7 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
 def _check_response_stages(
     response: Any, gain: float, unit: str, report_contradiction: Callable[[str, str], None]
 ) -> None:
-    """Contradict stages whose gains or unit differ from those of the channel."""
+    """Report a contradiction if the gains or unit of a response's stages differ from those of the channel."""
     made = product_of_stage_gains(response)
     limit = MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE
     if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
@@ -206,7 +206,7 @@ def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
 
 
 def _channel_values(channel: Any) -> tuple[Any, ...]:
-    """Return all values of a channel that a record depends on, to compare epochs."""
+    """Return all values of a channel that affect a record, to compare epochs."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
     stages = [

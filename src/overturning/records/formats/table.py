@@ -1,4 +1,4 @@
-"""Table of file formats. A new format needs a module with a function ``read`` in this folder, and a line here.
+"""Table of file formats. A new format needs a module with a function ``read_components`` and a line here.
 
 Its tests need a line of ``FORMS`` (tests/records/written.py), which checks numbers, header, peak and damaged files, and
 the header of a file (tests/records/headers).
@@ -52,28 +52,28 @@ class FileFormat:
     agency: str = ""  # that processed the processed files; "" if the file names it
     declared: bool = False  # True if the reader needs declarations, because files are incomplete
 
-    def detect(self, source: SourceFile) -> bool:
+    def detect(self, source_file: SourceFile) -> bool:
         """Return True if a file is of this format, by its content."""
         if callable(self.begins):
-            return self.begins(source.data)
-        return bool(re.match(self.begins, source.data[:2000].removeprefix(b"\xef\xbb\xbf")))
+            return self.begins(source_file.data)
+        return bool(re.match(self.begins, source_file.data[:2000].removeprefix(b"\xef\xbb\xbf")))
 
-    def read(self, source: SourceFile, declarations: Declarations) -> list[Component]:
-        """Read the components of a file; a RecordError names the file, the line if known, and the remedy."""
+    def read_components(self, source_file: SourceFile, declarations: Declarations) -> list[Component]:
+        """Read the components of a file in this format; a RecordError names the file, the line and the remedy."""
         try:
             # Turn warnings of obspy into notes: printed, they would show a path of its installation. A sample beyond
             # the range of floats becomes infinite, which `Component` refuses.
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
-                found = self.reader(*((source, declarations) if self.declared else (source,)))
+                found = self.reader(*((source_file, declarations) if self.declared else (source_file,)))
         except RecordError:
             raise
         except _READER_ERRORS as problem:
             # An unforeseen error of a reader becomes an error that names the file.
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
-            raise RecordError(f"{source.name}: {what}; get it again") from problem
+            raise RecordError(f"{source_file.name}: {what}; get it again") from problem
         by = {"processed_by": self.agency} if self.agency else {}
-        told = _obspy_warning_notes(caught, source.name)
+        told = _obspy_warning_notes(caught, source_file.name)
         return [
             replace(
                 c,
@@ -95,9 +95,9 @@ def _obspy_warning_notes(caught_warnings: Sequence[warnings.WarningMessage], fil
     return tuple(f"{file_name}: obspy warns: {text}" for text in dict.fromkeys(told))
 
 
-def _is_sac_file(data: bytes) -> bool:
-    """Return True if bytes have SAC's header version (6 or 7) in word 76, in either byte order, and a valid length."""
-    words = [struct.unpack(f"{order}i8xi", data[304:320]) for order in "<>"] if len(data) >= 632 else []
+def _is_sac_file(file_bytes: bytes) -> bool:
+    """Return True if a file has the length and the header version (6 or 7, in word 76) of a SAC file."""
+    words = [struct.unpack(f"{order}i8xi", file_bytes[304:320]) for order in "<>"] if len(file_bytes) >= 632 else []
     return any(version in (6, 7) and 0 <= count < 2**28 for version, count in words)
 
 
@@ -126,40 +126,47 @@ NO_ACCELERATION: Final = "it holds no acceleration"
 """Reason why a file that `holds_no_acceleration` accepts is skipped."""
 
 
-def holds_no_acceleration(source: SourceFile) -> bool:
-    """Return True for a file of velocity, displacement or spectra, by its beginning, and for PEER's search results."""
-    if source.name.lower() == "_searchresults.csv":
+def holds_no_acceleration(source_file: SourceFile) -> bool:
+    """Return True if a file begins like one of velocities, displacements or spectra, or like PEER's search results."""
+    if source_file.name.lower() == "_searchresults.csv":
         return True
-    return bool(_NO_ACCELERATION.match(source.data[:2000].replace(b"\r\n", b"\n")))
+    return bool(_NO_ACCELERATION.match(source_file.data[:2000].replace(b"\r\n", b"\n")))
 
 
 FORMATS: Final = (
-    FileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read),
-    FileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read),
-    FileFormat("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read, "GNS Science"),
-    FileFormat("cosmos", "COSMOS V0 / V1 / V2", rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", cosmos.read),
-    FileFormat("usc", "USC volume 1 (Los Angeles)", _USC, usc.read),
-    FileFormat("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read, "CSMIP / CGS"),
-    FileFormat("smc", "USGS SMC", _SMC, smc.read, "USGS"),
-    FileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read, "PEER"),
-    FileFormat("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read, "ESM / ITACA"),
-    FileFormat("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read),
-    FileFormat("nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read),
-    FileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read),
-    FileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read),
-    FileFormat("csmnc", "CSMNC (China)", _CSMNC, csmnc.read, "CSMNC"),
-    FileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read),
-    FileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read, "CISMID"),
-    FileFormat("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read, declared=True),
-    FileFormat("sac", "SAC", _is_sac_file, sac.read, declared=True),
+    FileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read_components),
+    FileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read_components),
+    FileFormat("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read_components, "GNS Science"),
+    FileFormat(
+        "cosmos",
+        "COSMOS V0 / V1 / V2",
+        rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v",
+        cosmos.read_components,
+    ),
+    FileFormat("usc", "USC volume 1 (Los Angeles)", _USC, usc.read_components),
+    FileFormat("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read_components, "CSMIP / CGS"),
+    FileFormat("smc", "USGS SMC", _SMC, smc.read_components, "USGS"),
+    FileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read_components, "PEER"),
+    FileFormat("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read_components, "ESM / ITACA"),
+    FileFormat("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read_components),
+    FileFormat(
+        "nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read_components
+    ),
+    FileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_components),
+    FileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read_components),
+    FileFormat("csmnc", "CSMNC (China)", _CSMNC, csmnc.read_components, "CSMNC"),
+    FileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read_components),
+    FileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read_components, "CISMID"),
+    FileFormat("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read_components, declared=True),
+    FileFormat("sac", "SAC", _is_sac_file, sac.read_components, declared=True),
     # Never found by content: columns of numbers do not name their axes or units.
-    FileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read, declared=True),
+    FileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read_components, declared=True),
 )
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
 
 def find_format_by_name(format_name: str) -> FileFormat | None:
-    """Return the format of a name, None for "auto"; raise an ArgumentError for an unknown name."""
+    """Return the file format of a name; None for "auto"; raise an ArgumentError for an unknown name."""
     found = next((form for form in FORMATS if form.name == format_name), None)
     if format_name != "auto" and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
@@ -167,20 +174,20 @@ def find_format_by_name(format_name: str) -> FileFormat | None:
     return found
 
 
-def has_known_format(source: SourceFile) -> bool:
+def has_known_format(source_file: SourceFile) -> bool:
     """Return True if a file is of one of the formats, by its content."""
-    return any(form.detect(source) for form in FORMATS)
+    return any(form.detect(source_file) for form in FORMATS)
 
 
-def detect_format(source: SourceFile) -> FileFormat:
+def detect_format(source_file: SourceFile) -> FileFormat:
     """Return the format of a file; raise a RecordError if no format recognises it."""
     for form in FORMATS:
-        if form.detect(source):
+        if form.detect(source_file):
             return form
-    if source.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
+    if source_file.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
         why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"
-        raise RecordError(f"{source.name}: {why}")
+        raise RecordError(f"{source_file.name}: {why}")
     raise RecordError(
-        f"{source.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
+        f"{source_file.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
         "(docs/formats.md); declare its columns to read it as csv (columns, --columns), or get it again"
     )

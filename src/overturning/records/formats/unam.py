@@ -32,14 +32,14 @@ FIELDS: Final[Fields] = {
 DAY: Final = timedelta(days=1)
 
 
-def read(source: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[Component]:
     """Read all channels; a RecordError names the line where the file is cut or contradicts itself."""
-    header, lines = Header.find_fields(source, FIELDS), source.lines
+    header, lines = Header.find_fields(source_file, FIELDS), source_file.lines
     heading = header.line_index("DATOS DE ACELERACION") + 1
     found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
     if first is None:
-        raise header.error(len(lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
+        raise header.line_error(len(lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
     if header.field_text("UNIDADES DE LOS DATOS"):
         header.check_field_pattern("UNIDADES DE LOS DATOS", r"gal|cm/s(eg)?(/s|\^?2|\*\*2)", "Gal")
     axes, intervals, counts = (
@@ -47,7 +47,7 @@ def read(source: SourceFile) -> list[Component]:
     )
     if not len(axes) == len(intervals) == len(counts):
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
-        raise header.error("ORIENTACION", why)
+        raise header.line_error("ORIENTACION", why)
     values = header.read_number_rows(first, len(axes))
     stated = [header.cut_to_stated_count("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
     lengths = _field_values(header, "DURACION DEL REGISTRO") if header.field_text("DURACION DEL REGISTRO") else []
@@ -85,7 +85,7 @@ def _field_values(header: Header, field: str) -> list[str]:
     while values and not values[-1]:
         values.pop()
     if not values or not all(values):
-        raise header.error(field, f"{header.field_text(field)!r} where /…/…/…/ belongs; get the file again")
+        raise header.line_error(field, f"{header.field_text(field)!r} where /…/…/…/ belongs; get the file again")
     return values
 
 
@@ -98,7 +98,7 @@ def _station_coordinates(header: Header) -> tuple[float, float]:
         for name, letters in (("LAT", "NS"), ("LON", "EW"))
     )
     if latitude is None or longitude is None:
-        raise header.error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
+        raise header.line_error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
     north, east = (float(f[1]) * (-1 if f[2].upper() in "SW" else 1) for f in (latitude, longitude))
     return north, east
 

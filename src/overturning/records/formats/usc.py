@@ -16,7 +16,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.records.component import CODED_SENSES, Component, azimuth_code_direction, direction_from_name_and_code
 from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, TextLines, component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
@@ -40,35 +40,39 @@ LONGEST_GAP: Final = 0.1
 """Longest time between two samples, s; the instruments have periods of 0.04 s."""
 
 
-@component_reader(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
-def read(block: TextLines) -> tuple[Component, int]:
-    """Read the channel that begins at the first line; return the channel and the number of its lines."""
-    header, text = Header.find_fields(block, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), block.lines
+@consecutive_component_reader(
+    r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
+)
+def read_components(channel_lines: TextLines) -> tuple[Component, int]:
+    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+    header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
-    whole = block.read_fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)
+    whole = channel_lines.read_fixed_integers(
+        TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100
+    )
     reals_at = TEXT_LINES + (5 if narrow else 7)
-    real = block.read_fixed_columns(reals_at, width=10, per_line=8, count=50)
+    real = channel_lines.read_fixed_columns(reals_at, width=10, per_line=8, count=50)
     if abs(real[4] - 0.1) > 1e-6:
-        raise block.error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
+        raise channel_lines.line_error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
     code, count = int(whole[26]), int(whole[27])
     header.check_sample_count("NO. OF POINTS", count)
     per_line, first = (8 if narrow else 10), reals_at + 7
-    pairs = replace(block, lines=[line[1:] for line in text])
+    pairs = replace(channel_lines, lines=[line[1:] for line in text])
     values = pairs.read_fixed_columns(first, width=7, per_line=per_line, count=2 * count)
-    end, notes = block.skip_surplus_lines(first + -(-2 * count // per_line), count)
+    end, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
     if abs(time[-1] - header.field_number("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
-        raise header.error("DURATION", f"{why}; the file is cut: get it again")
-    samples, interval, resampled = _resample_evenly(block, first, per_line // 2, time, samples)
+        raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
+    samples, interval, resampled = _resample_evenly(channel_lines, first, per_line // 2, time, samples)
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.create_component(
         header.field_text("COMP"),
         direction_from_name_and_code(
             header.field_text("COMP"),
             CODED_SENSES.get(code, azimuth_code_direction(code)),
-            partial(header.error, "COMP"),
+            partial(header.line_error, "COMP"),
         ),
         samples,
         interval,
@@ -81,14 +85,14 @@ def read(block: TextLines) -> tuple[Component, int]:
 
 
 def _resample_evenly(
-    block: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
+    channel_lines: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at even times from 0, their interval, s, and a note; evenly timed samples stay unchanged."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:
         why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {LONGEST_GAP:g} s"
-        raise block.error(first_line + int(wrong[0]) // values_per_line, f"{why}: get the file again")
+        raise channel_lines.line_error(first_line + int(wrong[0]) // values_per_line, f"{why}: get the file again")
     mean = float(steps.mean())
     even = round(mean, 3)
     if np.abs(time - even * np.arange(time.size)).max() < 0.00051:
@@ -99,7 +103,8 @@ def _resample_evenly(
     fine = np.arange(int(time[-1] / INTERVAL * FINER + 1e-6) + 1) * (INTERVAL / FINER)
     out = resample_poly(PchipInterpolator(time, samples)(fine), 1, FINER, padtype="line")
     note = (
-        f"{block.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and {1e3 * steps.max():.0f} ms at "
-        f"most, resampled to {1e3 * INTERVAL:g} ms (monotone cubic, anti-alias filter at {0.5 / INTERVAL:g} Hz)"
+        f"{channel_lines.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and "
+        f"{1e3 * steps.max():.0f} ms at most, resampled to {1e3 * INTERVAL:g} ms (monotone cubic, anti-alias filter at "
+        f"{0.5 / INTERVAL:g} Hz)"
     )
     return np.ascontiguousarray(out, dtype=np.float64), INTERVAL, (note,)

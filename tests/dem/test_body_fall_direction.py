@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from scipy.spatial import ConvexHull
 
-from overturning.dem.body.ending import has_fallen
+from overturning.dem.body.ending import body_has_fallen
 from overturning.dem.body.state import TerminationLimits
 from overturning.dem.body.vectors import Quaternion, rotation_matrix
 from overturning.dem.simulate import simulate_arrays
@@ -56,7 +56,9 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
 def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
     """True if the kernel counts a body rotated about a horizontal axis as fallen."""
     return bool(
-        has_fallen(rotation_matrix(Quaternion(w, x, y, 0.0)), TerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors)
+        body_has_fallen(
+            rotation_matrix(Quaternion(w, x, y, 0.0)), TerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors
+        )
     )
 
 

@@ -21,9 +21,9 @@ from numba import njit
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
     base_lands_flat,
-    both_ends_rest,
+    both_base_ends_rest,
     contact_is_deferred,
-    new_landing_time,
+    landing_time_at_touch,
     update_base_contacts,
 )
 from overturning.dem.body.centred import centre_acceleration, flat_landing_slip, rim_point_position
@@ -34,7 +34,7 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     BaseContactState,
-    BodyAccount,
+    BodyBalance,
     BodyPeaks,
     BodyShaking,
     BodyState,
@@ -45,13 +45,13 @@ from overturning.dem.body.state import (
     lean_measure,
 )
 from overturning.dem.body.state import BodyConstants as Constants
-from overturning.dem.body.statics import largest_unit_eigenvalue
+from overturning.dem.body.statics import largest_unit_spring_eigenvalue
 from overturning.dem.body.vectors import (
     Matrix,
     Vector,
     cross_product,
     dot_product,
-    extrapolate,
+    extrapolate_vector,
     matrix_times_vector,
     plus,
     rotate_quaternion,
@@ -191,9 +191,9 @@ def step(
     f: Matrix,
     acting: ContactSums,
     peaks: BodyPeaks,
-    account: BodyAccount,
+    account: BodyBalance,
     shaking: BodyShaking,
-) -> tuple[BodyState, BodyPeaks, BodyAccount]:
+) -> tuple[BodyState, BodyPeaks, BodyBalance]:
     """Compute one step of one body under the contact force of the base."""
     t, dt = acting.wrench, body.step * WHOLE
     half = 0.5 * dt
@@ -204,8 +204,8 @@ def step(
     )
     a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
-    c = extrapolate(s.velocity, half, a)
-    w = angular_velocity(body, f, extrapolate(s.momentum, half, t.moment))
+    c = extrapolate_vector(s.velocity, half, a)
+    w = angular_velocity(body, f, extrapolate_vector(s.momentum, half, t.moment))
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
     loss = account.lost + (let_go + dt * -(dot_product(t.damping, c) + dot_product(t.braking, w)))
@@ -218,10 +218,10 @@ def step(
         s.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
-    v, momentum = extrapolate(s.velocity, dt, a), extrapolate(s.momentum, dt, t.moment)
+    v, momentum = extrapolate_vector(s.velocity, dt, a), extrapolate_vector(s.momentum, dt, t.moment)
     w = angular_velocity(body, f, momentum)
     w = angular_velocity(body, rotation_matrix(rotate_quaternion(s.turn, half, w)), momentum)
-    place, turn = extrapolate(s.place, dt, v), rotate_quaternion(s.turn, dt, w)
+    place, turn = extrapolate_vector(s.place, dt, v), rotate_quaternion(s.turn, dt, w)
     moved = BodyState(
         place=place,
         turn=turn,
@@ -232,7 +232,7 @@ def step(
         moment=t.moment,
         tick=s.tick + WHOLE,
     )
-    return moved, peaks, BodyAccount(work, loss, spin, 0.0, 0.0, 0.0)
+    return moved, peaks, BodyBalance(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
@@ -245,9 +245,9 @@ ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.access(ContactSums)
 no_wrench = tuple_arithmetic(Wrench).zero
 load_shaking = ROWS.access(BodyShaking, unused_fields=UNUSED).load
-load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount, unused_fields=UNUSED).load
+load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyBalance, unused_fields=UNUSED).load
 store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
-store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyAccount, unused_fields=UNUSED).store
+store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyBalance, unused_fields=UNUSED).store
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX.access(BodyVertex).load,
     VERTEX.access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
@@ -281,7 +281,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             (
                 contact_is_deferred(body, base_contact, p, at.arm.z, left),
                 base_lands_flat(base_contact),
-                new_landing_time(body, base_contact),
+                landing_time_at_touch(body, base_contact),
             ),
         )
         b, right = apply_contact_law(
@@ -293,7 +293,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             (
                 contact_is_deferred(body, base_contact, q, on.arm.z, right),
                 base_lands_flat(base_contact),
-                new_landing_time(body, base_contact),
+                landing_time_at_touch(body, base_contact),
             ),
         )
         store_memory(one, j, left)
@@ -310,9 +310,9 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
         rate, left, right = body.dashpot / dt, load_memory(one, j), load_memory(other, j)
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
-            (aside != 0.0) & (not both_ends_rest(base_contact)),
+            (aside != 0.0) & (not both_base_ends_rest(base_contact)),
             base_lands_flat(base_contact),
-            new_landing_time(body, base_contact),
+            landing_time_at_touch(body, base_contact),
         )
         at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)
         a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
@@ -341,7 +341,10 @@ def shift_all(state: Any, columns: int, by: float) -> None:
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
         time = by * WHOLE * load_body(state, j).step
-        v, momentum = extrapolate(s.velocity, time, s.acceleration), extrapolate(s.momentum, time, s.moment)
+        v, momentum = (
+            extrapolate_vector(s.velocity, time, s.acceleration),
+            extrapolate_vector(s.momentum, time, s.moment),
+        )
         store_state(
             state,
             j,
@@ -357,7 +360,7 @@ def shift_all(state: Any, columns: int, by: float) -> None:
             ),
         )
         torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
-        store_account(state, j, BodyAccount(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
+        store_account(state, j, BodyBalance(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
 
 
 @cache
@@ -413,14 +416,14 @@ def run_cundall(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, 
 cache_compiled_kernel(run_cundall)
 
 
-class CundallPlan(body_plan.BodyPlan):
+class CundallPlan(body_plan.BodySimulationPlan):
     """Plan for cases of a 3-D body with Cundall's scheme."""
 
     queue: ClassVar[Any] = staticmethod(run_cundall)
 
     @property
-    def kind(self) -> Any:
-        """Marker whose type selects the loops; see `BodyPlan.kind`."""
+    def body_marker(self) -> Any:
+        """Marker whose type selects the loops; see `BodySimulationPlan.body_marker`."""
         return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
 
 
@@ -429,11 +432,11 @@ def enable_cundall() -> Iterator[None]:
     """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
     plan_centred = body_plan.plan_body_simulation
 
-    def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodyPlan:
+    def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodySimulationPlan:
         if parse_scheme(numerics.scheme) != Scheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
-        modes = np.array([largest_unit_eigenvalue(solid) for solid in planned.solids])[planned.table["body"]]
+        modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[planned.table["body"]]
         square = np.maximum(planned.table["stiffness"], planned.table["tangential"]) * modes
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(Scheme.CUNDALL, numerics.time_step, square, rate, interval)

@@ -36,25 +36,25 @@ def belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 
 
 @njit(**INLINE)
-def rests_on_spring(body: BodyConstants, previous_point: VertexHistory) -> float:
-    """Return 1 if a point is carried by its spring rather than its dashpot (it neither lands nor lifts), else 0."""
-    spring = body.stiffness * previous_point.depth
-    return 1.0 if (previous_point.depth > 0.0) & (abs(previous_point.normal - spring) < RESTS * spring) else 0.0
+def rests_on_spring(body: BodyConstants, point_history: VertexHistory) -> float:
+    """Return 1 if a contact point is carried by its spring, not its dashpot (it neither lands nor lifts), else 0."""
+    spring = body.stiffness * point_history.depth
+    return 1.0 if (point_history.depth > 0.0) & (abs(point_history.normal - spring) < RESTS * spring) else 0.0
 
 
 @njit(**INLINE)
-def update_base_ends(
+def update_extreme_base_vertices(
     body: BodyConstants,
     base_contact: BaseContactState,
-    frame: Matrix,
+    body_axes: Matrix,
     vertex: BodyVertex,
-    previous_point: VertexHistory,
+    point_history: VertexHistory,
 ) -> BaseContactState:
-    """Update the lowest and highest base vertex of a body with one more vertex."""
+    """Return the base contact with the lowest and highest base vertex updated by one more vertex of the body."""
     height, below, still = (
-        matrix_times_vector(frame, vertex.own).z,
+        matrix_times_vector(body_axes, vertex.own).z,
         belongs_to_base(body, vertex),
-        rests_on_spring(body, previous_point),
+        rests_on_spring(body, point_history),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & ((height < base_contact.low) | ((height == base_contact.low) & (still > base_contact.low_rests)))
@@ -71,16 +71,20 @@ def contact_is_deferred(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,
-    height: float,
-    previous_point: VertexHistory,
+    vertex_height: float,
+    point_history: VertexHistory,
 ) -> bool:
     """True if a base vertex between the lowest and the highest one carries no load yet, as these two do not both rest.
 
-    `height` is the height of the vertex relative to the centre, m.
+    `vertex_height` is the height of the vertex relative to the centre, m.
     """
     slack = body.ends * (base_contact.high - base_contact.low)
-    between = (height > base_contact.low + slack) & (height < base_contact.high - slack) & belongs_to_base(body, vertex)
-    return between & (previous_point.depth <= 0.0) & (not both_ends_rest(base_contact))
+    between = (
+        (vertex_height > base_contact.low + slack)
+        & (vertex_height < base_contact.high - slack)
+        & belongs_to_base(body, vertex)
+    )
+    return between & (point_history.depth <= 0.0) & (not both_base_ends_rest(base_contact))
 
 
 @njit(**INLINE)
@@ -90,19 +94,19 @@ def base_lands_flat(base_contact: BaseContactState) -> bool:
 
 
 @njit(**INLINE)
-def longer_landing_time(longest: float, point_landing: float, point_depth: float) -> float:
+def longer_landing_time(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
     """Return the longer of two landing times, s; that of a point counts only if the point is in contact (depth > 0)."""
-    return point_landing if (point_depth > 0.0) & (point_landing > longest) else longest
+    return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
 
 @njit(**INLINE)
-def new_landing_time(body: BodyConstants, base_contact: BaseContactState) -> float:
-    """Return the landing time of a point that touches now, s: that of points in contact, else the full landing time."""
+def landing_time_at_touch(body: BodyConstants, base_contact: BaseContactState) -> float:
+    """Return the landing time, s, of a contact point that touches now: that of points in contact, else the full one."""
     return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
 
 @njit(**INLINE)
-def both_ends_rest(base_contact: BaseContactState) -> bool:
+def both_base_ends_rest(base_contact: BaseContactState) -> bool:
     """True if the lowest and the highest point of the base both rest on the ground."""
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
@@ -117,14 +121,17 @@ SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactS
 
 @njit(**INNER)
 def update_base_contacts(
-    state: Any, vertex_rows: Any, opposite_start: int, base_vertex_count: int, lane_count: int, has_rim: Any
+    state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the contact state of the bases of all bodies; opposite vertices start at row `opposite_start`."""
+    """Update the contact state of the bases of all bodies.
+
+    The rows of the opposite vertices start at index `opposite_start_index` of `vertex_rows`.
+    """
     if has_rim:
         # The ends are the lowest and the highest point of the rim.
         for j in range(lane_count):
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
-            behind = load_memory(vertex_rows[opposite_start : opposite_start + OF_A_VERTEX], j)
+            behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
             longest = longer_landing_time(
                 longer_landing_time(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
@@ -141,7 +148,7 @@ def update_base_contacts(
     for j in range(lane_count):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
         store_base_contact(state, j, first if few else BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
-    for point in range(0, 2 * opposite_start, OF_A_VERTEX):
+    for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
             of_base = belongs_to_base(load_body(state, j), load_vertex(one, j))
@@ -151,10 +158,10 @@ def update_base_contacts(
             state[LONGEST + j] = longer_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
     if few:
         return
-    for point in range(0, 2 * opposite_start, OF_A_VERTEX):
+    for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
             base_contact = load_base_contact(state, j)
-            store_base_contact(state, j, update_base_ends(
+            store_base_contact(state, j, update_extreme_base_vertices(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
             ))  # fmt: skip

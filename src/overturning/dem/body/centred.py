@@ -1,7 +1,7 @@
 """The centred scheme for a 3-D body: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
 The step of one body has three parts, as for a block: `predict_body` and `solve_velocity_change` are here,
-`compute_point_forces` and `complete_step` in `overturning.dem.body.commit`. The unknowns are the corrections e of
+`compute_point_forces` and `complete_body_step` in `overturning.dem.body.commit`. The unknowns are the corrections e of
 velocity and angular velocity at the end of the step. `centred_loops` has the loops over the bodies.
 """
 
@@ -11,10 +11,10 @@ from typing import Final
 from numba import njit
 
 from overturning.dem.body.state import (
-    BodyChange,
     BodyConstants,
     BodyShaking,
     BodyState,
+    BodyVelocityChange,
     ContactEquations,
     PredictedBody,
     PredictedPoint,
@@ -25,7 +25,7 @@ from overturning.dem.body.vectors import (
     Matrix,
     Vector,
     cross_product,
-    extrapolate,
+    extrapolate_vector,
     full_matrix,
     inverse_matrix,
     matrix_minus,
@@ -67,26 +67,29 @@ def centre_acceleration(force_per_mass: Vector, inertial_acceleration: Vector) -
 def predict_body(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyShaking, ticks_per_sample: float
 ) -> PredictedBody:
-    """Predict a body at the end of a step with constant acceleration."""
+    """Predict the state of a body at the end of a step from its acceleration at the start of the step."""
     dt, tick = body.step * step_ticks, state.tick + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
-    v, momentum = extrapolate(state.velocity, half, state.acceleration), extrapolate(state.momentum, half, state.moment)
+    v, momentum = (
+        extrapolate_vector(state.velocity, half, state.acceleration),
+        extrapolate_vector(state.momentum, half, state.moment),
+    )
     w = angular_velocity(body, rotation_matrix(state.turn), momentum)
     w = angular_velocity(body, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
     turn = rotate_quaternion(state.turn, dt, w)
-    spin = angular_velocity(body, rotation_matrix(turn), extrapolate(momentum, half, state.moment))
+    spin = angular_velocity(body, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
     at_end = Vector(
         motion_at_tick_or_beyond(shaking.push_x, tick, past),
         motion_at_tick_or_beyond(shaking.push_y, tick, past),
         motion_at_tick_or_beyond(shaking.lift, tick, past),
     )
     return PredictedBody(
-        place=extrapolate(state.place, dt, v),
+        place=extrapolate_vector(state.place, dt, v),
         turn=turn,
         velocity=v,
         momentum=momentum,
-        end=extrapolate(v, half, state.acceleration),
+        end=extrapolate_vector(v, half, state.acceleration),
         spin=spin,
         shaking=at_end,
         half=half,
@@ -94,43 +97,45 @@ def predict_body(
 
 
 @njit(**INLINE)
-def rim_point_position(body: BodyConstants, frame: Matrix, ahead: float, aside: float) -> Vector:
+def rim_point_position(
+    body: BodyConstants, body_axes: Matrix, lean_component: float, transverse_component: float
+) -> Vector:
     """Return the position of a point of the rim of a round base from the centre of the body, m.
 
-    `ahead` and `aside` (−1, 0 or 1) are its direction, along the direction of the lean and across it. The lowest
-    point of the rim is always one of the four points, and all four carry equally if the rim lies flat. For an
-    upright body the direction is arbitrary.
+    `lean_component` and `transverse_component` (−1, 0 or 1) give the direction of the point from the axis: along the
+    lean and across it. The lowest point of the rim is always one of the four points, and all four carry equally if the
+    rim lies flat. For an upright body the direction is arbitrary.
     """
-    square = frame.xz * frame.xz + frame.yz * frame.yz
+    square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     leans = square > 1e-30
     one = 1.0 / math.sqrt(square if leans else 1.0)
-    tx, ty = (frame.xz * one if leans else 1.0), (frame.yz * one if leans else 0.0)
-    a, b = body.radius * ahead, body.radius * aside
+    tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
+    a, b = body.radius * lean_component, body.radius * transverse_component
     return Vector(
-        (a * frame.zz * tx - b * ty) - body.foot * frame.xz,
-        (a * frame.zz * ty + b * tx) - body.foot * frame.yz,
-        -(a * (square * one if leans else 0.0)) - body.foot * frame.zz,
+        (a * body_axes.zz * tx - b * ty) - body.foot * body_axes.xz,
+        (a * body_axes.zz * ty + b * tx) - body.foot * body_axes.yz,
+        -(a * (square * one if leans else 0.0)) - body.foot * body_axes.zz,
     )
 
 
 @njit(**INLINE)
-def is_fine_step(clock: Clock, attempt: StepAttempt) -> bool:
-    """True if a step is so fine that predicted forces decide about contact and slip."""
-    return attempt.length <= FINE * clock.finest
+def is_fine_step(clock: Clock, step_attempt: StepAttempt) -> bool:
+    """True if an attempted step is so short that the predicted forces decide about contact and slip."""
+    return step_attempt.length <= FINE * clock.finest
 
 
 @njit(**INLINE)
 def flat_landing_slip(
-    body: BodyConstants, arm: Vector, velocity: Vector, spin: Vector, is_flat: bool
+    body: BodyConstants, lever_arm: Vector, velocity: Vector, spin: Vector, lands_flat: bool
 ) -> tuple[float, float, bool, float]:
-    """Return the direction in which a point slides in a flat landing (unit vector), and True if the point slides.
+    """Return the direction in which a contact point slides in a flat landing (unit vector), and True if it slides.
 
     The last value is the share of the moment of its friction that tilts the body. See
     `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
     """
-    x, y = velocity.x - spin.z * arm.y, velocity.y + spin.z * arm.x
+    x, y = velocity.x - spin.z * lever_arm.y, velocity.y + spin.z * lever_arm.x
     square, least = x * x + y * y, body.friction * velocity.z
-    drifts = is_flat & (square >= least * least)
+    drifts = lands_flat & (square >= least * least)
     one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
     return x * one, y * one, drifts, (body.tilting if drifts else 1.0)
 
@@ -138,51 +143,61 @@ def flat_landing_slip(
 @njit(**INLINE)
 def predict_contact_point(
     body: BodyConstants,
-    predicted: PredictedBody,
-    frame: Matrix,
-    arm: Vector,
-    previous_point: VertexHistory,
+    predicted_body: PredictedBody,
+    body_axes: Matrix,
+    lever_arm: Vector,
+    point_history: VertexHistory,
     step_is_fine: bool,
     has_rim: bool,
     contact_rule: tuple[bool, bool, float],
 ) -> PredictedPoint:
-    """Predict a contact point at the end of a step, and the contact state that the equations assume.
+    """Predict a contact point at the end of a step, and whether the equations assume that it touches and slides.
 
     In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
-    state is used. `contact_rule` holds whether the point carries only later, whether the body lands flat, and the
-    landing time of the point if it touches now (s).
+    state of the point is used. `contact_rule` holds whether the point carries only later, whether the body lands flat,
+    and the landing time of the point if it touches now (s).
     """
     deferred, flat, new_landing = contact_rule
-    u = plus(predicted.end, cross_product(predicted.spin, arm))
+    u = plus(predicted_body.end, cross_product(predicted_body.spin, lever_arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
-    slip_x = predicted.half * (previous_point.x + u.x) if has_rim else (predicted.place.x + arm.x) - previous_point.x
-    slip_y = predicted.half * (previous_point.y + u.y) if has_rim else (predicted.place.y + arm.y) - previous_point.y
-    was = previous_point.depth > 0.0
-    tx, ty = (previous_point.sx + slip_x if was else 0.0), (previous_point.sy + slip_y if was else 0.0)
-    depth = -(predicted.place.z + arm.z)
+    slip_x = (
+        predicted_body.half * (point_history.x + u.x)
+        if has_rim
+        else (predicted_body.place.x + lever_arm.x) - point_history.x
+    )
+    slip_y = (
+        predicted_body.half * (point_history.y + u.y)
+        if has_rim
+        else (predicted_body.place.y + lever_arm.y) - point_history.y
+    )
+    was = point_history.depth > 0.0
+    tx, ty = (point_history.sx + slip_x if was else 0.0), (point_history.sy + slip_y if was else 0.0)
+    depth = -(predicted_body.place.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
-    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if step_is_fine else previous_point.normal != 0.0
+    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if step_is_fine else point_history.normal != 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if step_is_fine else previous_point.normal)
+    most = body.friction * (n if step_is_fine else point_history.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts, tilting = flat_landing_slip(body, arm, predicted.end, predicted.spin, flat)
+    drift_x, drift_y, drifts, tilting = flat_landing_slip(
+        body, lever_arm, predicted_body.end, predicted_body.spin, flat
+    )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if step_is_fine else previous_point.slid > 0.0
+    slides = square > most * most if step_is_fine else point_history.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity(body, frame, Vector(
-        arm.y - arm.z * body.friction * dy, arm.z * body.friction * dx - arm.x,
-        body.friction * (arm.x * dy - arm.y * dx),
+    turn = angular_velocity(body, body_axes, Vector(
+        lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
+        body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * arm.y - turn.y * arm.x) > LEAST_FREEDOM
+    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > LEAST_FREEDOM
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedPoint(
-        arm=arm,
+        arm=lever_arm,
         depth=depth,
         tx=tx,
         ty=ty,
@@ -202,34 +217,46 @@ def predict_contact_point(
 
 
 @njit(**INLINE)
-def friction_share(friction_limit: float, squared_force: float, slides: bool) -> float:
-    """Return friction as a share (0 to 1) of the force that would hold a sliding point; that force squared is given."""
-    part = friction_limit / math.sqrt(squared_force if slides else 1.0)
+def friction_share(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
+    """Return the friction limit as a share (0 to 1) of the force that would hold a sliding contact point."""
+    part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
 
 
 @njit(**INLINE)
-def contact_equations(
-    body: BodyConstants, half_step: float, point: PredictedPoint, previous_point: VertexHistory, step_is_fine: bool
+def contact_equation_terms(
+    body: BodyConstants,
+    half_step_time: float,
+    predicted_point: PredictedPoint,
+    point_history: VertexHistory,
+    step_is_fine: bool,
 ) -> ContactEquations:
     """Return the terms of a contact point in the equations of a step, f' = f − G (e_v + e_w × r).
 
     Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
     times the ratio of friction to the force that would hold it.
     """
-    on, slides, r, u = point.on > 0.0, point.slides > 0.0, point.arm, point.velocity
-    press, stick = body.dashpot + half_step * body.stiffness, body.dashpot + half_step * body.tangential
-    n = body.stiffness * point.depth - body.dashpot * u.z
-    hx, hy = -(body.tangential * point.tx) - body.dashpot * u.x, -(body.tangential * point.ty) - body.dashpot * u.y
-    part = friction_share(body.friction * (n if step_is_fine else previous_point.normal), hx * hx + hy * hy, slides)
-    mx, my = body.friction * point.dx, body.friction * point.dy
+    on, slides, r, u = (
+        predicted_point.on > 0.0,
+        predicted_point.slides > 0.0,
+        predicted_point.arm,
+        predicted_point.velocity,
+    )
+    press, stick = body.dashpot + half_step_time * body.stiffness, body.dashpot + half_step_time * body.tangential
+    n = body.stiffness * predicted_point.depth - body.dashpot * u.z
+    hx, hy = (
+        -(body.tangential * predicted_point.tx) - body.dashpot * u.x,
+        -(body.tangential * predicted_point.ty) - body.dashpot * u.y,
+    )
+    part = friction_share(body.friction * (n if step_is_fine else point_history.normal), hx * hx + hy * hy, slides)
+    mx, my = body.friction * predicted_point.dx, body.friction * predicted_point.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
-    across = half_step * (stick * part if slides else stick)
-    gxx = across * (1.0 - point.dx * point.dx if slides else 1.0)
-    gyy = across * (1.0 - point.dy * point.dy if slides else 1.0)
-    gxy = -(across * (point.dx * point.dy)) if slides else 0.0
-    gzz = half_step * press
+    across = half_step_time * (stick * part if slides else stick)
+    gxx = across * (1.0 - predicted_point.dx * predicted_point.dx if slides else 1.0)
+    gyy = across * (1.0 - predicted_point.dy * predicted_point.dy if slides else 1.0)
+    gxy = -(across * (predicted_point.dx * predicted_point.dy)) if slides else 0.0
+    gzz = half_step_time * press
     gxz, gyz = (mx * gzz if slides else 0.0), (my * gzz if slides else 0.0)
     n, fx, fy = (n if on else 0.0), (fx if on else 0.0), (fy if on else 0.0)
     gxx, gyy, gxy = (gxx if on else 0.0), (gyy if on else 0.0), (gxy if on else 0.0)
@@ -237,7 +264,7 @@ def contact_equations(
     f = Vector(fx, fy, n)
     # Rows of G(·× r), and the moments r × column of both; zero terms are left out. In a flat landing the moment of
     # friction has a shorter lever arm.
-    at = Vector(r.x, r.y, point.tilting * r.z)
+    at = Vector(r.x, r.y, predicted_point.tilting * r.z)
     bx, by = cross_product(r, Vector(gxx, gxy, gxz)), cross_product(r, Vector(gxy, gyy, gyz))
     bz = Vector(r.y * gzz, -(r.x * gzz), 0.0)
     cz = cross_product(at, Vector(gxz, gyz, gzz))
@@ -258,17 +285,19 @@ def contact_equations(
 
 @njit(**INLINE)
 def solve_velocity_change(
-    body: BodyConstants, state: BodyState, predicted: PredictedBody, equations: ContactEquations
-) -> BodyChange:
+    body: BodyConstants, state: BodyState, predicted_body: PredictedBody, contact_terms: ContactEquations
+) -> BodyVelocityChange:
     """Solve the equations of a step for the velocity change of a body, by 3 × 3 blocks."""
-    a, b, c, d = equations.a, equations.b, equations.c, equations.d
-    u = scale_vector(predicted.half, minus(centre_acceleration(equations.force, predicted.shaking), state.acceleration))
-    t = scale_vector(predicted.half, minus(equations.moment, state.moment))
-    f = rotation_matrix(predicted.turn)
+    a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
+    u = scale_vector(
+        predicted_body.half, minus(centre_acceleration(contact_terms.force, predicted_body.shaking), state.acceleration)
+    )
+    t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
+    f = rotation_matrix(predicted_body.turn)
     i = matrix_product(matrix_product(f, full_matrix(body.inertia)), transpose(f))
     a = inverse_matrix(Matrix(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
     c = matrix_product(c, a)
     e = matrix_times_vector(
         inverse_matrix(matrix_minus(matrix_plus(i, d), matrix_product(c, b))), minus(t, matrix_times_vector(c, u))
     )
-    return BodyChange(matrix_times_vector(a, minus(u, matrix_times_vector(b, e))), e)
+    return BodyVelocityChange(matrix_times_vector(a, minus(u, matrix_times_vector(b, e))), e)

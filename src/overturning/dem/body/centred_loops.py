@@ -7,13 +7,13 @@ from numba import njit
 
 from overturning.dem.body.base_contact import (
     base_lands_flat,
-    both_ends_rest,
+    both_base_ends_rest,
     contact_is_deferred,
-    new_landing_time,
+    landing_time_at_touch,
     update_base_contacts,
 )
 from overturning.dem.body.centred import (
-    contact_equations,
+    contact_equation_terms,
     is_fine_step,
     predict_body,
     predict_contact_point,
@@ -22,7 +22,7 @@ from overturning.dem.body.centred import (
 )
 from overturning.dem.body.commit import (
     AcceptedBodyStep,
-    complete_step,
+    complete_body_step,
     compute_point_forces,
     rim_contact_turns_fast,
     shaking_stays_weak,
@@ -32,16 +32,16 @@ from overturning.dem.body.state import (
     ROWS,
     VERTEX,
     BaseContactState,
-    BodyAccount,
-    BodyChange,
+    BodyBalance,
     BodyConstants,
     BodyPeaks,
     BodyShaking,
     BodyState,
+    BodyVelocityChange,
     BodyVertex,
     ContactEquations,
-    ContactSum,
-    LargestFindings,
+    ContactForceSum,
+    LargestPointFindings,
     PointBeforeAndAfter,
     PredictedBody,
     PredictedPoint,
@@ -58,19 +58,19 @@ load_state, _, store_state = ROWS.access(BodyState)
 load_limits = ROWS.access(TerminationLimits).load
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 load_peaks, _, store_peaks = ROWS.access(BodyPeaks)
-load_account, _, store_account = ROWS.access(BodyAccount)
+load_account, _, store_account = ROWS.access(BodyBalance)
 load_attempt, store_attempt, _ = ROWS.access(StepAttempt)
 load_rejection, store_rejection, _ = ROWS.access(StepRejection)
 load_clock = ROWS.access(Clock).load
 load_predicted, store_predicted, _ = ROWS.access(PredictedBody)
 load_equations, store_equations, _ = ROWS.access(ContactEquations)
-load_change, store_change, _ = ROWS.access(BodyChange)
-load_sum, store_sum, _ = ROWS.access(ContactSum)
-load_largest, store_largest, _ = ROWS.access(LargestFindings)
+load_change, store_change, _ = ROWS.access(BodyVelocityChange)
+load_sum, store_sum, _ = ROWS.access(ContactForceSum)
+load_largest, store_largest, _ = ROWS.access(LargestPointFindings)
 add_equations, add_sum, larger_of = (
     tuple_arithmetic(ContactEquations).plus,
-    tuple_arithmetic(ContactSum).plus,
-    tuple_arithmetic(LargestFindings).largest,
+    tuple_arithmetic(ContactForceSum).plus,
+    tuple_arithmetic(LargestPointFindings).largest,
 )
 load_vertex = VERTEX.access(BodyVertex).load
 load_memory, _, store_memory = VERTEX.access(PointBeforeAndAfter, "old")
@@ -82,7 +82,7 @@ SLID: Final = VERTEX.row(PointBeforeAndAfter, "old.slid")
 
 @njit(**INNER)
 def predict_bodies(state: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Predict all bodies at the end of the step with constant acceleration, without their contact points."""
+    """Predict the bodies of all lanes at the end of the step with constant acceleration, without contact points."""
     for j in range(lane_count):
         w = predict_body(
             load_body(state, j),
@@ -96,13 +96,13 @@ def predict_bodies(state: Any, lane_count: int, ticks_per_sample: float) -> None
 
 
 @njit(**INNER)
-def predict_opposite_vertices(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
-    """Predict a vertex and its opposite vertex, for all bodies."""
+def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
+    """Predict the contact of a vertex and of the vertex opposite to it across the base, for the bodies of all lanes."""
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
-        flat, new_landing = base_lands_flat(base_contact), new_landing_time(body, base_contact)
+        flat, new_landing = base_lands_flat(base_contact), landing_time_at_touch(body, base_contact)
         a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
@@ -136,21 +136,27 @@ def predict_opposite_vertices(state: Any, vertex_rows: Any, opposite_rows: Any, 
 
 
 @njit(**INNER)
-def predict_opposite_rim_points(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, ahead: float, aside: float
+def predict_rim_point_pair(
+    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
 ) -> None:
-    """Predict a point of the rim and its opposite point, for all bodies."""
+    """Predict the contact of a rim point and of the point opposite to it, for the bodies of all lanes.
+
+    For `lean_component` and `transverse_component` see `rim_point_position`.
+    """
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
-            (aside != 0.0) & (not both_ends_rest(load_base_contact(state, j))),
+            (transverse_component != 0.0) & (not both_base_ends_rest(load_base_contact(state, j))),
         )
         base_contact = load_base_contact(state, j)
-        flat, new_landing = base_lands_flat(base_contact), new_landing_time(body, base_contact)
-        a, b = rim_point_position(body, f, ahead, aside), rim_point_position(body, f, -ahead, -aside)
+        flat, new_landing = base_lands_flat(base_contact), landing_time_at_touch(body, base_contact)
+        a, b = (
+            rim_point_position(body, f, lean_component, transverse_component),
+            rim_point_position(body, f, -lean_component, -transverse_component),
+        )
         store_point(
             point_rows,
             j,
@@ -167,12 +173,15 @@ def predict_opposite_rim_points(
 
 @njit(**INNER)
 def add_contact_equations(state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, accumulate: Any) -> None:
-    """Add the terms of two opposite points to the equations of all bodies; `accumulate` is None for the first two."""
+    """Add the terms of two opposite contact points to the equations of all bodies.
+
+    `accumulate` is None for the first two points, whose terms replace those of the last step.
+    """
     for j in range(lane_count):
         body, half = load_body(state, j), load_predicted(state, j).half
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
-        a = contact_equations(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
-        b = contact_equations(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
+        a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
+        b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
         part = add_equations(a, b)
         if accumulate is not None:
             part = add_equations(load_equations(state, j), part)
@@ -189,10 +198,13 @@ def solve_velocity_changes(state: Any, lane_count: int) -> None:
 
 
 @njit(**INNER)
-def compute_opposite_point_forces(
+def compute_point_pair_forces(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, accumulate: Any
 ) -> None:
-    """Compute the forces of two opposite points of all bodies at the end; `accumulate` is None for the first two."""
+    """Compute the forces of two opposite contact points of all bodies at the end of the step.
+
+    `accumulate` is None for the first two points, whose forces replace those of the last step.
+    """
     for j in range(lane_count):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
@@ -225,7 +237,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             BODY, load_clock(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
         )
         accepted = AcceptedBodyStep(s, load_peaks(state, j), load_account(state, j))
-        accepted = complete_step(body, accepted, w, d, t, most.depth, attempt.length)
+        accepted = complete_body_step(body, accepted, w, d, t, most.depth, attempt.length)
         store_attempt(state, j, following)
         store_rejection(state, j, StepRejection(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(state, j, again, accepted.state)
@@ -235,7 +247,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
 
 @njit(**INNER)
 def store_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
-    """Store the new state of a point of all bodies after accepted steps; after rejected ones, only whether it slid."""
+    """Store the new state of a contact point in lanes with an accepted step; in the others, only whether it slid."""
     for j in range(lane_count):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)
@@ -243,47 +255,53 @@ def store_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
 
 
 @cache
-def sample_loops(has_rim: bool) -> Any:
-    """Return the function that computes the steps of a sample, for bodies with vertices or with a rim.
+def sample_step_loop(has_rim: bool) -> Any:
+    """Return the compiled function that computes the steps of a sample, for bodies with vertices or with a rim.
 
-    The type of its argument `kind` makes the compiled names of the two variants differ.
+    The type of its argument `body_marker` makes the compiled names of the two variants differ.
     """
 
     @njit(**INNER)
-    def advance(
-        kind: Any,  # noqa: ARG001
+    def advance_sample(
+        body_marker: Any,  # noqa: ARG001
         state: Any,
-        vertices: Any,
-        count: int,
-        base: int,
-        columns: int,
-        steps: int,
-        ticks: float,
+        vertex_rows: Any,
+        vertex_count: int,
+        base_vertex_count: int,
+        lane_count: int,
+        step_count: int,
+        ticks_per_sample: float,
     ) -> None:
-        half = count // 2 * OF_A_VERTEX
-        for _ in range(steps):
-            predict_bodies(state, columns, ticks)
-            update_base_contacts(state, vertices, half, base, columns, has_rim)
+        half = vertex_count // 2 * OF_A_VERTEX
+        for _ in range(step_count):
+            predict_bodies(state, lane_count, ticks_per_sample)
+            update_base_contacts(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
             for pair in range(0, half, OF_A_VERTEX):
-                one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
+                one, other = (
+                    vertex_rows[pair : pair + OF_A_VERTEX],
+                    vertex_rows[half + pair : half + pair + OF_A_VERTEX],
+                )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
-                    predict_opposite_rim_points(state, one, other, columns, ahead, 1.0 - ahead)
+                    predict_rim_point_pair(state, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
-                    predict_opposite_vertices(state, one, other, columns)
+                    predict_vertex_pair(state, one, other, lane_count)
                 if pair == 0:
-                    add_contact_equations(state, one, other, columns, None)
+                    add_contact_equations(state, one, other, lane_count, None)
                 else:
-                    add_contact_equations(state, one, other, columns, 1)
-            solve_velocity_changes(state, columns)
+                    add_contact_equations(state, one, other, lane_count, 1)
+            solve_velocity_changes(state, lane_count)
             for pair in range(0, half, OF_A_VERTEX):
-                one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
+                one, other = (
+                    vertex_rows[pair : pair + OF_A_VERTEX],
+                    vertex_rows[half + pair : half + pair + OF_A_VERTEX],
+                )
                 if pair == 0:
-                    compute_opposite_point_forces(state, one, other, columns, has_rim, None)
+                    compute_point_pair_forces(state, one, other, lane_count, has_rim, None)
                 else:
-                    compute_opposite_point_forces(state, one, other, columns, has_rim, 1)
-            accept_or_reject_steps(state, columns, ticks, has_rim)
+                    compute_point_pair_forces(state, one, other, lane_count, has_rim, 1)
+            accept_or_reject_steps(state, lane_count, ticks_per_sample, has_rim)
             for point in range(0, 2 * half, OF_A_VERTEX):
-                store_point_histories(state, vertices[point : point + OF_A_VERTEX], columns)
+                store_point_histories(state, vertex_rows[point : point + OF_A_VERTEX], lane_count)
 
-    return advance
+    return advance_sample

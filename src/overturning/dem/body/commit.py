@@ -1,4 +1,4 @@
-"""Third part of a step of the centred scheme for a 3-D body: forces at the solution, and the new state."""
+"""Third part of a step of the centred scheme for a 3-D body: forces at the end of the step, and the new state."""
 
 import math
 from typing import Final, NamedTuple
@@ -7,14 +7,14 @@ from numba import njit
 
 from overturning.dem.body.centred import centre_acceleration, flat_landing_slip
 from overturning.dem.body.state import (
-    BodyAccount,
-    BodyChange,
+    BodyBalance,
     BodyConstants,
     BodyPeaks,
     BodyShaking,
     BodyState,
-    ContactSum,
-    LargestFindings,
+    BodyVelocityChange,
+    ContactForceSum,
+    LargestPointFindings,
     PredictedBody,
     PredictedPoint,
     VertexHistory,
@@ -23,7 +23,7 @@ from overturning.dem.body.state import (
 from overturning.dem.body.vectors import (
     Vector,
     cross_product,
-    extrapolate,
+    extrapolate_vector,
     plus,
     rotate_quaternion,
     rotation_matrix,
@@ -42,90 +42,98 @@ FAST_TURN: Final = 0.1
 @njit(**INLINE)
 def released_spring_energy(
     body: BodyConstants,
-    previous_point: VertexHistory,
-    depth: float,
+    point_history: VertexHistory,
+    penetration: float,
     stretch_before_slip: tuple[float, float],
     stretch_after_slip: tuple[float, float],
 ) -> float:
-    """Return the energy released by the springs of a point in a step, per mass, m²/s².
+    """Return the energy that the springs of a contact point release in a step, per mass, m²/s².
 
     `stretch_before_slip` is the tangential stretch before slip and `stretch_after_slip` that after slip, m.
     """
     kx, ky = stretch_after_slip
-    inside, was = depth > 0.0, previous_point.depth > 0.0
-    sinking, over = depth - previous_point.depth, depth * previous_point.depth
+    inside, was = penetration > 0.0, point_history.depth > 0.0
+    sinking, over = penetration - point_history.depth, penetration * point_history.depth
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
-        body.tangential * ((previous_point.sx + kx) * stretched_x + (previous_point.sy + ky) * stretched_y)
+        body.tangential * ((point_history.sx + kx) * stretched_x + (point_history.sy + ky) * stretched_y)
         + body.stiffness * over
     )
     let_go = let_go if inside | was else 0.0
     # A deferred point starts with a compressed spring.
-    return let_go - 0.5 * body.stiffness * (depth * depth) if inside & (previous_point.depth == 0.0) else let_go
+    return (
+        let_go - 0.5 * body.stiffness * (penetration * penetration) if inside & (point_history.depth == 0.0) else let_go
+    )
 
 
 @njit(**INLINE)
 def compute_point_forces(
     body: BodyConstants,
-    predicted: PredictedBody,
-    point: PredictedPoint,
-    previous_point: VertexHistory,
-    change: BodyChange,
+    predicted_body: PredictedBody,
+    predicted_point: PredictedPoint,
+    point_history: VertexHistory,
+    velocity_change: BodyVelocityChange,
     step_is_fine: bool,
     has_rim: bool,
-) -> tuple[ContactSum, LargestFindings, VertexHistory]:
+) -> tuple[ContactForceSum, LargestPointFindings, VertexHistory]:
     """Compute the forces of a contact point at the solution, within their limits, its findings, and its new state."""
-    half, r, e = predicted.half, point.arm, plus(change.velocity, cross_product(change.spin, point.arm))
-    u = plus(point.velocity, e)
-    depth, tx, ty = point.depth - half * e.z, point.tx + half * e.x, point.ty + half * e.y
-    depth = 0.0 if (point.deferred > 0.0) & (depth > 0.0) else depth
-    inside, was = depth > 0.0, previous_point.depth > 0.0
-    changed = point.depth if point.depth > depth else depth
+    half, r, e = (
+        predicted_body.half,
+        predicted_point.arm,
+        plus(velocity_change.velocity, cross_product(velocity_change.spin, predicted_point.arm)),
+    )
+    u = plus(predicted_point.velocity, e)
+    depth, tx, ty = predicted_point.depth - half * e.z, predicted_point.tx + half * e.x, predicted_point.ty + half * e.y
+    depth = 0.0 if (predicted_point.deferred > 0.0) & (depth > 0.0) else depth
+    inside, was = depth > 0.0, point_history.depth > 0.0
+    changed = predicted_point.depth if predicted_point.depth > depth else depth
     changed = -depth if was else changed
     spring = body.stiffness * depth if inside else 0.0
     n = spring - body.dashpot * u.z
-    n = n if inside & ((point.held > 0.0) | (n > 0.0)) else 0.0
+    n = n if inside & ((predicted_point.held > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
-    spin = plus(predicted.spin, change.spin)
+    spin = plus(predicted_body.spin, velocity_change.spin)
     drift_x, drift_y, drifts, tilting = flat_landing_slip(
-        body, r, plus(predicted.end, change.velocity), spin, point.held > 0.0
+        body, r, plus(predicted_body.end, velocity_change.velocity), spin, predicted_point.held > 0.0
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, slips = clamp_friction(hx, hy, tx, ty, most, body.compliance, (point.held > 0.0, drifts))
+    fx, fy, kx, ky, slips = clamp_friction(hx, hy, tx, ty, most, body.compliance, (predicted_point.held > 0.0, drifts))
     lever = Vector(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     power = (spring - n) * u.z - (
         (fx + body.tangential * kx) * (u.x - spin.y * off) + (fy + body.tangential * ky) * (u.y + spin.x * off)
     )
     let_go = released_spring_energy(
-        body, previous_point, depth, (point.tx + half * e.x, point.ty + half * e.y), (kx, ky)
+        body, point_history, depth, (predicted_point.tx + half * e.x, predicted_point.ty + half * e.y), (kx, ky)
     )
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
-    more = depth * (2.0 * half / (depth - previous_point.depth if fresh else 1.0)) - half if fresh else 0.0
-    landing = (point.new_landing if fresh else previous_point.landing) - 2.0 * half
+    more = depth * (2.0 * half / (depth - point_history.depth if fresh else 1.0)) - half if fresh else 0.0
+    landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
     carries = most > 0.0
-    assumed = point.slides > 0.0
+    assumed = predicted_point.slides > 0.0
     wrong = carries & (slips != assumed)
-    backwards = carries & assumed & (fx * point.dx + fy * point.dy < 0.0)
+    backwards = carries & assumed & (fx * predicted_point.dx + fy * predicted_point.dy < 0.0)
     # In a long step the spring is stretched although the point comes back; the velocity shows this.
-    back = carries & slips & ((fx * previous_point.sx + fy * previous_point.sy > 0.0) | (fx * u.x + fy * u.y > 0.0))
+    back = carries & slips & ((fx * point_history.sx + fy * point_history.sy > 0.0) | (fx * u.x + fy * u.y > 0.0))
     force = Vector(fx, fy, n)
     moment = cross_product(lever, force)
-    findings = LargestFindings(
+    findings = LargestPointFindings(
         changed, 1.0 if wrong & (not step_is_fine) else 0.0, 1.0 if backwards & (not step_is_fine) else 0.0,
         1.0 if carries & (not slips) else 0.0, 1.0 if back & (not step_is_fine) else 0.0, 0.0 if n > 0.0 else 1.0,
         depth,
     )  # fmt: skip
     x, y = (
-        (u.x if has_rim else (predicted.place.x + r.x) + half * e.x),
-        (u.y if has_rim else (predicted.place.y + r.y) + half * e.y),
+        (u.x if has_rim else (predicted_body.place.x + r.x) + half * e.x),
+        (u.y if has_rim else (predicted_body.place.y + r.y) + half * e.y),
     )
     return (
-        ContactSum(force, moment, scale_vector(more, force), scale_vector(more, moment), power, let_go + more * power),
+        ContactForceSum(
+            force, moment, scale_vector(more, force), scale_vector(more, moment), power, let_go + more * power
+        ),
         findings,
         VertexHistory(
             sx=kx,
@@ -141,9 +149,11 @@ def compute_point_forces(
 
 
 @njit(**INLINE)
-def rim_contact_turns_fast(state: BodyState, predicted: PredictedBody, largest_findings: LargestFindings) -> bool:
-    """True if the lowest point of a tilted rim moves along it by more than `FAST_TURN` in the step."""
-    a, b = rotation_matrix(state.turn), rotation_matrix(predicted.turn)
+def rim_contact_turns_fast(
+    state: BodyState, predicted_body: PredictedBody, largest_findings: LargestPointFindings
+) -> bool:
+    """True if the lowest point of a tilted rim moves along the rim by more than `FAST_TURN` (tangent) in the step."""
+    a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
         (largest_findings.off > 0.0)
@@ -153,16 +163,19 @@ def rim_contact_turns_fast(state: BodyState, predicted: PredictedBody, largest_f
 
 
 @njit(**INLINE)
-def shaking_stays_weak(shaking: BodyShaking, end_acceleration: Vector, ticks: float, horizontal_limit: float) -> bool:
+def shaking_stays_weak(
+    shaking: BodyShaking, end_acceleration: Vector, ticks_per_sample: float, horizontal_limit: float
+) -> bool:
     """True if the base motion stays below the limit of a standing body at the end of this step and of the next sample.
 
-    Above it, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
+    The limit is a share of the weight. Above it, sample-long steps would let the springs vibrate too strongly, with too
+    much sliding and rocking.
     """
-    end = 2.0 * ticks
+    end = 2.0 * ticks_per_sample
     x, y, up = (
-        motion_at_tick_or_beyond(shaking.push_x, end, ticks),
-        motion_at_tick_or_beyond(shaking.push_y, end, ticks),
-        motion_at_tick_or_beyond(shaking.lift, end, ticks),
+        motion_at_tick_or_beyond(shaking.push_x, end, ticks_per_sample),
+        motion_at_tick_or_beyond(shaking.push_y, end, ticks_per_sample),
+        motion_at_tick_or_beyond(shaking.lift, end, ticks_per_sample),
     )
     first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
@@ -173,14 +186,14 @@ def shaking_stays_weak(shaking: BodyShaking, end_acceleration: Vector, ticks: fl
 
 @njit(**INLINE)
 def step_findings(
-    largest_findings: LargestFindings, normal_force: float, turns_fast: bool, motion_is_steady: bool
+    largest_findings: LargestPointFindings, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepFindings:
-    """Return the findings of an attempted step for the clock; `turns_fast` requests a shorter step."""
+    """Return what the step control needs to know of an attempted step; `rim_turns_fast` requests a shorter step."""
     slides = (largest_findings.holds == 0.0) & (normal_force > 0.0)
-    stands = motion_is_steady & (largest_findings.off == 0.0)
+    stands = shaking_is_weak & (largest_findings.off == 0.0)
     return StepFindings(
         changed=largest_findings.changed > 0.0,
-        fast=turns_fast,
+        fast=rim_turns_fast,
         gentle=False,
         wrong=largest_findings.wrong > 0.0,
         reversed=largest_findings.reversed > 0.0,
@@ -191,36 +204,40 @@ def step_findings(
 
 
 class AcceptedBodyStep(NamedTuple):
-    """State, peaks and accounts of a body, which an accepted step changes."""
+    """State, peak values and balance of a body: the values that an accepted step changes."""
 
     state: BodyState
     peaks: BodyPeaks
-    account: BodyAccount
+    account: BodyBalance
 
 
 @njit(**INLINE)
-def complete_step(
+def complete_body_step(
     body: BodyConstants,
     previous_step: AcceptedBodyStep,
-    predicted: PredictedBody,
-    change: BodyChange,
-    contact_sum: ContactSum,
-    deepest: float,
+    predicted_body: PredictedBody,
+    velocity_change: BodyVelocityChange,
+    contact_sum: ContactForceSum,
+    largest_penetration: float,
     step_ticks: float,
 ) -> AcceptedBodyStep:
-    """Compute state, peaks and accounts of a body at the end of the step; `deepest` is its largest penetration, m."""
-    (s, peaks, account), half = previous_step, predicted.half
-    a, push, tick = centre_acceleration(contact_sum.force, predicted.shaking), predicted.shaking, s.tick + step_ticks
-    v = plus(extrapolate(predicted.velocity, half, a), contact_sum.impulse)
-    momentum = plus(extrapolate(predicted.momentum, half, contact_sum.moment), contact_sum.twist)
+    """Compute state, peak values and balance of a body at the end of a step; `largest_penetration` is in m."""
+    (s, peaks, account), half = previous_step, predicted_body.half
+    a, push, tick = (
+        centre_acceleration(contact_sum.force, predicted_body.shaking),
+        predicted_body.shaking,
+        s.tick + step_ticks,
+    )
+    v = plus(extrapolate_vector(predicted_body.velocity, half, a), contact_sum.impulse)
+    momentum = plus(extrapolate_vector(predicted_body.momentum, half, contact_sum.moment), contact_sum.twist)
     place, turn = (
-        extrapolate(predicted.place, half, change.velocity),
-        rotate_quaternion(predicted.turn, half, change.spin),
+        extrapolate_vector(predicted_body.place, half, velocity_change.velocity),
+        rotate_quaternion(predicted_body.turn, half, velocity_change.spin),
     )
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
     torque = contact_sum.moment.z + (place.x * a.y - place.y * a.x)
-    account = BodyAccount(
+    account = BodyBalance(
         account.work + half * (account.power + power),
         account.lost + (half * (account.loss + contact_sum.loss) + contact_sum.let_go),
         account.spin
@@ -236,7 +253,7 @@ def complete_step(
     peaks = BodyPeaks(
         updated_maximum(peaks.lean, lean),
         updated_maximum(peaks.slip, x * x + y * y),
-        updated_maximum(peaks.depth, deepest),
+        updated_maximum(peaks.depth, largest_penetration),
         tick if lean < body.critical else peaks.last_upright,
     )
     return AcceptedBodyStep(
@@ -245,7 +262,7 @@ def complete_step(
             turn=turn,
             velocity=v,
             momentum=momentum,
-            spin=predicted.spin,
+            spin=predicted_body.spin,
             acceleration=a,
             moment=contact_sum.moment,
             tick=tick,

@@ -8,7 +8,7 @@ from numba import njit
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
-    BodyAccount,
+    BodyBalance,
     BodyConstants,
     BodyPeaks,
     BodyShaking,
@@ -36,7 +36,7 @@ from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (ROWS.access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
-load_account, load_course, load_limits = (ROWS.access(of).load for of in (BodyAccount, CaseProgress, TerminationLimits))
+load_account, load_course, load_limits = (ROWS.access(of).load for of in (BodyBalance, CaseProgress, TerminationLimits))
 load_shaking = ROWS.access(BodyShaking).load
 load_memory = VERTEX.access(PointBeforeAndAfter, "old").load
 VERTEX_SIZE: Final = VERTEX.size
@@ -53,7 +53,7 @@ def twice_kinetic_energy(body: BodyConstants, state: BodyState) -> float:
 
 @njit(**INLINE)
 def finite_check_sum(state: BodyState) -> float:
-    """Return a sum that is finite if position, rotation and velocity of a body are."""
+    """Return the sum of position, rotation and velocity components of a body; it is finite if all of them are."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
@@ -86,7 +86,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 @njit(**INLINE)
 def tilt_energy(body: BodyConstants, edge_distance: float, lean: float) -> float:
-    """Return the energy per mass that tilts a body over the nearest edge to `lean`, at most to the critical angle."""
+    """Return the energy per mass, m²/s², that tilts a body over its nearest edge to `lean` (sin² of the tilt)."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
@@ -99,7 +99,7 @@ def is_upright(body: BodyConstants, state: BodyState) -> bool:
 
 @njit(**INLINE)
 def will_slide_further(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
-    """True if a body will still slide or spin farther than `STILL_TO_SLIDE`; False without friction."""
+    """True if an upright body will still slide or spin farther than `STILL_TO_SLIDE`; False without friction."""
     w, f = state_angular_velocity(body, state), rotation_matrix(state.turn)
     v = plus(state.velocity, cross_product(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
@@ -109,7 +109,7 @@ def will_slide_further(body: BodyConstants, state: BodyState, edge_distance: flo
 
 @njit(**INLINE)
 def pseudo_angle(x: float, y: float) -> float:
-    """Return a measure of direction that increases with the angle, anticlockwise from x: 0 to 4, 1 per quarter."""
+    """Return a measure of the direction (x, y), 0 to 4, that increases with the anticlockwise angle from the x axis."""
     share = abs(x) / (abs(x) + abs(y))
     if y >= 0.0:
         return 1.0 - share if x >= 0.0 else 1.0 + share
@@ -117,20 +117,20 @@ def pseudo_angle(x: float, y: float) -> float:
 
 
 @njit(**INNER)
-def has_fallen(frame: Matrix, limits: TerminationLimits, fall_sectors: Any) -> bool:
+def body_has_fallen(body_axes: Matrix, termination_limits: TerminationLimits, fall_sectors: Any) -> bool:
     """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
     For `fall_sectors` see `overturning.model.solid.Solid`.
     """
-    if not frame.zz <= limits.fallen:
+    if not body_axes.zz <= termination_limits.fallen:
         return False
-    if fall_sectors.shape[0] == 0 or frame.zx * frame.zx + frame.zy * frame.zy == 0.0:
+    if fall_sectors.shape[0] == 0 or body_axes.zx * body_axes.zx + body_axes.zy * body_axes.zy == 0.0:
         return True
-    turn, k = pseudo_angle(-frame.zx, -frame.zy), 0
+    turn, k = pseudo_angle(-body_axes.zx, -body_axes.zy), 0
     while k + 1 < fall_sectors.shape[0] and turn >= fall_sectors[k + 1, 0]:
         k += 1
     return bool(
-        -((fall_sectors[k, 1] * frame.zx + fall_sectors[k, 2] * frame.zy) + fall_sectors[k, 3] * frame.zz)
+        -((fall_sectors[k, 1] * body_axes.zx + fall_sectors[k, 2] * body_axes.zy) + fall_sectors[k, 3] * body_axes.zz)
         >= fall_sectors[k, 4]
     )
 
@@ -151,7 +151,7 @@ def case_status(
     course, limits = load_course(state, lane), load_limits(state, lane)
     if not np.isfinite(finite_check_sum(s)) or peaks.depth > limits.deepest:
         return Status.UNSTABLE
-    if has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
+    if body_has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
@@ -173,7 +173,7 @@ def case_status(
 
 
 @njit(**INNER)
-def is_at_rest(
+def body_is_at_rest(
     state: Any, vertex_rows: Any, vertex_count: int, base_vertex_count: int, lane: int, rest_limit: float
 ) -> bool:
     """True if a body rests upright on all vertices of its base, and none of them slides."""
@@ -197,36 +197,38 @@ def vector_length(vector: Vector) -> float:
 
 @njit(**INNER)
 def write_case_results(
-    state: Any, vertex_rows: Any, lane: int, status: int, case_result: Any, fall_sectors: Any
+    state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_sectors: Any
 ) -> None:
     """Write the results of the case in a lane."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
     f = rotation_matrix(s.turn)
-    fallen = status == Status.SIMULATED and has_fallen(f, limits, fall_sectors)
-    case_result.fallen = 1.0 if fallen else 0.0
-    case_result.overturning_time = course.upright_until if fallen else np.nan
-    case_result.lean = max(peaks.lean, lean_measure(f))
-    case_result.peak_slip = np.sqrt(peaks.slip)
-    case_result.slip_x, case_result.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
-    case_result.peak_penetration = peaks.depth
+    fallen = status == Status.SIMULATED and body_has_fallen(f, limits, fall_sectors)
+    result_row.fallen = 1.0 if fallen else 0.0
+    result_row.overturning_time = course.upright_until if fallen else np.nan
+    result_row.lean = max(peaks.lean, lean_measure(f))
+    result_row.peak_slip = np.sqrt(peaks.slip)
+    result_row.slip_x, result_row.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
+    result_row.peak_penetration = peaks.depth
     balance = (body_energy(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
-    case_result.energy_error = abs(balance) / max(account.work, course.barrier, course.energy)
+    result_row.energy_error = abs(balance) / max(account.work, course.barrier, course.energy)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + limits.reach * limits.reach) ** 1.5)
-    case_result.angular_momentum_error = abs(angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
-    case_result.qw, case_result.qx, case_result.qy, case_result.qz = s.turn
+    result_row.angular_momentum_error = abs(angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
+    result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.turn
 
 
 @njit(**INNER)
-def record_body_motion(state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, path_row: Any) -> None:
+def record_body_motion(
+    state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+) -> None:
     """Write the motion of the body in a lane into a row of its trajectory."""
     body, s, shaking = load_body(state, lane), load_state(state, lane), load_shaking(state, lane)
-    path_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
-    path_row.x, path_row.y, path_row.z = s.place
-    path_row.qw, path_row.qx, path_row.qy, path_row.qz = s.turn
-    path_row.vx, path_row.vy, path_row.vz = s.velocity
-    path_row.wx, path_row.wy, path_row.wz = state_angular_velocity(body, s)
-    path_row.ground_x = -motion_at_tick(shaking.push_x, s.tick)
-    path_row.ground_y = -motion_at_tick(shaking.push_y, s.tick)
-    path_row.ground_z = motion_at_tick(shaking.lift, s.tick)
+    trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
+    trajectory_row.x, trajectory_row.y, trajectory_row.z = s.place
+    trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.turn
+    trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
+    trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = state_angular_velocity(body, s)
+    trajectory_row.ground_x = -motion_at_tick(shaking.push_x, s.tick)
+    trajectory_row.ground_y = -motion_at_tick(shaking.push_y, s.tick)
+    trajectory_row.ground_z = motion_at_tick(shaking.lift, s.tick)

@@ -13,8 +13,8 @@ from overturning.model.variables import BODY_VARIABLES
 
 
 @dataclass(frozen=True)
-class BodyPath:
-    """Trajectory of a body in one case."""
+class BodyTrajectory:
+    """Trajectory of a 3-D body in one case, in the frame that moves with the base."""
 
     rows: NDArray[np.void]  # samples, of type `overturning.dem.body.rules.ROW`
     cosines: tuple[float, float]  # direction cosines of its orientation, north and east
@@ -25,35 +25,37 @@ class BodyPath:
         """Return variables, coordinates and attributes of the dataset of a case, including its results."""
         cosine, sine = self.cosines
 
-        def enu(columns: FloatArray) -> FloatArray:
+        def to_enu(components: FloatArray) -> FloatArray:
             # x points towards the orientation, y 90° anticlockwise from it.
-            x, y, z = np.moveaxis(columns, -1, 0)
+            x, y, z = np.moveaxis(components, -1, 0)
             return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 
-        def of(*names: str) -> FloatArray:
-            return np.stack([self.rows[name] for name in names], axis=-1)
+        def columns(*column_names: str) -> FloatArray:
+            return np.stack([self.rows[name] for name in column_names], axis=-1)
 
-        quaternion = of("qw", "qx", "qy", "qz")
+        quaternion = columns("qw", "qx", "qy", "qz")
         w, x, y, z = quaternion.T
-        axis = enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
+        axis = to_enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
         variables = {
-            "place": variable_spec("time enu", enu(of("x", "y", "z")), "m", "centre, in the frame of the base"),
+            "place": variable_spec("time enu", to_enu(columns("x", "y", "z")), "m", "centre, in the frame of the base"),
             "quaternion": variable_spec(
                 "time wxyz",
-                np.concatenate([quaternion[:, :1], enu(quaternion[:, 1:])], axis=1),
+                np.concatenate([quaternion[:, :1], to_enu(quaternion[:, 1:])], axis=1),
                 "1",
                 "rotation from the pose at rest",
             ),
             "velocity": variable_spec(
-                "time enu", enu(of("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
+                "time enu", to_enu(columns("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
             ),
-            "angular_velocity": variable_spec("time enu", enu(of("wx", "wy", "wz")), "rad s-1", "angular velocity"),
+            "angular_velocity": variable_spec(
+                "time enu", to_enu(columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
+            ),
             "tilt_north": variable_spec("time", axis[:, 1], "1", "northward component of the body's axis"),
             "tilt_east": variable_spec("time", axis[:, 0], "1", "eastward component of the body's axis"),
             "ground_acceleration": variable_spec(
-                "time enu", enu(of("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
+                "time enu", to_enu(columns("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
             ),
-            "outline": variable_spec("corner enu", enu(self.corners), "m", "corners at rest, from the centre"),
+            "outline": variable_spec("corner enu", to_enu(self.corners), "m", "corners at rest, from the centre"),
             "edges": (("edge", "end"), self.edges),
         }
         for item in BODY_VARIABLES:

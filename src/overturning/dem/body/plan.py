@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.path import BodyPath
+from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables
-from overturning.dem.body.rules import BodyKernelInput, RimBodies, VertexBodies
+from overturning.dem.body.rules import BodyKernelInput, RimBodyMarker, VertexBodyMarker
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
-    largest_unit_eigenvalue,
+    largest_unit_spring_eigenvalue,
     pose_at_rest,
-    smallest_unit_eigenvalue,
-    unloading_limits,
+    smallest_unit_spring_eigenvalue,
+    vertex_unloading_limits,
 )
 from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
@@ -37,8 +37,8 @@ from overturning.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyPlan(SimulationPlan):
-    """Plan for n cases of a single 3-D body."""
+class BodySimulationPlan(SimulationPlan):
+    """Plan of the simulation of n cases of a single 3-D body."""
 
     split_long_queues: ClassVar[bool] = True
     result_dtype: ClassVar[Any] = RESULT
@@ -55,13 +55,13 @@ class BodyPlan(SimulationPlan):
 
     @property
     def queue_group(self) -> NDArray[np.int64]:
-        """Index of the queue of each case; cases with equal step lengths, also at rest, share one."""
+        """Queue number of each case, shape (n,); cases with equal step lengths, moving and at rest, share a queue."""
         return group_equal_cases(self.steps, self.table["standing"])
 
     @property
-    def kind(self) -> Any:
-        """Marker whose type selects the kernel's loops: `RimBodies` for round bases, else `VertexBodies`."""
-        return RimBodies() if self.solids[0].radius > 0 else VertexBodies()
+    def body_marker(self) -> Any:
+        """Marker whose type selects the compiled loops: `RimBodyMarker` for round bases, else `VertexBodyMarker`."""
+        return RimBodyMarker() if self.solids[0].radius > 0 else VertexBodyMarker()
 
     @property
     def vertical_ground(self) -> FloatArray:
@@ -80,7 +80,7 @@ class BodyPlan(SimulationPlan):
         queued["cases"]["settled"] *= step_divisor
         return BodyKernelInput(
             **queued,
-            kind=self.kind,
+            body_marker=self.body_marker,
             bodies=self.bodies,
             points=self.points,
             base=self.solids[0].base,
@@ -90,13 +90,13 @@ class BodyPlan(SimulationPlan):
     def case_variables(
         self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Convert the kernel's results to outcome variables."""
+        """Return the outcome variables of cases by name, each of shape (cases,), from the kernel's results."""
         faces = [self.solids[index].faces for index in self.table["body"][case_numbers]]
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         return outcome_variables(filled_tables["results"], orientation, self.cosines[case_numbers], faces)
 
     def rest_rows(self, sample_count: int) -> NDArray[np.void]:
-        """Return the first `sample_count` rows of a path with the body at rest."""
+        """Return the trajectory of a body at rest in the first `sample_count` samples, one row per sample."""
         rows, case = super().rest_rows(sample_count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
@@ -104,14 +104,14 @@ class BodyPlan(SimulationPlan):
         rows["ground_z"] = self.vertical_ground[:sample_count] * case["amplitude"]
         return rows
 
-    def convert_path(self, path_rows: NDArray[np.void]) -> BodyPath:
-        """Return the trajectory of the only case."""
+    def convert_path(self, path_rows: NDArray[np.void]) -> BodyTrajectory:
+        """Convert the rows that the kernel recorded for the only case to its trajectory."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
-        return BodyPath(path_rows, (cosine, sine), *self.model.shape.outline(*size))
+        return BodyTrajectory(path_rows, (cosine, sine), *self.model.shape.outline(*size))
 
 
-def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
+def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodySimulationPlan:
     """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
     shape, contact, start = model.shape, model.contact, model.start
     if parse_scheme(numerics.scheme) != Scheme.CENTRED:
@@ -127,7 +127,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     )
     made = [shape.solid(*(float(value) for value in size)) for size in sizes]
     laws = np.array([contact.constants_per_mass(body) for body in made])
-    modes = np.array([largest_unit_eigenvalue(body) for body in made])
+    modes = np.array([largest_unit_spring_eigenvalue(body) for body in made])
     foot, reach = np.array([body.centre_height for body in made]), np.array([body.min_edge_distance for body in made])
     base = made[0].base
     check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
@@ -153,7 +153,8 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         )
         calm = quiet.astype(np.float64)
         slowest, unloads = (
-            np.array([function(body) for body in made]) for function in (smallest_unit_eigenvalue, unloading_limits)
+            np.array([function(body) for body in made])
+            for function in (smallest_unit_spring_eigenvalue, vertex_unloading_limits)
         )
         stiffer = np.maximum(laws[which, 0], laws[which, 1])
         rings = dynamic_overshoot_bound(
@@ -183,11 +184,11 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     poses = [pose_at_rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
     sunk = np.array([_deepest_penetration(body, pose) for body, pose in zip(made, poses, strict=True)])
     if start is None:
-        table["start"] = np.array([_start_at_rest(pose) for pose in poses])[which]
+        table["start"] = np.array([_initial_conditions_at_rest(pose) for pose in poses])[which]
     else:
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = _body_tables(made)
-    return BodyPlan(
+    return BodySimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
         stays_at_rest=stays_at_rest,
@@ -202,7 +203,7 @@ def _clock_settings(
     sampling_interval: float,
     rocking_time: FloatArray,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the number of whole steps in a sample, and the clock settings (`Clock`) of each case.
+    """Return the number of whole steps per sample and the step control settings (`Clock`), each of shape (n,).
 
     `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time` 1/p (s), each
     of shape (n,).
@@ -238,7 +239,10 @@ def _clock_settings(
 
 
 def _base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return row and direction cosines of each case, and the base acceleration along x and y for each row, m/s²."""
+    """Return the motion row and direction cosines of each case, and the base acceleration of each row, m/s².
+
+    Shapes (n,), (n, 2) and (rows, 2, samples + 3); the acceleration has components along x and y.
+    """
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))
     cosines = np.array([direction_cosines(float(value)) for value in distinct])
@@ -248,23 +252,26 @@ def _base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64]
     return row, cosines[row], along
 
 
-def _deepest_penetration(body: Solid, pose: FloatArray) -> float:
+def _deepest_penetration(body: Solid, rest_pose: FloatArray) -> float:
     """Return the penetration of the deepest vertex of the base in the pose at rest, m."""
     x, y = body.points[: body.base, :2].T
-    return float(np.max(body.centre_height - pose[2] - (pose[3] * y - pose[4] * x)))
+    return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
 
 
-def _start_at_rest(pose: FloatArray) -> NDArray[np.void]:
+def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
     """Convert the pose of a body at rest to initial conditions of type `START`."""
-    half = 0.5 * pose[3:]
+    half = 0.5 * rest_pose[3:]
     begin = np.zeros((), START)
-    begin["x"], begin["y"], begin["z"] = pose[:3]
+    begin["x"], begin["y"], begin["z"] = rest_pose[:3]
     begin["qw"], begin["qx"], begin["qy"], begin["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))
     return begin
 
 
 def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's table of bodies and the table of their vertices; an odd number is padded at the centre."""
+    """Return the kernel's table of bodies, and their vertices, m, shape (bodies, vertices, 3).
+
+    An odd number of vertices is padded with a vertex at the centre of the body.
+    """
     count = len(solids[0].points)
     points, table = np.zeros((len(solids), count + count % 2, 3)), np.zeros(len(solids), BODY)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}

@@ -11,7 +11,10 @@ from overturning.model.variables import INT8_MISSING
 
 
 def outcome_variables(
-    kernel_results: NDArray[np.void], orientation_deg: FloatArray, cosines: FloatArray, faces: list[FloatArray]
+    kernel_results: NDArray[np.void],
+    orientation_deg: FloatArray,
+    orientation_cosines: FloatArray,
+    face_normals: list[FloatArray],
 ) -> dict[str, Any]:
     """Return the outcome variables and ``block_steps`` of n cases.
 
@@ -21,9 +24,9 @@ def outcome_variables(
         Results of the kernel, of type `overturning.dem.body.rules.RESULT`, shape (n,).
     orientation_deg : ndarray
         Orientation of each case, degrees, shape (n,).
-    cosines : ndarray
+    orientation_cosines : ndarray
         Direction cosines of the orientation, north and east, shape (n, 2).
-    faces : list of ndarray
+    face_normals : list of ndarray
         Outward normals of the faces of each body at rest, shape (faces, 3).
     """
     w, x, y, z = (kernel_results[name] for name in ("qw", "qx", "qy", "qz"))
@@ -44,13 +47,13 @@ def outcome_variables(
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
                 _lowest_face(side, one) if is_down and len(side) else INT8_MISSING
-                for side, one, is_down in zip(faces, np.stack([w, x, y, z], axis=1), fell, strict=True)
+                for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": _rounded_degrees(tilt),
             "overturning_time": np.where(fell, kernel_results["overturning_time"], np.nan),
             "peak_slip": kernel_results["peak_slip"],
-            "residual_slip_north": slip_x * cosines[:, 0] + slip_y * cosines[:, 1],
-            "residual_slip_east": slip_x * cosines[:, 1] - slip_y * cosines[:, 0],
+            "residual_slip_north": slip_x * orientation_cosines[:, 0] + slip_y * orientation_cosines[:, 1],
+            "residual_slip_east": slip_x * orientation_cosines[:, 1] - slip_y * orientation_cosines[:, 0],
             "residual_twist": np.where(fell, np.nan, twist),
             "peak_penetration": kernel_results["peak_penetration"],
             "energy_error": kernel_results["energy_error"],
@@ -65,12 +68,12 @@ def _rounded_degrees(radians: FloatArray) -> FloatArray:
     return np.asarray(np.round(np.degrees(radians), 9))
 
 
-def _lowest_face(faces: FloatArray, quaternion: FloatArray) -> int:
-    """Return the index of the face whose normal points most nearly down."""
+def _lowest_face(face_normals: FloatArray, quaternion: FloatArray) -> int:
+    """Return the index of the face whose normal points most nearly down after the rotation of the body."""
     w, x, y, z = quaternion
     down = -(
-        2.0 * (x * z - w * y) * faces[:, 0]
-        + 2.0 * (y * z + w * x) * faces[:, 1]
-        + (1.0 - 2.0 * (x * x + y * y)) * faces[:, 2]
+        2.0 * (x * z - w * y) * face_normals[:, 0]
+        + 2.0 * (y * z + w * x) * face_normals[:, 1]
+        + (1.0 - 2.0 * (x * x + y * y)) * face_normals[:, 2]
     )
     return int(np.argmax(np.round(down, 9)))

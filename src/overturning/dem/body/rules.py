@@ -11,13 +11,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.centred_loops import sample_loops
+from overturning.dem.body.centred_loops import sample_step_loop
 from overturning.dem.body.ending import (
     angular_momentum_about_origin,
     body_energy,
+    body_is_at_rest,
     case_status,
     finite_check_sum,
-    is_at_rest,
     record_body_motion,
     write_case_results,
 )
@@ -65,24 +65,24 @@ from overturning.dem.kernel.queue import QueueSettings, lookup_by_type, path_wit
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-class VertexBodies(NamedTuple):
-    """Marker of bodies with vertices; its type selects their loops."""
+class VertexBodyMarker(NamedTuple):
+    """Marker type for bodies with vertices; from it the compiler chooses the loops written for them."""
 
     round: bool = False
 
 
-class RimBodies(NamedTuple):
-    """Marker of bodies with a rim; its type selects their loops."""
+class RimBodyMarker(NamedTuple):
+    """Marker type for bodies with a round rim; from it the compiler chooses the loops written for them."""
 
     round: bool = True
 
 
-LOOPS: Final = {VertexBodies: sample_loops(False), RimBodies: sample_loops(True)}
+LOOPS: Final = {VertexBodyMarker: sample_step_loop(False), RimBodyMarker: sample_step_loop(True)}
 """Function that computes the steps of a sample, by the type of the marker."""
 
 
 class BodyKernelInput(NamedTuple):
-    """Input of the kernel for cases of 3-D bodies, all with the same numbers of steps per sample and of vertices."""
+    """Kernel input for cases of 3-D bodies that all have as many steps per sample and as many vertices."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -91,7 +91,7 @@ class BodyKernelInput(NamedTuple):
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT`, shape (n,)."""
     ground: Ground
-    kind: Any
+    body_marker: Any
     """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
     """Constants of the bodies, of type `BODY`, shape (bodies,)."""
@@ -104,7 +104,7 @@ class BodyKernelInput(NamedTuple):
 
 
 class BodyWorkspace(NamedTuple):
-    """Working memory of a queue of bodies."""
+    """Arrays in which the kernel computes a queue of cases of 3-D bodies."""
 
     state: Any
     """Rows of the bodies, followed by those of the vertices."""
@@ -128,55 +128,75 @@ REST_LIMIT, AT_REST = ROWS.row(RestState, "rest_limit"), ROWS.row(RestState, "at
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
-loops_of = lookup_by_type(LOOPS)
+loop_of = lookup_by_type(LOOPS)
 """Return the loops of bodies, selected by the type of their marker."""
 
 
-def allocate_workspace(inputs: Any) -> Any:
-    """Allocate the state rows of all cases that are computed together, and the rows of their vertices."""
-    state = aligned_zeros(NUMBERS * COLUMNS + inputs.points.shape[1] * OF_A_VERTEX)
+def allocate_workspace(kernel_input: Any) -> Any:
+    """Allocate the arrays for the bodies, and their vertices, in all lanes (one lane: one case in progress)."""
+    state = aligned_zeros(NUMBERS * COLUMNS + kernel_input.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
-def start_case(inputs: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load a case into a lane, in its initial state."""
-    given = inputs.cases[case]
-    body, points, interval = inputs.bodies[given.body], inputs.points[given.body], inputs.settings.interval
-    initialise_lane(workspace.state, workspace.vertices, lane, given, body, points, interval, inputs.settings.ticks)
+def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
+    """Load a case of a 3-D body into a lane, in its initial state."""
+    given = kernel_input.cases[case]
+    body, points, interval = (
+        kernel_input.bodies[given.body],
+        kernel_input.points[given.body],
+        kernel_input.settings.interval,
+    )
+    initialise_lane(
+        workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks
+    )
 
 
 @njit(**INNER)
 def initialise_lane(
-    state: Any, vertex_rows: Any, lane: int, case: Any, solid: Any, points: Any,
+    state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
-    """Load the initial state of a case into a lane."""
+    """Store constants and initial state of a body, and of its vertices, in the columns of a lane."""
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
-    ks, at = case.tangential, case.start
+    ks, at = case_parameters.tangential, case_parameters.start
     body = BodyConstants(
-        inverse=SymmetricMatrix(solid.ixx, solid.iyy, solid.izz, solid.ixy, solid.ixz, solid.iyz),
-        inertia=SymmetricMatrix(solid.axx, solid.ayy, solid.azz, solid.axy, solid.axz, solid.ayz),
-        foot=solid.foot,
-        radius=solid.radius,
-        stiffness=case.stiffness,
+        inverse=SymmetricMatrix(
+            body_constants.ixx,
+            body_constants.iyy,
+            body_constants.izz,
+            body_constants.ixy,
+            body_constants.ixz,
+            body_constants.iyz,
+        ),
+        inertia=SymmetricMatrix(
+            body_constants.axx,
+            body_constants.ayy,
+            body_constants.azz,
+            body_constants.axy,
+            body_constants.axz,
+            body_constants.ayz,
+        ),
+        foot=body_constants.foot,
+        radius=body_constants.radius,
+        stiffness=case_parameters.stiffness,
         tangential=ks,
         compliance=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot=case.dashpot,
-        friction=case.friction,
-        critical=solid.critical,
-        ends=solid.ends,
+        dashpot=case_parameters.dashpot,
+        friction=case_parameters.friction,
+        critical=body_constants.critical,
+        ends=body_constants.ends,
         step=sampling_interval / ticks_per_sample,
-        landing=LANDING * case.dashpot / case.stiffness,
-        tilting=0.0 if case.friction * solid.foot <= solid.reach else 1.0,
+        landing=LANDING * case_parameters.dashpot / case_parameters.stiffness,
+        tilting=0.0 if case_parameters.friction * body_constants.foot <= body_constants.reach else 1.0,
     )
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
     v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), rotation_matrix(turn)
     # Acceleration and moment from gravity and springs at the start.
     az, mx, my = -GRAVITY, 0.0, 0.0
-    for i in range(points.shape[0]):
+    for i in range(vertex_positions.shape[0]):
         one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
-        own = Vector(points[i, 0], points[i, 1], points[i, 2])
+        own = Vector(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
         arm = matrix_times_vector(f, own)
         store_vertex(one, lane, BodyVertex(own))
         # Velocity is stored for points of a rim, position for vertices.
@@ -199,42 +219,60 @@ def initialise_lane(
         tick=0.0,
     )
     store_body(state, lane, body)
-    store_clock(state, lane, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
+    clock = Clock(case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled)
+    store_clock(state, lane, clock)
     store_state(state, lane, begin)
-    store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
+    store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
     store_peaks(state, lane, BodyPeaks(lean_measure(f), 0.0, 0.0, -1.0))
-    barrier = GRAVITY * (np.sqrt(solid.reach * solid.reach + solid.foot * solid.foot) - solid.foot)
+    barrier = GRAVITY * (
+        np.sqrt(body_constants.reach * body_constants.reach + body_constants.foot * body_constants.foot)
+        - body_constants.foot
+    )
     store_course(state, lane, CaseProgress(
-        case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval,
-        body_energy(body, begin, vertex_rows, points.shape[0], lane), barrier,
+        case_parameters.amplitude, case_parameters.first, case_parameters.calm, case_parameters.after,
+        case_parameters.first * sampling_interval,
+        body_energy(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
     ))  # fmt: skip
-    state[REST_LIMIT + lane] = case.rest_limit
+    state[REST_LIMIT + lane] = case_parameters.rest_limit
     store_limits(state, lane, TerminationLimits(
-        angular_momentum_about_origin(begin), solid.reach, solid.fallen, solid.deepest, case.steady
+        angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen, body_constants.deepest,
+        case_parameters.steady,
     ))  # fmt: skip
 
 
 @njit(**INNER)
-def angular_momentum(a: SymmetricMatrix, f: Matrix, w: Vector) -> Vector:
-    """Return the angular momentum of a body in space; `a` is its inverse inertia, `f` its axes, `w` its rate."""
+def angular_momentum(inverse_inertia: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector) -> Vector:
+    """Return the angular momentum of a body per mass, m²/s, in space.
+
+    `inverse_inertia` is in the axes of the body, 1/m², and `angular_velocity` in space, rad/s.
+    """
+    a = inverse_inertia
     cofactors = SymmetricMatrix(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
     )  # fmt: skip
-    inverse = 1.0 / ((a.xx * cofactors.xx + a.xy * cofactors.xy) + a.xz * cofactors.xz)
+    inverse = 1.0 / (
+        (inverse_inertia.xx * cofactors.xx + inverse_inertia.xy * cofactors.xy) + inverse_inertia.xz * cofactors.xz
+    )
     return matrix_times_vector(
-        f, scale_vector(inverse, matrix_times_vector(full_matrix(cofactors), matrix_times_vector(transpose(f), w)))
+        body_axes,
+        scale_vector(
+            inverse,
+            matrix_times_vector(full_matrix(cofactors), matrix_times_vector(transpose(body_axes), angular_velocity)),
+        ),
     )
 
 
-def load_sample_motion(inputs: Any, workspace: Any, cases: Any, lane_count: int) -> None:
-    """Begin a sample: normalise the rotations and load the base motion."""
-    load_next_sample(workspace.state, lane_count, inputs.row, cases, inputs.ground, inputs.settings)
+def load_sample_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+    """Begin a sample: scale the rotation quaternions to length 1 and load the base motion of each lane."""
+    load_next_sample(
+        workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
+    )
 
 
 @njit(**INNER)
 def load_next_sample(
-    state: Any, lane_count: int, motion_rows: Any, cases: Any, ground: Any, settings: QueueSettings
+    state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground: Any, settings: QueueSettings
 ) -> None:
     """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
     along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
@@ -254,56 +292,73 @@ def load_next_sample(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         # A base that accelerates one way pushes the body the other way.
-        push_x = motion_over_sample(along[motion_rows[cases[j]], 0], i, -course.amplitude, scale)
-        push_y = motion_over_sample(along[motion_rows[cases[j]], 1], i, -course.amplitude, scale)
+        push_x = motion_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
+        push_y = motion_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
         store_shaking(state, j, BodyShaking(push_x, push_y, motion_over_sample(up, i, course.amplitude, scale)))
 
 
-def advance_one_sample(inputs: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
-    """Compute the steps of a sample; record the first lane at its start, if time has passed since the last row."""
+def advance_one_sample(
+    kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
+) -> tuple[Any, int]:
+    """Compute the steps of a sample in all lanes; record the first lane's body at its start, if not yet recorded."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
-    settings, kind, count, base = inputs.settings, inputs.kind, inputs.points.shape[1], inputs.base
-    if path.shape[0] > 0:
-        path = path_with_room(path, recorded_rows + 1, settings.max_rows)
-        if path.shape[0] == recorded_rows:
-            return path, -1
-        record_body_motion(workspace.state, 0, settings.interval, settings.ticks, path[recorded_rows])
-        recorded_rows += 1 if recorded_rows == 0 or path[recorded_rows].time > path[recorded_rows - 1].time else 0
-    loops_of(kind)(
-        kind, workspace.state, workspace.vertices, count, base, lane_count, settings.steps_per_check, settings.ticks
+    settings, marker, count, base = (
+        kernel_input.settings,
+        kernel_input.body_marker,
+        kernel_input.points.shape[1],
+        kernel_input.base,
     )
-    return path, recorded_rows
+    if trajectory.shape[0] > 0:
+        trajectory = path_with_room(trajectory, recorded_row_count + 1, settings.max_rows)
+        if trajectory.shape[0] == recorded_row_count:
+            return trajectory, -1
+        record_body_motion(workspace.state, 0, settings.interval, settings.ticks, trajectory[recorded_row_count])
+        recorded_row_count += (
+            1
+            if recorded_row_count == 0 or trajectory[recorded_row_count].time > trajectory[recorded_row_count - 1].time
+            else 0
+        )
+    loop_of(marker)(
+        marker, workspace.state, workspace.vertices, count, base, lane_count, settings.steps_per_check, settings.ticks
+    )
+    return trajectory, recorded_row_count
 
 
-def mark_ending_lanes(inputs: Any, workspace: Any, active_count: int, marks: Any) -> int:
-    """Mark the lanes whose case may have ended, and count them."""
+def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
+    """Set a mark for each lane whose case may have ended, and return the number of marked lanes."""
     return mark_possibly_ended(
-        workspace.state, active_count, marks, inputs.settings.ticks, float(inputs.settings.samples)
+        workspace.state,
+        active_lane_count,
+        lane_marks,
+        kernel_input.settings.ticks,
+        float(kernel_input.settings.samples),
     )
 
 
 @njit(**INNER)
-def mark_possibly_ended(state: Any, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float) -> int:
-    """Mark and count lanes that fell, failed, or are past the samples in which the motion can move their body."""
+def mark_possibly_ended(
+    state: Any, active_lane_count: int, lane_marks: Any, ticks_per_sample: float, last_sample: float
+) -> int:
+    """Mark and count lanes whose body fell, whose case failed, or whose remaining motion cannot move the body."""
     count = 0.0
-    for j in range(active_count):
+    for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
         sound = (rotation_matrix(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
-        marks[j] = (
+        lane_marks[j] = (
             0.0
             if cannot_end_yet(load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound)
             else 1.0
         )
-    for j in range(active_count):
-        count += marks[j]
+    for j in range(active_lane_count):
+        count += lane_marks[j]
     return int(count)
 
 
 @njit(**INNER)
-def mark_possibly_at_rest(state: Any, active_count: int) -> int:
-    """Mark and count lanes whose body may be at rest: a quick test that every body at rest passes."""
+def mark_possibly_at_rest(state: Any, active_lane_count: int) -> int:
+    """Mark the lanes whose body may be at rest, and count them: a quick test that every body at rest passes."""
     number = 0
-    for j in range(active_count):
+    for j in range(active_lane_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
         v, a, most = s.velocity, s.acceleration, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
@@ -314,35 +369,45 @@ def mark_possibly_at_rest(state: Any, active_count: int) -> int:
     return number
 
 
-def skip_quiet_samples(inputs: Any, workspace: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
-    """Skip, for bodies at rest, the samples in which the motion cannot move them."""
-    settings, state, ground, row, base = inputs.settings, workspace.state, inputs.ground, inputs.row, inputs.base
-    count = inputs.points.shape[1]
-    if mark_possibly_at_rest(state, active_count) == 0:
+def skip_quiet_samples(
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts: Any
+) -> None:
+    """Skip, in lanes whose body is at rest, the samples in which the base motion cannot move the body."""
+    settings, state, ground, row, base = (
+        kernel_input.settings,
+        workspace.state,
+        kernel_input.ground,
+        kernel_input.row,
+        kernel_input.base,
+    )
+    count = kernel_input.points.shape[1]
+    if mark_possibly_at_rest(state, active_lane_count) == 0:
         return
-    for j in range(active_count):
+    for j in range(active_lane_count):
         course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks)
         rest_limit = state[REST_LIMIT + j]
         now = course.sample + over
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
-        quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, rest_limit)
-        if quiet and is_at_rest(state, workspace.vertices, count, base, j, rest_limit):
-            samples = count_skippable_samples(ground, row[cases[j]], now, course.amplitude, rest_limit)
+        quiet = quiet and below_rest_threshold(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
+        if quiet and body_is_at_rest(state, workspace.vertices, count, base, j, rest_limit):
+            samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
-            skipped_samples[j] += samples
+            skipped_sample_counts[j] += samples
 
 
-def lane_end_status(inputs: Any, workspace: Any, lane: int, case: int) -> int:
+def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
-    end, sectors = float(inputs.settings.samples), inputs.sectors[inputs.cases[case].body]
-    return case_status(workspace.state, workspace.vertices, inputs.base, lane, inputs.settings.ticks, end, sectors)
+    end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
+    return case_status(
+        workspace.state, workspace.vertices, kernel_input.base, lane, kernel_input.settings.ticks, end, sectors
+    )
 
 
-def write_lane_results(inputs: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in a lane."""
-    sectors = inputs.sectors[inputs.cases[case].body]
-    write_case_results(workspace.state, workspace.vertices, lane, status, inputs.results[case], sectors)
+    sectors = kernel_input.sectors[kernel_input.cases[case].body]
+    write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
 
 
 register_implementations(

@@ -90,7 +90,7 @@ class BodyState(NamedTuple):
 
 
 class BodyVertex(NamedTuple):
-    """Vertex of a body, in the axes of the body."""
+    """Position of a vertex of a body."""
 
     own: Vector
     """Position from the centre in the body's own axes, m."""
@@ -129,7 +129,7 @@ IN_THE_AIR: Final = -1e300
 
 
 class BaseContactState(NamedTuple):
-    """Contact of a body's base with the ground."""
+    """Contact state of a body's base: its lowest and highest vertex, and the remaining times of a flat landing."""
 
     low: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
@@ -146,7 +146,7 @@ class BaseContactState(NamedTuple):
 
 
 class BodyPeaks(NamedTuple):
-    """Largest lean, squared slip (m²) and penetration (m) so far; last tick below the critical angle (−1: none)."""
+    """Largest lean, squared slip (m²) and penetration (m) of a body; last tick below its critical angle, or −1."""
 
     lean: float
     slip: float
@@ -154,8 +154,8 @@ class BodyPeaks(NamedTuple):
     last_upright: float
 
 
-class BodyAccount(NamedTuple):
-    """Accounts per mass: work of the base and losses (m²/s²), vertical angular momentum supplied (m²/s).
+class BodyBalance(NamedTuple):
+    """Balance of a body per mass: work of the base, losses (m²/s²), and vertical angular momentum supplied (m²/s).
 
     `power`, `loss` and `torque` are the rates of these at the last step. The angular momentum is about the origin.
     """
@@ -180,13 +180,13 @@ class BodyShaking(NamedTuple):
 
 
 class LoadedSample(NamedTuple):
-    """Sample whose base motion is loaded in a lane, counted from 1; 0 if none is."""
+    """Number of the sample whose base motion is loaded in a lane, counted from 1; 0 if none is loaded."""
 
     sample: float
 
 
 class TerminationLimits(NamedTuple):
-    """Limits that terminate a case, next to its `CaseProgress`."""
+    """Limits at which the case of a body ends or fails, in addition to those in `CaseProgress`."""
 
     spin: float
     """Vertical angular momentum about the origin at the start, per mass, m²/s."""
@@ -232,14 +232,14 @@ class PredictedPoint(NamedTuple):
 
 
 class StepRejection(NamedTuple):
-    """1 if the last step was rejected (`again`); 1 if the next attempt keeps its assumptions (`sooner`); else 0."""
+    """Two flags, 1 or 0: the last step was rejected (`again`); the next attempt keeps its assumptions (`sooner`)."""
 
     again: float
     sooner: float
 
 
 class PredictedBody(NamedTuple):
-    """Predicted state at the end of a step of the centred scheme, before the equations are solved."""
+    """Predicted state of a body at the end of a step of the centred scheme, before the equations are solved."""
 
     place: Vector
     turn: Quaternion
@@ -258,7 +258,7 @@ class PredictedBody(NamedTuple):
 
 
 class ContactEquations(NamedTuple):
-    """Sum over contact points: forces and moments at the predicted end, and their derivatives by velocities."""
+    """Terms of contact points in the equations of a step: forces, moments, and their derivatives by the velocities."""
 
     force: Vector
     moment: Vector
@@ -272,15 +272,15 @@ class ContactEquations(NamedTuple):
     """Moment by angular velocity."""
 
 
-class BodyChange(NamedTuple):
-    """Correction of the predicted velocity (m/s) and angular velocity (rad/s) by the solution."""
+class BodyVelocityChange(NamedTuple):
+    """Correction of a body's predicted velocity (m/s) and angular velocity (rad/s), from the equations of the step."""
 
     velocity: Vector
     spin: Vector
 
 
-class ContactSum(NamedTuple):
-    """Sum over all contact points at the solution, per mass."""
+class ContactForceSum(NamedTuple):
+    """Sum of the contact forces and moments of a body over its contact points at the end of a step, per mass."""
 
     force: Vector
     moment: Vector
@@ -294,8 +294,8 @@ class ContactSum(NamedTuple):
     """Energy released by springs, m²/s²."""
 
 
-class LargestFindings(NamedTuple):
-    """Largest value of each finding over all contact points; 0 or less if no point has it."""
+class LargestPointFindings(NamedTuple):
+    """Findings on an attempted step, each the largest value over all contact points; 0 or less if no point has it."""
 
     changed: float
     """Above 0 if a contact opened or closed."""
@@ -314,18 +314,19 @@ class LargestFindings(NamedTuple):
 
 
 ROWS: Final = RowLayout(
-    COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyAccount, BodyShaking,
+    COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyBalance, BodyShaking,
     LoadedSample, CaseProgress, TerminationLimits, StepAttempt, StepRejection, PredictedBody, ContactEquations,
-    BodyChange, ContactSum, LargestFindings, RestState,
+    BodyVelocityChange, ContactForceSum, LargestPointFindings, RestState,
 )  # fmt: skip
 VERTEX: Final = RowLayout(COLUMNS, BodyVertex, PointBeforeAndAfter, PredictedPoint)
 
 
 @njit(**INLINE)
-def angular_velocity(body: BodyConstants, frame: Matrix, momentum: Vector) -> Vector:
-    """Return the angular velocity in space, rad/s, from the angular momentum; `frame` holds the body's axes."""
+def angular_velocity(body: BodyConstants, body_axes: Matrix, angular_momentum: Vector) -> Vector:
+    """Return the angular velocity in space, rad/s, from the angular momentum; `body_axes` holds the body's axes."""
     return matrix_times_vector(
-        frame, matrix_times_vector(full_matrix(body.inverse), matrix_times_vector(transpose(frame), momentum))
+        body_axes,
+        matrix_times_vector(full_matrix(body.inverse), matrix_times_vector(transpose(body_axes), angular_momentum)),
     )
 
 
@@ -336,7 +337,7 @@ def state_angular_velocity(body: BodyConstants, state: BodyState) -> Vector:
 
 
 @njit(**INLINE)
-def lean_measure(frame: Matrix) -> float:
+def lean_measure(body_axes: Matrix) -> float:
     """Return the lean of a body: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
-    square = frame.xz * frame.xz + frame.yz * frame.yz
-    return square if frame.zz > 0.0 else 2.0 - square
+    square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
+    return square if body_axes.zz > 0.0 else 2.0 - square

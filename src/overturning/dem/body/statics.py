@@ -33,7 +33,7 @@ def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
     return np.array([0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
 
 
-def largest_unit_eigenvalue(body: Solid) -> float:
+def largest_unit_spring_eigenvalue(body: Solid) -> float:
     """Return the largest eigenvalue of a body on equal isotropic springs, for unit stiffness of a spring per mass.
 
     Each further spring only raises it: the body has a higher frequency on all vertices of a face than on an edge or a
@@ -44,13 +44,16 @@ def largest_unit_eigenvalue(body: Solid) -> float:
     return max(highest_eigenvalue(_unit_stiffness_matrix(body, face)) for face in faces)
 
 
-def smallest_unit_eigenvalue(body: Solid) -> float:
-    """Return the smallest eigenvalue of a body upright on all vertices of its base; see `largest_unit_eigenvalue`."""
+def smallest_unit_spring_eigenvalue(body: Solid) -> float:
+    """Return the smallest eigenvalue of a body upright on unit springs at all vertices of its base.
+
+    See `largest_unit_spring_eigenvalue`.
+    """
     return lowest_eigenvalue(_unit_stiffness_matrix(body, np.arange(body.base)))
 
 
-def unloading_limits(body: Solid) -> tuple[float, float]:
-    """Return the acceleration that unloads the first vertex of the base, and the smallest vertex load over the mean.
+def vertex_unloading_limits(body: Solid) -> tuple[float, float]:
+    """Return the acceleration that unloads a base vertex, and the smallest vertex load as a share of the mean load.
 
     The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
     body at rest. Both are 0 if a vertex carries no load at rest.
@@ -68,8 +71,8 @@ def unloading_limits(body: Solid) -> tuple[float, float]:
     return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)
 
 
-def _unit_stiffness_matrix(body: Solid, vertices: NDArray[np.int64]) -> FloatArray:
-    """Return the stiffness matrix of unit isotropic springs at vertices of a body, scaled to unit masses."""
+def _unit_stiffness_matrix(body: Solid, vertex_indices: NDArray[np.int64]) -> FloatArray:
+    """Return the stiffness matrix of unit springs at vertices of a body, scaled to unit masses, shape (6, 6)."""
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
     c00 = math.sqrt(inertia[0, 0])
@@ -79,7 +82,7 @@ def _unit_stiffness_matrix(body: Solid, vertices: NDArray[np.int64]) -> FloatArr
     c22 = math.sqrt(inertia[2, 2] - c20 * c20 - c21 * c21)
     root = np.array([[c00, 0.0, 0.0], [c10, c11, 0.0], [c20, c21, c22]])
     matrix = np.zeros((6, 6))
-    for x, y, z in body.points[vertices]:
+    for x, y, z in body.points[vertex_indices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
         each = np.concatenate([np.eye(3), _multiply_by_inverse_root(turn, root)], axis=1)
@@ -87,10 +90,10 @@ def _unit_stiffness_matrix(body: Solid, vertices: NDArray[np.int64]) -> FloatArr
     return matrix
 
 
-def _multiply_by_inverse_root(rows: FloatArray, root: FloatArray) -> FloatArray:
-    """Multiply rows by the inverse of the transposed lower triangular root, by substitution."""
+def _multiply_by_inverse_root(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
+    """Return A C⁻ᵀ, shape (3, 3), for a matrix A and the lower triangular root C of an inertia tensor."""
     out = np.zeros((3, 3))
     for k in range(3):
-        known = sum((out[:, i] * root[k, i] for i in range(k)), start=np.zeros(3))
-        out[:, k] = (rows[:, k] - known) / root[k, k]
+        known = sum((out[:, i] * inertia_root[k, i] for i in range(k)), start=np.zeros(3))
+        out[:, k] = (matrix[:, k] - known) / inertia_root[k, k]
     return out

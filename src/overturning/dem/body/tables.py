@@ -9,7 +9,7 @@ from overturning.dem.kernel.tuples import table_dtype
 
 
 class StartColumns(NamedTuple):
-    """Columns of the initial pose and velocities; components are along the axes of the body's frame."""
+    """Columns of the initial pose and velocities of a body; components along the axes of its frame (x, y, z)."""
 
     x: float
     """Position of the centre along x, m."""
@@ -33,7 +33,7 @@ class StartColumns(NamedTuple):
 
 
 class BodyCaseColumns(NamedTuple):
-    """Columns of the table of cases; they follow the index of the body and precede those of `Clock`."""
+    """Columns of the kernel's table of cases, between the index of the body and the columns of `Clock`."""
 
     stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
@@ -58,7 +58,7 @@ class BodyCaseColumns(NamedTuple):
 
 
 class BodyColumns(NamedTuple):
-    """Columns of the table of bodies."""
+    """Columns of the kernel's table of bodies: one row per size of the solid."""
 
     ixx: float
     """Inertia tensor about the centre per mass, m²."""
@@ -91,7 +91,7 @@ class BodyColumns(NamedTuple):
 
 
 class BodyResultColumns(NamedTuple):
-    """Columns of the table of results."""
+    """Columns of the kernel's table of results: one row per case."""
 
     status: float
     """`Status` as a number."""

@@ -8,7 +8,7 @@ from overturning.dem.kernel.lanes import INLINE, tuple_arithmetic
 
 
 class Vector(NamedTuple):
-    """Vector of three components."""
+    """Vector of three components, x, y and z."""
 
     x: float
     y: float
@@ -60,8 +60,8 @@ def scale_vector(factor: float, v: Vector) -> Vector:
 
 
 @njit(**INLINE)
-def extrapolate(start: Vector, time: float, rate: Vector) -> Vector:
-    """Return the vector start + time × rate."""
+def extrapolate_vector(start: Vector, time: float, rate: Vector) -> Vector:
+    """Return a vector extrapolated at a constant rate: start + time × rate."""
     return Vector(start.x + time * rate.x, start.y + time * rate.y, start.z + time * rate.z)
 
 
@@ -105,24 +105,24 @@ def transpose(m: Matrix) -> Matrix:
 
 
 @njit(**INLINE)
-def full_matrix(symmetric: SymmetricMatrix) -> Matrix:
+def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix:
     """Convert a symmetric matrix to a full one."""
     return Matrix(
-        symmetric.xx,
-        symmetric.xy,
-        symmetric.xz,
-        symmetric.xy,
-        symmetric.yy,
-        symmetric.yz,
-        symmetric.xz,
-        symmetric.yz,
-        symmetric.zz,
+        symmetric_matrix.xx,
+        symmetric_matrix.xy,
+        symmetric_matrix.xz,
+        symmetric_matrix.xy,
+        symmetric_matrix.yy,
+        symmetric_matrix.yz,
+        symmetric_matrix.xz,
+        symmetric_matrix.yz,
+        symmetric_matrix.zz,
     )
 
 
 @njit(**INLINE)
 def inverse_matrix(m: Matrix) -> Matrix:
-    """Return the inverse of a matrix by cofactors; swapping x and y gives exactly the mirrored result."""
+    """Return the inverse of a 3 × 3 matrix by cofactors; exact mirror images have exactly mirrored inverses."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
     one = 1.0 / ((m.zx * zx + m.zy * zy) + m.zz * zz)
     return Matrix(

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import rows as k
-from overturning.dem.polygon.plan import PolygonPlan, plan_scene_simulation
+from overturning.dem.polygon.plan import PolygonSimulationPlan, plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
@@ -48,21 +48,21 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
     return Motion(values, 0 * values, sampling_interval=interval)
 
 
-def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonPlan:
+def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
     height, ratio = reference_element_size(made)
     return plan_scene_simulation(
         PlanarModel(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
     )
 
 
-def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[CaseResults, np.ndarray, np.ndarray]:
+def run(how: PolygonSimulationPlan, motion: Motion, more: int = 0) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Run a case; return results, times (s), and poses with velocities, shape (samples, elements, 6)."""
     path = np.zeros((motion.samples + more, 2 + 6 * how.arrays.sizes.size))
     answers, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
-def set_state(how: PolygonPlan, element: int, **values: float) -> None:
+def set_state(how: PolygonSimulationPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
     def put_number(path: str, number: float) -> None:

@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon.plan import PolygonPlan
+from overturning.dem.polygon.plan import PolygonSimulationPlan
 from tests.dem.polygon_scenes import GROUND, block, one_case, run, scene, set_state, shaken, still
 
 FLOAT = np.ndarray
 
 
-def _flight(friction: float, damping: float, seed: int, time_step: str = "auto") -> tuple[PolygonPlan, FLOAT, FLOAT]:
+def _flight(
+    friction: float, damping: float, seed: int, time_step: str = "auto"
+) -> tuple[PolygonSimulationPlan, FLOAT, FLOAT]:
     """Simulate two polygons that collide in flight, nearly without gravity; return plan, momenta and kinetic energy."""
     law = {"between": ["stone", "stone"], "friction": friction, "stiffness": 2e7, "damping": damping}
     free = {"fallen_rotation_deg": 180}

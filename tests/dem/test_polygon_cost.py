@@ -11,9 +11,9 @@ from overturning.dem.kernel.queue import allocate_workspace, load_sample_motion,
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.plan import plan_scene_simulation
-from overturning.dem.polygon.rules import borrow_scene_arrays, end_sample
+from overturning.dem.polygon.rules import borrow_scene_arrays, finish_sample
 from overturning.dem.polygon.state import ElementState
-from overturning.dem.polygon.step import step
+from overturning.dem.polygon.step import compute_step
 from overturning.dem.polygon.suspended_pairs import resume_pairs
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
@@ -97,13 +97,13 @@ def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
                 resume_pairs(state, scene, workspace.pairs, np.inf)
-            step(
+            compute_step(
                 inputs.ground.up, state, borrowed(workspace.matrix), borrowed(workspace.pattern),
                 borrowed(workspace.pairs), borrowed(workspace.moves), scene, inputs.settings.ticks,
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.pairs.count[0])
-        end_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
+        finish_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = workspace.owner[0] + workspace.matrix[0] + workspace.pattern.count[0]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.arrays import keeps_nearest_faces
+from overturning.dem.polygon.arrays import nearest_faces_never_change
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
@@ -165,7 +165,7 @@ def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     ],
 )
 def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, object]], alone: bool) -> None:
-    assert keeps_nearest_faces(place_elements(scene(*elements))) == alone
+    assert nearest_faces_never_change(place_elements(scene(*elements))) == alone
 
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])

@@ -13,7 +13,7 @@ from overturning.dem.kernel.queue import path_with_room, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
-from overturning.dem.polygon.plan import PolygonPlan
+from overturning.dem.polygon.plan import PolygonSimulationPlan
 from overturning.dem.run import plan_cases, run, run_cases
 from overturning.dem.simulate import create_grid, simulate_arrays, simulate_grid
 from overturning.dem.trajectory import trajectory
@@ -46,9 +46,9 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     [
         ("gravestone", False, BlockPlan),
         ("shaft-alone", False, BlockPlan),
-        ("gravestone", True, PolygonPlan),
-        ("three-tier", False, PolygonPlan),
-        ("against-a-wall", False, PolygonPlan),
+        ("gravestone", True, PolygonSimulationPlan),
+        ("three-tier", False, PolygonSimulationPlan),
+        ("against-a-wall", False, PolygonSimulationPlan),
     ],
 )
 def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:

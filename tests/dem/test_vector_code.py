@@ -14,7 +14,11 @@ from overturning.dem.kernel.queue import run_queue
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.case_end import record_slip_and_upright_time
-from overturning.dem.polygon.centred import add_pair_to_equations, compute_solved_forces, store_accepted_history
+from overturning.dem.polygon.centred import (
+    add_pair_to_equations,
+    compute_solved_pair_forces,
+    store_accepted_pair_history,
+)
 from overturning.dem.polygon.equations import PairSubmatrices
 from overturning.dem.polygon.step import correct_element, predict_element
 from overturning.dem.run import run, run_cases
@@ -51,8 +55,8 @@ LOOPS: dict[str, Compile] = {
         PairSubmatrices(*(BLOCK.copy() for _ in range(4))),
         (True, True, True),
     ),
-    "correct": compiled(compute_solved_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "keep": compiled(store_accepted_history, PAIR, OWN),
+    "correct": compiled(compute_solved_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "keep": compiled(store_accepted_pair_history, PAIR, OWN),
     "invert": compiled(equations.invert_submatrix, BLOCK),
     "divide": compiled(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
     "eliminate": compiled(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),

@@ -138,7 +138,7 @@ def scene_contradiction(
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = min(rocking_bound(prepared.placed), friction)
     bounds = Bounds(max_static_penetration(prepared), size, size, demand_of(motion), bound * (1 + 1e-9), bound)
-    turned = found.peak_rotation[row] * prepared.rotation_unit[prepared.free]
+    turned = found.peak_rotation[row] * prepared.rotation_unit[prepared.free_elements]
     return contradiction(bounds, found, row, flags_fit(prepared, np.atleast_1d(found.overturned[row]) != 0, turned))
 
 
@@ -185,7 +185,7 @@ def fallen_above(prepared: PreparedScene) -> FloatArray:
     element with an upright face. CaseResults contain rotations up to 90° only: infinite for larger angles.
     """
     angle = _fall_rotations(prepared)
-    for place, index in enumerate(prepared.free):
+    for place, index in enumerate(prepared.free_elements):
         item = prepared.placed[index]
         # The longest face that this rotation turns down.
         length = max((length for turn, length in _faces(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0)
@@ -199,7 +199,7 @@ def fallen_above(prepared: PreparedScene) -> FloatArray:
 def standing_below(prepared: PreparedScene) -> FloatArray:
     """Return the rotation below which a free element stands, rad: its tipping angle; 0 if it may lose its support."""
     found = []
-    for index, asked in zip(prepared.free, _fall_rotations(prepared), strict=True):
+    for index, asked in zip(prepared.free_elements, _fall_rotations(prepared), strict=True):
         item = prepared.placed[index]
         on_ground = all(prepared.placed[k].fixed for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
@@ -210,7 +210,7 @@ def standing_below(prepared: PreparedScene) -> FloatArray:
 
 
 def _fall_rotations(prepared: PreparedScene) -> FloatArray:
-    items = [prepared.placed[index] for index in prepared.free]
+    items = [prepared.placed[index] for index in prepared.free_elements]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
         max(_rest_rotations(item)) if angle is None else np.radians(angle)

@@ -17,7 +17,7 @@ from overturning.model.geometry import WIDE_GROUND, PlacedElement, pieces_of_pai
 
 
 class SceneCaseColumns(NamedTuple):
-    """Columns of the table of cases, followed by those of `Clock`."""
+    """Columns of the kernel's table of scene cases; the columns of `Clock` follow."""
 
     amplitude: float
     """Factor on the motion."""
@@ -38,7 +38,7 @@ class SceneCaseColumns(NamedTuple):
 
 
 class ElementColumns(NamedTuple):
-    """Columns of the table of elements: their termination rules."""
+    """Columns of the kernel's table of elements: rotations and supports that decide when an element has fallen."""
 
     is_free: float
     """1 if the element is free, else 0."""
@@ -58,8 +58,8 @@ class ElementColumns(NamedTuple):
     """Energy needed to overturn the element, J."""
 
 
-class LimitColumns(NamedTuple):
-    """Columns of the limits of failure and rest of a scene."""
+class SceneLimitColumns(NamedTuple):
+    """Columns of a scene's limits: penetration at which a case fails, energies at rest and of the energy balance."""
 
     deepest: float
     """Penetration beyond which a case has failed, m."""
@@ -72,7 +72,7 @@ class LimitColumns(NamedTuple):
 
 
 class SceneResultColumns(NamedTuple):
-    """Columns of the table of results."""
+    """Columns of the kernel's table of results: one row per case of a scene."""
 
     status: float
     """`Status` as a number."""
@@ -87,7 +87,7 @@ class SceneResultColumns(NamedTuple):
 
 
 class ElementResultColumns(NamedTuple):
-    """Columns of the table of the results of elements."""
+    """Columns of the kernel's table of element results: one row per element in each case."""
 
     overturned: float
     """Side of the fall: 1 towards the azimuth, −1 away from it, 0 standing."""
@@ -103,7 +103,7 @@ class ElementResultColumns(NamedTuple):
 
 CASE: Final = table_dtype(SceneCaseColumns, Clock)
 ELEMENT: Final = table_dtype(ElementColumns)
-LIMITS: Final = table_dtype(LimitColumns)
+LIMITS: Final = table_dtype(SceneLimitColumns)
 RESULT: Final = table_dtype(SceneResultColumns)
 ELEMENT_RESULT: Final = table_dtype(ElementResultColumns)
 
@@ -118,7 +118,7 @@ FLAT: Final = 0.999
 
 
 class SceneArrays(NamedTuple):
-    """Arrays of a scene in all its variants."""
+    """Constants and initial states of a scene for the kernel, in all variants of the scene (sizes and damping)."""
 
     initial: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""
@@ -138,30 +138,30 @@ class SceneArrays(NamedTuple):
     """Acceleration of gravity, m/s²."""
 
 
-def scene_arrays(variants: list[PreparedScene]) -> SceneArrays:
-    """Return the arrays of the variants of a scene; all variants have the same pairs of elements that can touch."""
-    one = variants[0]
+def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
+    """Return the kernel's arrays for the variants of a scene; in all variants the same elements can touch."""
+    one = prepared_scenes[0]
     first = np.cumsum([0, *(len(item.shape.parts) for item in one.placed)]).tolist()
     layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
-    sizes = np.array(one.sizes, np.int64)
-    shapes = np.zeros((len(variants), sizes.size, int(sizes.max()), 12))
-    for v, prepared in enumerate(variants):
+    sizes = np.array(one.vertex_counts, np.int64)
+    shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
+    for v, prepared in enumerate(prepared_scenes):
         for index, part in enumerate(part for item in prepared.placed for part in item.shape.parts):
             shapes[v, index, : sizes[index]] = part.faces
     return SceneArrays(
-        initial=np.stack([rows_at_rest(item) for item in variants]),
+        initial=np.stack([initial_state_rows(item) for item in prepared_scenes]),
         layout=np.array(layout, np.int64).reshape(-1, 4),
         parts=one.parts,
         sizes=sizes,
         shapes=shapes,
-        elements=np.stack([element_termination_rules(item) for item in variants]),
-        limits=np.stack([failure_and_rest_limits(item) for item in variants]),
+        elements=np.stack([element_termination_rules(item) for item in prepared_scenes]),
+        limits=np.stack([failure_and_rest_limits(item) for item in prepared_scenes]),
         gravity=one.scene.gravity,
     )
 
 
-def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
-    """Return the initial state rows of one case, with the scene at rest, shape (rows,)."""
+def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
+    """Return the initial state of a case as a column of the state array: the scene at rest, shape (rows,)."""
     placed, laws, still = prepared_scene.placed, prepared_scene.laws, k.PlanarVector(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
@@ -177,7 +177,10 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
         )
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
         totals = k.StepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
-        trial, record = k.PredictedElement(pose, still, still, 0.0, 0.0, still), k.SampleRecord(0.0, 0.0, 0.0, 0.0, 0.0)
+        trial, record = (
+            k.PredictedElement(pose, still, still, 0.0, 0.0, still),
+            k.ElementProgress(0.0, 0.0, 0.0, 0.0, 0.0),
+        )
         elements.append(
             k.ElementState(
                 pose=pose,
@@ -192,7 +195,7 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
                 home=home,
             )
         )
-    settled = np.inf if keeps_nearest_faces(placed) else 0.0
+    settled = np.inf if nearest_faces_never_change(placed) else 0.0
     nearest = k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, bounds = (
         k.VertexPosition(0.0, 0.0),
@@ -209,11 +212,11 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
         law = k.ContactLaw(
             laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
         )
-        ends = [k.EndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+        ends = [k.ContactEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
         for end in prepared_scene.loaded:
             if end.pair == index:
-                carrier = k.MINE if _vertex_belongs_to_first(a, b, end.side) else k.THEIRS
-                ends[end.side] = k.EndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
+                carrier = k.MINE if _contact_vertex_is_of_first(a, b, end.side) else k.THEIRS
+                ends[end.side] = k.ContactEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.PairHistory(k.VertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
         stands = float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b])
         pairs.append(
@@ -229,11 +232,11 @@ def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
                 stands=stands,
             )
         )
-    step = [0.0] * (rows.PAIR.count - len(rows.flatten_numbers(pairs[0])) if pairs else 0)
+    step = [0.0] * (rows.PAIR.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
     return np.array(
         [0.0] * rows.CASE.count
-        + rows.flatten_numbers(elements)
-        + [number for pair in pairs for number in rows.flatten_numbers(pair) + step]
+        + rows.flatten_nested_tuples(elements)
+        + [number for pair in pairs for number in rows.flatten_nested_tuples(pair) + step]
     )
 
 
@@ -247,7 +250,7 @@ def uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b:
     return all(elements[n].fixed or elements[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
 
 
-def keeps_nearest_faces(elements: list[PlacedElement]) -> bool:
+def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
     """True if the nearest faces never change before a fall: an upright rectangle on wide driven ground.
 
     Only its lower corners can touch the ground until it lies on its side, when it has fallen.
@@ -266,14 +269,17 @@ def keeps_nearest_faces(elements: list[PlacedElement]) -> bool:
     )
 
 
-def _vertex_belongs_to_first(first: PlacedElement, second: PlacedElement, end_number: int) -> bool:
-    """True if the contact vertex of an end belongs to the first element of a pair."""
-    point = shared_segment_ends(first, second)[end_number].point
-    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in first.points) < 1e-9 * first.size)
+def _contact_vertex_is_of_first(first_element: PlacedElement, second_element: PlacedElement, end_number: int) -> bool:
+    """True if the contact vertex at an end (0 or 1) of the segment that two elements share belongs to the first one."""
+    point = shared_segment_ends(first_element, second_element)[end_number].point
+    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.points) < 1e-9 * first_element.size)
 
 
 def fall_rotations(element: PlacedElement) -> tuple[float, float]:
-    """Return the rotations to −x and +x that count as a fall, rad: `FLAT` times those onto a face, or the scene's."""
+    """Return the rotations to −x and to +x at which an element counts as fallen, rad.
+
+    These are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
+    """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
     back, on = element.fallen_rotations
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
@@ -301,9 +307,9 @@ def failure_and_rest_limits(prepared_scene: PreparedScene) -> NDArray[np.void]:
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
-    free = [prepared_scene.placed[n] for n in prepared_scene.free]
+    free = [prepared_scene.placed[n] for n in prepared_scene.free_elements]
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.size for item in free])
-    barrier = prepared_scene.barrier[prepared_scene.free]
+    barrier = prepared_scene.barrier[prepared_scene.free_elements]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
     rest_energy = CALM_KINETIC * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.size
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()

@@ -17,15 +17,15 @@ from overturning.dem.polygon.energy import (
 )
 from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
-    all_in_place,
-    any_airborne,
-    any_sliding,
+    all_elements_in_place,
+    any_element_airborne,
+    any_element_sliding,
     count_touching_ends,
     has_tipped,
     has_tipped_or_dropped,
     last_support_time,
 )
-from overturning.dem.polygon.state import ElementState, Pose, RestPose, SampleRecord
+from overturning.dem.polygon.state import ElementProgress, ElementState, Pose, RestPose
 from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -41,14 +41,15 @@ SUPPORT_GAP: Final = 0.1
 
 
 @njit(**INNER)
-def case_status(state: Any, lane: int, scene: Any, stands_from: Any, last_sample: float) -> int:
+def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float) -> int:
     """Return the `Status` of a case at the end of a sample, or `GOES_ON`; the record ends at sample `last_sample`.
 
-    `stands_from` are the samples from which its parts stand for good, shape (parts,).
+    `stable_from_sample` holds the sample from which each group of elements that can move as one stands for good, shape
+    (groups,).
     """
     case = rows.load_case(state, lane)
     element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
-    check, moving, standing, fallen, safe, slid = count_standing_and_fallen(state, lane, element_rules)
+    check, moving, standing, fallen, safe, slid = count_standing_and_fallen_elements(state, lane, element_rules)
     if not np.isfinite(check) or deepest_penetration(state, lane, scene) > limits.deepest:
         return Status.UNSTABLE
     gap = SUPPORT_GAP * limits.deepest
@@ -58,33 +59,44 @@ def case_status(state: Any, lane: int, scene: Any, stands_from: Any, last_sample
         fallen > 0
         and safe == standing
         and calm
-        and rest_of_record_is_weak(state, lane, stands_from, scene.parts, case.sample)
+        and rest_of_record_is_weak(state, lane, stable_from_sample, scene.parts, case.sample)
     )
-    if standing == 0 or (weak and not any_airborne(state, lane, scene, element_rules, gap)):
+    if standing == 0 or (weak and not any_element_airborne(state, lane, scene, element_rules, gap)):
         return Status.SIMULATED
     if case.sample < last_sample and case.sample < case.calm:
         return GOES_ON
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded ends.
-    if moving < limits.rest_energy and count_loaded_ends(state, lane, scene, element_rules) >= 2 * standing:
+    if (
+        moving < limits.rest_energy
+        and count_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
+    ):
         return Status.SIMULATED
     if case.sample < last_sample:
         return GOES_ON
-    if fallen == 0 and not slid and all_in_place(state, lane, scene, element_rules, gap):
+    if fallen == 0 and not slid and all_elements_in_place(state, lane, scene, element_rules, gap):
         spare = case_energy(state, lane, scene) - case.energy
         # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
-        over = spare < 0.5 * limits.least_barrier and not can_exceed_peak_rotation(state, lane, element_rules, spare)
-        if over and not any_sliding(state, lane, scene):
+        over = spare < 0.5 * limits.least_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
+        if over and not any_element_sliding(state, lane, scene):
             return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON
-    still = moving < 1e-4 * limits.least_scale or not can_fall_at_rest(state, lane, element_rules, scene.gravity)
-    return Status.SIMULATED if still and not any_airborne(state, lane, scene, element_rules, gap) else Status.UNDECIDED
+    still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_at_rest(
+        state, lane, element_rules, scene.gravity
+    )
+    return (
+        Status.SIMULATED
+        if still and not any_element_airborne(state, lane, scene, element_rules, gap)
+        else Status.UNDECIDED
+    )
 
 
 @njit(**INNER)
-def count_standing_and_fallen(state: Any, lane: int, element_rules: Any) -> tuple[float, float, int, int, int, bool]:
-    """Count the standing, fallen and safe elements of a case; store the side of those that fall in this sample.
+def count_standing_and_fallen_elements(
+    state: Any, lane: int, element_rules: Any
+) -> tuple[float, float, int, int, int, bool]:
+    """Count the standing, fallen and safe elements of a case; store the side of elements that fell in this sample.
 
     Returns
     -------
@@ -108,7 +120,7 @@ def count_standing_and_fallen(state: Any, lane: int, element_rules: Any) -> tupl
             e[rows.SIDE + lane] = completed_fall_side(item, element_rules[i])
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and stands_safely(item, element_rules[i].barrier))
+        safe += int(stands and element_stands_safely(item, element_rules[i].barrier))
     return check, moving, standing, fallen, safe, slid
 
 
@@ -120,7 +132,7 @@ def peak_rotation(element: ElementState) -> float:
 
 @njit(**INNER)
 def completed_fall_side(element: ElementState, element_rules: Any) -> float:
-    """Return the side (±1) to which an element has rotated so far that it has fallen; 0 if it has not.
+    """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
@@ -131,7 +143,7 @@ def completed_fall_side(element: ElementState, element_rules: Any) -> float:
 
 
 @njit(**INNER)
-def can_fall_at_rest(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
+def any_element_can_fall_at_rest(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
     """True if a standing element has enough energy to fall while the base is at rest.
 
     It needs its barrier or, without a tipping angle, 1 % of the potential energy that it loses down to its fall limit.
@@ -184,8 +196,8 @@ def deepest_penetration(state: Any, lane: int, scene: Any) -> float:
 
 
 @njit(**INNER)
-def count_loaded_ends(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
-    """Count the touching ends of free elements that stand."""
+def count_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
+    """Count the touching contact ends of the standing free elements; one between two such elements counts twice."""
     total = 0
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
@@ -197,7 +209,7 @@ def count_loaded_ends(state: Any, lane: int, scene: Any, element_rules: Any) -> 
 
 @njit(**INNER)
 def fall_side(element: ElementState, element_rules: Any) -> float:
-    """Return the side to which an element has fallen, ±1: that of its rotation if it tipped, else of its centroid.
+    """Return the side to which an element has fallen (±1): of its rotation if it tipped, else of its displacement.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
     """
@@ -206,18 +218,18 @@ def fall_side(element: ElementState, element_rules: Any) -> float:
 
 
 @njit(**INNER)
-def rest_of_record_is_weak(state: Any, lane: int, stands_from: Any, groups: Any, sample: float) -> bool:
+def rest_of_record_is_weak(state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float) -> bool:
     """True if the rest of the record is too weak to lift or slide any standing group that can move as one."""
-    for p in range(groups.shape[0]):
-        lowest, last = rows.of_element(state, groups[p, 0]), rows.of_element(state, groups[p, 1])
-        if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stands_from[p]:
+    for p in range(element_groups.shape[0]):
+        lowest, last = rows.of_element(state, element_groups[p, 0]), rows.of_element(state, element_groups[p, 1])
+        if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stable_from_sample[p]:
             return False
     return True
 
 
 @njit(**INNER)
-def stands_safely(element: ElementState, energy_barrier: float) -> bool:
-    """True if an element stands upright, nearly in place and nearly at rest."""
+def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
+    """True if an element is nearly upright, nearly in place and nearly at rest, so that weak shaking cannot move it."""
     return bool(
         abs(element.pose.angle) < SAFE_TILT * element.inertia.critical
         and abs(element.record.slip) < SAFE_SLIP * abs(element.home.base_z)
@@ -226,7 +238,7 @@ def stands_safely(element: ElementState, energy_barrier: float) -> bool:
 
 
 @njit(**INNER)
-def can_exceed_peak_rotation(state: Any, lane: int, element_rules: Any, spare_energy: float) -> bool:
+def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_energy: float) -> bool:
     """True if the energy `spare_energy` (J) could rotate an element beyond its peak rotation."""
     for e in range(element_rules.size):
         item = rows.load_element(rows.of_element(state, e), lane)
@@ -281,26 +293,35 @@ def record_slip_and_upright_time(
         rows.store_record(
             element_rows,
             j,
-            SampleRecord(upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip),
+            ElementProgress(upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip),
         )
         element_rows[rows.LAST_UPRIGHT + j] = -1.0
 
 
 @njit(**APART)
 def record_support_time(
-    pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
+    pair_rows: Any,
+    element_a_rows: Any,
+    element_b_rows: Any,
+    case_rows: Any,
+    samples_per_tick: float,
+    sampling_interval: float,
 ) -> None:
-    """Record the last time at which the upper element of a pair touched the lower one that carried it at rest."""
+    """Record the time at which the upper element of a pair last touched the lower one, if it stood on it at rest."""
     for j in range(rows.COLUMNS):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_touching_ends(pair) > 0
         now = (case.sample + case.shaking.tick * samples_per_tick) * sampling_interval
-        a_rows[rows.CARRIED_UNTIL + j] = select(touches & (pair.stands > 0.0), now, a_rows[rows.CARRIED_UNTIL + j])
-        b_rows[rows.CARRIED_UNTIL + j] = select(touches & (pair.stands < 0.0), now, b_rows[rows.CARRIED_UNTIL + j])
+        element_a_rows[rows.CARRIED_UNTIL + j] = select(
+            touches & (pair.stands > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
+        )
+        element_b_rows[rows.CARRIED_UNTIL + j] = select(
+            touches & (pair.stands < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
+        )
 
 
 @njit(**INNER)
-def write_case_results(state: Any, lane: int, scene: Any, case_result: Any, element_results: Any) -> None:
+def write_case_results(state: Any, lane: int, scene: Any, result_row: Any, element_result_rows: Any) -> None:
     """Mark the fallen elements of a case, and write its results."""
     v = int(state[rows.VARIANT + lane])
     element_rules, limits = scene.elements[v], scene.limits[v]
@@ -313,12 +334,12 @@ def write_case_results(state: Any, lane: int, scene: Any, case_result: Any, elem
         item = rows.load_element(rows.of_element(state, e), lane)
         totals, record = item.totals, item.record
         work += totals.work
-        element_results[e].overturned = record.side
-        element_results[e].overturning_time = record.upright_until if record.side != 0.0 else np.nan
-        element_results[e].peak_rotation = min(peak_rotation(item), 0.5 * np.pi)
-        element_results[e].peak_slip, element_results[e].residual_slip = record.peak_slip, record.slip
+        element_result_rows[e].overturned = record.side
+        element_result_rows[e].overturning_time = record.upright_until if record.side != 0.0 else np.nan
+        element_result_rows[e].peak_rotation = min(peak_rotation(item), 0.5 * np.pi)
+        element_result_rows[e].peak_slip, element_result_rows[e].residual_slip = record.peak_slip, record.slip
     balance = (
         (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).energy) - work + absorbed
     )
-    case_result.peak_penetration = deepest_penetration(state, lane, scene)
-    case_result.energy_error = abs(balance) / max(work, limits.least_scale, absorbed)
+    result_row.peak_penetration = deepest_penetration(state, lane, scene)
+    result_row.energy_error = abs(balance) / max(work, limits.least_scale, absorbed)

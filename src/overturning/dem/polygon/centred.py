@@ -1,8 +1,8 @@
 """Contacts in the centred scheme: trapezoidal rule, springs and dashpots at the end of the step (docs/scenes.md).
 
 `add_pair_to_equations` enters a pair in the equations of a step, `overturning.dem.polygon.equations` solves them,
-`compute_solved_forces` computes the forces of the pair at the solution, and `overturning.dem.kernel.clock` chooses the
-next step.
+`compute_solved_pair_forces` computes the forces of the pair from the solution, and `overturning.dem.kernel.clock`
+chooses the next step.
 
 Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give
 t = −(K_s s + h w).
@@ -18,12 +18,18 @@ from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_terms, add_predicted_forces
-from overturning.dem.polygon.faces import CommonStretch, ContactEnd, shared_segment_ends
-from overturning.dem.polygon.landing import PairMotion, flat_landing_slip, landing_levers, lands_flat, working_slips
+from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
+from overturning.dem.polygon.landing import (
+    PairMotion,
+    apply_landing_levers,
+    correct_slip_for_friction_work,
+    flat_landing_slip,
+    pair_lands_flat,
+)
 from overturning.dem.polygon.mechanics import (
-    AssumedContact,
-    EndForce,
-    EndResult,
+    AssumedEndSlip,
+    ContactEndForce,
+    ContactEndResult,
     PairMatrix,
     RelativeVector,
     add_pair_force,
@@ -32,14 +38,14 @@ from overturning.dem.polygon.mechanics import (
     next_pair_history,
     opening_and_slip_rates,
     relative_velocity,
-    spring_stretch,
     sum_end_forces,
+    tangential_spring_stretch,
 )
 from overturning.dem.polygon.state import (
     OPEN,
     CaseState,
+    ContactEndHistory,
     ContactLaw,
-    EndHistory,
     StoredFindings,
     VertexPosition,
     VertexPositions,
@@ -51,8 +57,8 @@ LEAST_FREEDOM: Final = 0.25
 """Least effect of a normal force on a sliding end, as a share of its effect on free particles; below it, it sticks."""
 
 
-class AssumedEnd(NamedTuple):
-    """State of a contact end that the equations of a step would assume."""
+class PredictedContactEnd(NamedTuple):
+    """Predicted forces and contact state of a contact end, from which its terms in the equations of a step follow."""
 
     n: float
     """Predicted normal force, N."""
@@ -74,43 +80,53 @@ plus = tuple_arithmetic(PairMatrix).plus
 
 
 @njit(**INLINE)
-def assume_end_state(
+def predict_contact_end(
     contact_law: ContactLaw,
-    previous_end: EndHistory,
+    end_history: ContactEndHistory,
     signed_friction: float,
-    end: ContactEnd,
-    both_ends: CommonStretch,
+    contact_end: ContactEnd,
+    shared_segment: SharedSegment,
     pair_motion: PairMotion,
-    is_fine_and_flat: tuple[bool, bool],
-) -> AssumedEnd:
-    """Return the contact state of an end to assume: as predicted in fine steps, as at the last solution in longer ones.
+    fine_step_and_flat_landing: tuple[bool, bool],
+) -> PredictedContactEnd:
+    """Predict the contact state of an end: from its predicted forces in fine steps, as in the last step in longer ones.
 
     In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
-    would rotate an element further in instead (Painlevé's paradox), the end sticks. `is_fine_and_flat` holds whether
-    the step is fine, and whether the pair is held in a flat landing.
+    would rotate an element further in instead (Painlevé's paradox), the end sticks. `fine_step_and_flat_landing` holds
+    whether the step is fine, and whether the pair is held in a flat landing.
     """
-    (fine, held), a, b = is_fine_and_flat, pair_motion.a, pair_motion.b
-    opening, slipping = opening_and_slip_rates(end, pair_motion.velocity)
-    n, drag = contact_law.normal * end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
-    stretch = spring_stretch(previous_end, end, both_ends, contact_law.compliance, drag)
+    (fine, held), a, b = fine_step_and_flat_landing, pair_motion.a, pair_motion.b
+    opening, slipping = opening_and_slip_rates(contact_end, pair_motion.velocity)
+    n, drag = contact_law.normal * contact_end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
+    stretch = tangential_spring_stretch(end_history, contact_end, shared_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
-    pressed = (held | (n > 0.0)) & (end.closed > 0.0)
-    on = (pressed | ((not fine) & (previous_end.normal != 0.0))) & (end.faces > 0.0)
+    pressed = (held | (n > 0.0)) & (contact_end.closed > 0.0)
+    on = (pressed | ((not fine) & (end_history.normal != 0.0))) & (contact_end.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_slip(contact_law, end, pair_motion.velocity, a, b, held)
+    drifts, drift = flat_landing_slip(contact_law, contact_end, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
-    along = a.inverse_inertia * (end.a.n * (end.a.n + signed_friction * end.a.t))
-    freedom = particles + (along + b.inverse_inertia * (end.b.n * (end.b.n + signed_friction * end.b.t)))
+    along = a.inverse_inertia * (contact_end.a.n * (contact_end.a.n + signed_friction * contact_end.a.t))
+    freedom = particles + (
+        along + b.inverse_inertia * (contact_end.b.n * (contact_end.b.n + signed_friction * contact_end.b.t))
+    )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
-    return AssumedEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
+    return PredictedContactEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
 
 
 @njit(**INLINE)
-def force_velocity_matrix(c: float, f: RelativeVector, v: RelativeVector) -> PairMatrix:
-    """Return the matrix of a force that is c times a velocity; `f` and `v` are their directions with lever arms."""
-    x, z, a, b = c * v.x, c * v.z, c * v.a, c * v.b
+def force_velocity_matrix(
+    coefficient: float, force_direction: RelativeVector, velocity_direction: RelativeVector
+) -> PairMatrix:
+    """Return the matrix of a force that is `coefficient` times a velocity component, each with its direction."""
+    f = force_direction
+    x, z, a, b = (
+        coefficient * velocity_direction.x,
+        coefficient * velocity_direction.z,
+        coefficient * velocity_direction.a,
+        coefficient * velocity_direction.b,
+    )
     return PairMatrix(
         f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
         f.a * a, f.a * b, f.b * a, f.b * b,
@@ -118,68 +134,79 @@ def force_velocity_matrix(c: float, f: RelativeVector, v: RelativeVector) -> Pai
 
 
 @njit(**INLINE)
-def end_terms(
-    contact_law: ContactLaw, half_step: float, end: ContactEnd, end_state: AssumedEnd, other_end_state: AssumedEnd
-) -> tuple[PairMatrix, EndForce, float]:
-    """Return the matrix of an end in the equations, its predicted forces, and ±μ if it slides (else 0).
+def contact_end_terms(
+    contact_law: ContactLaw,
+    half_step_time: float,
+    contact_end: ContactEnd,
+    predicted_end: PredictedContactEnd,
+    other_predicted_end: PredictedContactEnd,
+) -> tuple[PairMatrix, ContactEndForce, float]:
+    """Return the matrix of a contact end in the equations, its predicted forces, and ±μ if the end slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """
-    free = end_state.free | (other_end_state.on & (not other_end_state.slides))
-    slides = end_state.slides & free
-    slid = end_state.slid if slides else 0.0
-    press = contact_law.dashpot + half_step * contact_law.normal if end_state.on else 0.0
-    stick = contact_law.dashpot + half_step * contact_law.tangential if end_state.on else 0.0
+    free = predicted_end.free | (other_predicted_end.on & (not other_predicted_end.slides))
+    slides = predicted_end.slides & free
+    slid = predicted_end.slid if slides else 0.0
+    press = contact_law.dashpot + half_step_time * contact_law.normal if predicted_end.on else 0.0
+    stick = contact_law.dashpot + half_step_time * contact_law.tangential if predicted_end.on else 0.0
     stick = 0.0 if slides else stick
-    n = end_state.n if end_state.on else 0.0
-    t = slid * n if slides else end_state.t
-    t = t if end_state.on else 0.0
-    along, across = RelativeVector(end.nx, end.nz, end.a.n, end.b.n), RelativeVector(end.nz, -end.nx, end.a.t, end.b.t)
+    n = predicted_end.n if predicted_end.on else 0.0
+    t = slid * n if slides else predicted_end.t
+    t = t if predicted_end.on else 0.0
+    along, across = (
+        RelativeVector(contact_end.nx, contact_end.nz, contact_end.a.n, contact_end.b.n),
+        RelativeVector(contact_end.nz, -contact_end.nx, contact_end.a.t, contact_end.b.t),
+    )
     # The force of a sliding end is inclined by the friction angle.
     inclined = RelativeVector(
         along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
     )
     normal, tangent = force_velocity_matrix(press, inclined, along), force_velocity_matrix(stick, across, across)
-    return plus(normal, tangent), EndForce(n, t, end_state.stretch), slid
+    return plus(normal, tangent), ContactEndForce(n, t, predicted_end.stretch), slid
 
 
 @njit(**INLINE)
 def is_fine_step(case: CaseState) -> bool:
-    """True if the step of a case is so fine that predicted forces decide about contact and slip."""
+    """True if the step of a case is so short that the predicted forces decide about contact and slip."""
     return case.attempt.length <= FINE * case.clock.finest
 
 
 @njit(**APART)
 def add_pair_to_equations(
-    pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any, submatrices: Any, is_empty: Any
+    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any, submatrices: Any, empty_flags: Any
 ) -> None:
-    """Add a pair to the equations of a step; for `submatrices` and `is_empty` see `equations.pair_submatrices`."""
+    """Add a pair to the equations of a step; `equations.pair_submatrices` returns `submatrices` and `empty_flags`."""
     for j in range(rows.COLUMNS):
-        pair, first, second = rows.load_pair(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
+        pair, first, second = (
+            rows.load_pair(pair_rows, j),
+            rows.load_element(element_a_rows, j),
+            rows.load_element(element_b_rows, j),
+        )
         case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
         fine, half = is_fine_step(case), 0.5 * (case.step * case.attempt.length)
-        ends = shared_segment_ends(pair, first.trial.pose, second.trial.pose)
+        ends = find_shared_segment(pair, first.trial.pose, second.trial.pose)
         rows.store_ends(pair_rows, j, ends)
         both = PairMotion(relative_velocity(first.trial.end, second.trial.end), first.inertia, second.inertia)
-        kind = (fine, lands_flat(law, old, ends, both))
-        end_1, end_2 = landing_levers(law, ends, both, kind[1])
-        g1 = assume_end_state(law, old.one, pair.slid_one, ends.one, ends, both, kind)
-        g2 = assume_end_state(law, old.two, pair.slid_two, ends.two, ends, both, kind)
-        p1, f1, slid_1 = end_terms(law, half, end_1, g1, g2)
-        p2, f2, slid_2 = end_terms(law, half, end_2, g2, g1)
-        rows.store_predicted_one(pair_rows, j, AssumedContact(g1.stretch, slid_1))
-        rows.store_predicted_two(pair_rows, j, AssumedContact(g2.stretch, slid_2))
-        add_pair_terms(submatrices, is_empty, j, plus(p1, p2), half, first.inertia, second.inertia)
+        kind = (fine, pair_lands_flat(law, old, ends, both))
+        end_1, end_2 = apply_landing_levers(law, ends, both, kind[1])
+        g1 = predict_contact_end(law, old.one, pair.slid_one, ends.one, ends, both, kind)
+        g2 = predict_contact_end(law, old.two, pair.slid_two, ends.two, ends, both, kind)
+        p1, f1, slid_1 = contact_end_terms(law, half, end_1, g1, g2)
+        p2, f2, slid_2 = contact_end_terms(law, half, end_2, g2, g1)
+        rows.store_predicted_one(pair_rows, j, AssumedEndSlip(g1.stretch, slid_1))
+        rows.store_predicted_two(pair_rows, j, AssumedEndSlip(g2.stretch, slid_2))
+        add_pair_terms(submatrices, empty_flags, j, plus(p1, p2), half, first.inertia, second.inertia)
         action, on, by = sum_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
         on, by = add_predicted_forces(on, by, action, half, first.inertia, second.inertia)
-        rows.store_change(a_rows, j, on)
-        rows.store_change(b_rows, j, by)
+        rows.store_change(element_a_rows, j, on)
+        rows.store_change(element_b_rows, j, by)
 
 
-class EndSolution(NamedTuple):
-    """State of a contact end at the solution of the equations."""
+class ContactEndSolution(NamedTuple):
+    """State of a contact end from the solution of the equations of a step, and what the step control needs to know."""
 
-    now: EndResult
+    now: ContactEndResult
     further: float
     """Slip added by the solution, m."""
     found: float
@@ -195,76 +222,80 @@ class EndSolution(NamedTuple):
 
 
 @njit(**INLINE)
-def end_at_solution(
+def solved_contact_end(
     contact_law: ContactLaw,
-    previous_end: EndHistory,
-    end: ContactEnd,
-    assumed_contact: AssumedContact,
+    end_history: ContactEndHistory,
+    contact_end: ContactEnd,
+    assumed_slip: AssumedEndSlip,
     motion_and_change: tuple[PairMotion, RelativeVector],
-    half_step: float,
-    is_fine_and_flat: tuple[bool, bool],
-) -> EndSolution:
-    """Compute the contact state of an end at the solution of the equations, with forces within their limits.
+    half_step_time: float,
+    fine_step_and_flat_landing: tuple[bool, bool],
+) -> ContactEndSolution:
+    """Compute the contact state of an end from the solved velocities, with forces within their limits.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity corrections
     act on the poses over half a step. The spring of a slipping end is shortened to the force that friction can hold.
     (An end in the air counts as slipping; its direction is never used.) `motion_and_change` holds the motion of the
-    pair and the velocity correction, `is_fine_and_flat` whether the step is fine and whether the pair is held in a flat
-    landing.
+    pair and the velocity correction, `fine_step_and_flat_landing` whether the step is fine and whether the pair is
+    held in a flat landing.
     """
-    ((u, a, b), d), (fine, held) = motion_and_change, is_fine_and_flat
-    opening, slipping = opening_and_slip_rates(end, u)
-    more_open, more_slip = opening_and_slip_rates(end, d)
+    ((u, a, b), d), (fine, held) = motion_and_change, fine_step_and_flat_landing
+    opening, slipping = opening_and_slip_rates(contact_end, u)
+    more_open, more_slip = opening_and_slip_rates(contact_end, d)
     opening, slipping = opening + more_open, slipping + more_slip
-    depth, stretch = end.depth - half_step * more_open, assumed_contact.stretch + half_step * more_slip
-    touches, was = end.faces > 0.0, previous_end.carrier != OPEN
+    depth, stretch = contact_end.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
+    touches, was = contact_end.faces > 0.0, end_history.carrier != OPEN
     inside = (depth > 0.0) & touches
     n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
     whole = RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_slip(contact_law, end, whole, a, b, held), most > 0.0
+    (drifts, drift), loaded = flat_landing_slip(contact_law, contact_end, whole, a, b, held), most > 0.0
     force, holds, slips = apply_friction(t, n, contact_law, (held, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     spring = spring if inside else 0.0
-    assumed = 0.0 if fine else assumed_contact.slid
+    assumed = 0.0 if fine else assumed_slip.slid
     changed = (
         (inside != was)
-        | ((not was) & (touches & (end.depth > 0.0)))
-        | (was & (previous_end.carrier != carrier_code(end)))
+        | ((not was) & (touches & (contact_end.depth > 0.0)))
+        | (was & (end_history.carrier != carrier_code(contact_end)))
     )
-    wrong, back = (found != assumed) & loaded, (found * previous_end.tangent < 0.0) & loaded
-    now = EndResult(EndForce(n, force, spring), depth, end.slip + half_step * more_slip, inside)
-    return EndSolution(now, half_step * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back)
+    wrong, back = (found != assumed) & loaded, (found * end_history.tangent < 0.0) & loaded
+    now = ContactEndResult(
+        ContactEndForce(n, force, spring), depth, contact_end.slip + half_step_time * more_slip, inside
+    )
+    return ContactEndSolution(
+        now, half_step_time * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back
+    )
 
 
 @njit(**INLINE)
 def solved_vertex_positions(
-    vertex_a: VertexPosition, vertex_b: VertexPosition, end: ContactEnd, solution: EndSolution
+    vertex_a: VertexPosition, vertex_b: VertexPosition, contact_end: ContactEnd, end_solution: ContactEndSolution
 ) -> tuple[VertexPosition, VertexPosition]:
-    """Return the positions of the two possible contact vertices of an end; the actual one is moved to the solution."""
-    mine, depth = end.mine > 0.0, solution.now.depth
+    """Return the positions of the two possible contact vertices of an end; the actual one has the solved position."""
+    mine, depth = contact_end.mine > 0.0, end_solution.now.depth
     return (
         VertexPosition(
-            depth if mine else vertex_a.depth, vertex_a.place - solution.further if mine else vertex_a.place
+            depth if mine else vertex_a.depth, vertex_a.place - end_solution.further if mine else vertex_a.place
         ),
         VertexPosition(
-            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + solution.further
+            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + end_solution.further
         ),
     )
 
 
 @njit(**APART)
-def compute_solved_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any) -> None:
-    """Compute the forces of a pair at the solution; its new history is stored apart until the step is accepted."""
+def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
+    """Compute the forces of a pair from the solved velocities, and its new history, kept until the step is accepted."""
     for j in range(rows.COLUMNS):
         pair, step, first, second = (
             rows.load_pair(pair_rows, j),
             rows.load_step(pair_rows, j),
-            rows.load_element(a_rows, j),
-            rows.load_element(b_rows, j),
+            rows.load_element(element_a_rows, j),
+            rows.load_element(element_b_rows, j),
         )
         case, on, by, law, ends = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.ends
         fine, half, old = is_fine_step(case), 0.5 * (case.step * case.attempt.length), case.findings
@@ -272,20 +303,20 @@ def compute_solved_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: A
             PairMotion(relative_velocity(on.end, by.end), first.inertia, second.inertia),
             relative_velocity(on.change, by.change),
         )
-        kind = (fine, lands_flat(law, pair.history, ends, moves[0]))
+        kind = (fine, pair_lands_flat(law, pair.history, ends, moves[0]))
         (u, d), inertia_a, inertia_b = (moves[0].velocity, moves[1]), first.inertia, second.inertia
         solved = PairMotion(RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b)
-        end_1, end_2 = landing_levers(law, ends, solved, kind[1])
-        s1 = end_at_solution(law, pair.history.one, ends.one, step.one, moves, half, kind)
-        s2 = end_at_solution(law, pair.history.two, ends.two, step.two, moves, half, kind)
+        end_1, end_2 = apply_landing_levers(law, ends, solved, kind[1])
+        s1 = solved_contact_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
+        s2 = solved_contact_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
         on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, s1.now.force, s2.now.force))
-        rows.store_force(a_rows, j, on_a)
-        rows.store_force(b_rows, j, on_b)
+        rows.store_force(element_a_rows, j, on_a)
+        rows.store_force(element_b_rows, j, on_b)
         a1, b2 = solved_vertex_positions(ends.now.a1, ends.now.b2, ends.one, s1)
         a2, b1 = solved_vertex_positions(ends.now.a2, ends.now.b1, ends.two, s2)
         rows.store_corrected(pair_rows, j, next_pair_history(
-            pair.history, ends, VertexPositions(a1, a2, b1, b2), working_slips(ends, (end_1, end_2), (s1.now, s2.now)),
-            law, 2.0 * half
+            pair.history, ends, VertexPositions(a1, a2, b1, b2),
+            correct_slip_for_friction_work(ends, (end_1, end_2), (s1.now, s2.now)), law, 2.0 * half
         ))  # fmt: skip
         pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
@@ -297,7 +328,7 @@ def compute_solved_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: A
 
 
 @njit(**APART)
-def store_accepted_history(pair_rows: Any, case_rows: Any) -> None:
+def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
     """Store the new contact history of a pair in the lanes whose step is accepted."""
     for j in range(rows.COLUMNS):
         step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision

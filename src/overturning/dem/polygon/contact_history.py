@@ -6,15 +6,15 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import contact_vertex, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ElementFace, EndHistory, PairState, Pose
+from overturning.dem.polygon.faces import contact_vertex_position, polygon_face, rotate_to_scene_axes
+from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ContactEndHistory, ElementFace, PairState, Pose
 
 
 @njit(**INNER)
 def reset_contact_history(pair_rows: Any, lane: int) -> None:
     """Reset the contact history of both ends of a pair."""
-    rows.store_memory(pair_rows, lane, EndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
-    rows.store_memory(pair_rows, lane + rows.SECOND, EndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_rows, lane, ContactEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_rows, lane + rows.SECOND, ContactEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
 
 
 @njit(**INNER)
@@ -34,9 +34,9 @@ def transfer_contact_history(
             continue
         mine = old.carrier != THEIRS
         if mine:
-            target = end_that_replaces_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = replacement_end(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = end_that_replaces_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = replacement_end(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = end_normal(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
@@ -46,23 +46,34 @@ def transfer_contact_history(
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
-            rows.store_memory(pair_rows, lane + target * rows.SECOND, EndHistory(old.spring, TRANSFERRED, n, t, 0.0))
+            rows.store_memory(
+                pair_rows, lane + target * rows.SECOND, ContactEndHistory(old.spring, TRANSFERRED, n, t, 0.0)
+            )
 
 
 @njit(**INNER)
-def end_that_replaces_vertex(faces: Any, vertex: int, end_0: int, end_1: int) -> int:
-    """Return the end of a new face that replaces a vertex, 0 for `end_0` or 1 for `end_1`: itself, else the nearer one.
+def replacement_end(faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int) -> int:
+    """Return the number (0 or 1) of the end of a new face that takes over the contact of a vertex.
 
-    Vertex indices are taken modulo the number of vertices.
+    This is the end at the same vertex, else the nearer one. Vertex indices are taken modulo the number of vertices.
     """
     count = faces.shape[0]
-    vertex, end_0, end_1 = vertex % count, end_0 % count, end_1 % count
-    if vertex == end_1:
+    vertex_index, first_end_vertex, second_end_vertex = (
+        vertex_index % count,
+        first_end_vertex % count,
+        second_end_vertex % count,
+    )
+    if vertex_index == second_end_vertex:
         return 1
-    if vertex == end_0:
+    if vertex_index == first_end_vertex:
         return 0
-    x, z = faces[vertex, 0], faces[vertex, 1]
-    x1, z1, x2, z2 = faces[end_0, 0] - x, faces[end_0, 1] - z, faces[end_1, 0] - x, faces[end_1, 1] - z
+    x, z = faces[vertex_index, 0], faces[vertex_index, 1]
+    x1, z1, x2, z2 = (
+        faces[first_end_vertex, 0] - x,
+        faces[first_end_vertex, 1] - z,
+        faces[second_end_vertex, 0] - x,
+        faces[second_end_vertex, 1] - z,
+    )
     return 0 if x1 * x1 + z1 * z1 <= x2 * x2 + z2 * z2 else 1
 
 
@@ -70,7 +81,7 @@ def end_that_replaces_vertex(faces: Any, vertex: int, end_0: int, end_1: int) ->
 def end_normal(
     pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the direction of the normal force on a at an end: b's normal for a vertex of a, else minus a's normal."""
+    """Return the direction of the normal force on a: b's outward normal for a vertex of a, else minus a's normal."""
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
     x, z = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
@@ -78,10 +89,12 @@ def end_normal(
 
 
 @njit(**INNER)
-def end_position(pair: PairState, pose_a: Pose, pose_b: Pose, end: int, vertex_is_of_a: bool) -> tuple[float, float]:
+def end_position(
+    pair: PairState, pose_a: Pose, pose_b: Pose, end_number: int, vertex_is_of_a: bool
+) -> tuple[float, float]:
     """Return the position of the contact vertex of an end from the centre of a, m."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
-    along = own.low if vertex_is_of_a == (end == 0) else own.high
+    along = own.low if vertex_is_of_a == (end_number == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_a, x, z)
@@ -96,6 +109,8 @@ def set_forces_at_rest(pair_rows: Any, lane: int) -> None:
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two
         if old.carrier != OPEN:
-            n = max(pair.law.normal * contact_vertex(old, end, pair.history.before).depth, 0.0)
+            n = max(pair.law.normal * contact_vertex_position(old, end, pair.history.before).depth, 0.0)
             t = -pair.law.tangential * old.spring
-            rows.store_memory(pair_rows, lane + end * rows.SECOND, EndHistory(old.spring, old.carrier, n, t, 0.0))
+            rows.store_memory(
+                pair_rows, lane + end * rows.SECOND, ContactEndHistory(old.spring, old.carrier, n, t, 0.0)
+            )

@@ -11,29 +11,35 @@ from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import CommonStretch, ContactEnd, shared_segment_ends
-from overturning.dem.polygon.landing import PairMotion, flat_landing_slip, landing_levers, lands_flat, working_slips
+from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
+from overturning.dem.polygon.landing import (
+    PairMotion,
+    apply_landing_levers,
+    correct_slip_for_friction_work,
+    flat_landing_slip,
+    pair_lands_flat,
+)
 from overturning.dem.polygon.mechanics import (
-    EndForce,
-    EndResult,
+    ContactEndForce,
+    ContactEndResult,
     add_pair_force,
     apply_friction,
     element_acceleration,
+    extrapolate_pose,
+    extrapolate_velocity,
     inertial_power,
     next_pair_history,
-    pose_after,
     relative_velocity,
-    spring_stretch,
     sum_end_forces,
-    velocity_after,
+    tangential_spring_stretch,
 )
 from overturning.dem.polygon.search import update_faces_in_reach
-from overturning.dem.polygon.state import ContactLaw, EndHistory, PlanarVector, StepTotals
+from overturning.dem.polygon.state import ContactEndHistory, ContactLaw, PlanarVector, StepTotals
 from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_if_distant
 
 
 class CundallScheme(NamedTuple):
-    """Constants of Cundall's scheme."""
+    """Constants of Cundall's time integration scheme."""
 
     lag: float = 0.5
     """Lag of velocities behind poses, steps."""
@@ -42,48 +48,52 @@ class CundallScheme(NamedTuple):
 
 
 @njit(**INLINE)
-def end_after_step(
+def compute_end_force(
     contact_law: ContactLaw,
-    previous_end: EndHistory,
-    end: ContactEnd,
-    both_ends: CommonStretch,
+    end_history: ContactEndHistory,
+    contact_end: ContactEnd,
+    shared_segment: SharedSegment,
     steps_per_second: float,
-    flat_landing: tuple[bool, bool, float],
-) -> EndResult:
-    """Compute the force of a contact end from spring, dashpot and friction.
+    flat_landing_state: tuple[bool, bool, float],
+) -> ContactEndResult:
+    """Compute the force of a contact end from its spring, dashpot and friction, with the slip of the step.
 
-    See `overturning.dem.polygon.mechanics.apply_friction` for `flat_landing`.
+    See `overturning.dem.polygon.mechanics.apply_friction` for `flat_landing_state`.
     """
     fade = contact_law.dashpot * steps_per_second
-    n = contact_law.normal * end.depth + fade * (end.depth - end.before)
-    n = n if end.closed & (flat_landing[0] | (n > 0.0)) else 0.0
-    drag = fade * end.slip
-    stretch = spring_stretch(previous_end, end, both_ends, contact_law.compliance, drag)
+    n = contact_law.normal * contact_end.depth + fade * (contact_end.depth - contact_end.before)
+    n = n if contact_end.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
+    drag = fade * contact_end.slip
+    stretch = tangential_spring_stretch(end_history, contact_end, shared_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
     # The spring of a slipping end is shortened to the force that friction can hold.
-    force, holds, slips = apply_friction(t, n, contact_law, flat_landing)
+    force, holds, slips = apply_friction(t, n, contact_law, flat_landing_state)
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
-    return EndResult(EndForce(n, force, spring), end.depth, end.slip, end.closed)
+    return ContactEndResult(ContactEndForce(n, force, spring), contact_end.depth, contact_end.slip, contact_end.closed)
 
 
 @njit(**APART)
-def compute_pair_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any) -> None:
-    """Compute the forces of one pair: spring, dashpot and friction at both ends of the faces' common stretch."""
+def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
+    """Compute the forces of a pair: spring, dashpot and friction at both ends of the segment its faces share."""
     for j in range(rows.COLUMNS):
-        pair, first, second = rows.load_pair(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
+        pair, first, second = (
+            rows.load_pair(pair_rows, j),
+            rows.load_element(element_a_rows, j),
+            rows.load_element(element_b_rows, j),
+        )
         case, old = rows.load_case(case_rows, j), pair.history
-        ends = shared_segment_ends(pair, first.pose, second.pose)
+        ends = find_shared_segment(pair, first.pose, second.pose)
         u, own_a, own_b = relative_velocity(first.velocity, second.velocity), first.inertia, second.inertia
-        held = lands_flat(pair.law, old, ends, PairMotion(u, own_a, own_b))
-        end_1, end_2 = landing_levers(pair.law, ends, PairMotion(u, own_a, own_b), held)
+        held = pair_lands_flat(pair.law, old, ends, PairMotion(u, own_a, own_b))
+        end_1, end_2 = apply_landing_levers(pair.law, ends, PairMotion(u, own_a, own_b), held)
         flat_one = (held, *flat_landing_slip(pair.law, ends.one, u, own_a, own_b, held))
         flat_two = (held, *flat_landing_slip(pair.law, ends.two, u, own_a, own_b, held))
-        one = end_after_step(pair.law, old.one, ends.one, ends, case.rate, flat_one)
-        two = end_after_step(pair.law, old.two, ends.two, ends, case.rate, flat_two)
+        one = compute_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
+        two = compute_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
         on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, one.force, two.force))
-        rows.store_force(a_rows, j, on_a)
-        rows.store_force(b_rows, j, on_b)
-        results = working_slips(ends, (end_1, end_2), (one, two))
+        rows.store_force(element_a_rows, j, on_a)
+        rows.store_force(element_b_rows, j, on_b)
+        results = correct_slip_for_friction_work(ends, (end_1, end_2), (one, two))
         rows.store_history(pair_rows, j, next_pair_history(old, ends, ends.now, results, pair.law, case.step))
 
 
@@ -98,9 +108,9 @@ def advance_element(vertical_ground: Any, element_rows: Any, case_rows: Any, gra
         if vertical_ground is not None:
             lift = motion_at_tick(shaking.up, shaking.tick) * item.inertia.frame
         a = element_acceleration(item, ground, lift, gravity)
-        v = velocity_after(item.velocity, a, dt)
-        work = old.work - dt * inertial_power(item, ground, lift, velocity_after(item.velocity, a, half))
-        pose = pose_after(item.pose, v, dt)
+        v = extrapolate_velocity(item.velocity, a, dt)
+        work = old.work - dt * inertial_power(item, ground, lift, extrapolate_velocity(item.velocity, a, half))
+        pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
         upright = (on < item.inertia.on) & (-on < item.inertia.back)
         last = select(upright, shaking.tick + 1.0, old.last_upright)
@@ -114,18 +124,18 @@ def advance_element(vertical_ground: Any, element_rows: Any, case_rows: Any, gra
 
 
 @njit(**INNER)
-def step(
+def compute_step(
     vertical_ground: Any,
     state: Any,
     matrix: Any,  # noqa: ARG001, used by the centred scheme only
-    pattern: Any,  # noqa: ARG001
+    nonzero_pattern: Any,  # noqa: ARG001
     active_pairs: Any,
-    is_movable: Any,
+    movable_flags: Any,
     scene: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
-    """Compute one step of all lanes; `vertical_ground` is None if the base moves level."""
-    resume_pairs_for_step(state, scene, active_pairs, is_movable.size)
+    """Compute a step of Cundall's scheme in all lanes; `vertical_ground` is None without vertical base motion."""
+    resume_pairs_for_step(state, scene, active_pairs, movable_flags.size)
     kept = 0
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
@@ -137,9 +147,9 @@ def step(
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept
-    for i in range(is_movable.size):
+    for i in range(movable_flags.size):
         # Free and held elements move; a driven one rests in the frame of the base.
-        if is_movable[i]:
+        if movable_flags[i]:
             advance_element(vertical_ground, rows.of_element(state, i), state, scene.gravity)
     for j in range(rows.COLUMNS):
         state[rows.TICK + j] = state[rows.TICK + j] + 1.0

@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import contact_vertex, earlier_vertex_positions
+from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
 from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, PairState
 
 
@@ -39,7 +39,7 @@ def pair_spring_energy(pair: PairState) -> float:
     for end in range(2):
         memory = history.one if end == 0 else history.two
         if memory.carrier != OPEN:
-            depth = contact_vertex(memory, end, history.before).depth
+            depth = contact_vertex_position(memory, end, history.before).depth
             total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * (memory.spring * memory.spring))
     return total
 
@@ -68,7 +68,7 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
         later = earlier_vertex_positions(pair, rows.load_element(a, lane), rows.load_element(b, lane), 0.0)
         for end in range(2):
             memory = history.one if end == 0 else history.two
-            old, new = contact_vertex(memory, end, history.before), contact_vertex(memory, end, later)
+            old, new = contact_vertex_position(memory, end, history.before), contact_vertex_position(memory, end, later)
             slip = old.place - new.place
             slip = -slip if memory.carrier == THEIRS else slip
             work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangent * slip)

@@ -81,28 +81,28 @@ def empty_pattern(element_count: int) -> Any:
 
 
 @njit(**INNER)
-def clear_pattern(pattern: NonzeroPattern) -> None:
-    """Empty the pattern; the cost is proportional to the number of nonzero submatrices."""
-    for k in range(pattern.count.size):
-        pattern.used[k, k] = False
-        for n in range(pattern.count[k]):
-            m = pattern.later[k, n]
-            pattern.used[k, m] = pattern.used[m, k] = False
-        pattern.count[k] = 0
+def clear_pattern(nonzero_pattern: NonzeroPattern) -> None:
+    """Mark all submatrices as zero; the cost is proportional to the number of nonzero ones."""
+    for k in range(nonzero_pattern.count.size):
+        nonzero_pattern.used[k, k] = False
+        for n in range(nonzero_pattern.count[k]):
+            m = nonzero_pattern.later[k, n]
+            nonzero_pattern.used[k, m] = nonzero_pattern.used[m, k] = False
+        nonzero_pattern.count[k] = 0
 
 
 @njit(**INNER)
-def mark_nonzero(pattern: NonzeroPattern, row: int, column: int) -> None:
-    """Mark submatrix (row, column) as nonzero; the caller must mark (column, row), too."""
-    pattern.used[row, column] = True
+def mark_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None:
+    """Mark submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
+    nonzero_pattern.used[row, column] = True
     if row >= column:
         return
-    n = pattern.count[row]
-    while n > 0 and pattern.later[row, n - 1] > column:
-        pattern.later[row, n] = pattern.later[row, n - 1]
+    n = nonzero_pattern.count[row]
+    while n > 0 and nonzero_pattern.later[row, n - 1] > column:
+        nonzero_pattern.later[row, n] = nonzero_pattern.later[row, n - 1]
         n -= 1
-    pattern.later[row, n] = column
-    pattern.count[row] += 1
+    nonzero_pattern.later[row, n] = column
+    nonzero_pattern.count[row] += 1
 
 
 of_submatrix: Final = window_slicer(SIZE)
@@ -110,7 +110,7 @@ of_submatrix: Final = window_slicer(SIZE)
 
 
 @njit(**INLINE)
-def times_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
+def scale_by_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
     """Multiply the rows of submatrix `p` by a factor and the inverse mass or moment of inertia of their element."""
     m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
@@ -146,7 +146,7 @@ def submatrix_inverse(p: Submatrix) -> Submatrix:
 
 @njit(**INLINE)
 def subtract_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: Submatrix) -> None:
-    """Subtract `terms` from a submatrix of a lane; one that `is_empty` starts as `diagonal` times the unit matrix."""
+    """Subtract `terms` from a submatrix of a lane; an empty one starts as `diagonal` times the unit matrix."""
     one, old = diagonal, load(submatrix, lane)
     store(submatrix, lane, minus(Submatrix(
         one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
@@ -158,14 +158,14 @@ def subtract_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: floa
 @njit(**INLINE)
 def add_pair_terms(
     submatrices: PairSubmatrices,
-    is_empty: Any,
+    empty_flags: Any,
     lane: int,
     pair_matrix: PairMatrix,
-    half_step: float,
+    half_step_time: float,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> None:
-    """Add the terms of a pair to the matrix: the forces on its elements that depend on their velocities."""
+    """Add the terms of a pair to the matrix: the derivatives of the forces on its elements by their velocities."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
     aa = Submatrix(
         pair_matrix.xx,
@@ -211,10 +211,10 @@ def add_pair_terms(
         pair_matrix.bz,
         pair_matrix.bb,
     )
-    subtract_submatrix(submatrices.aa, lane, is_empty[0], 1.0, times_inverse_mass(aa, inertia_a, -half_step))
-    subtract_submatrix(submatrices.ab, lane, is_empty[1], 0.0, times_inverse_mass(ab, inertia_a, half_step))
-    subtract_submatrix(submatrices.ba, lane, is_empty[1], 0.0, times_inverse_mass(ba, inertia_b, half_step))
-    subtract_submatrix(submatrices.bb, lane, is_empty[2], 1.0, times_inverse_mass(bb, inertia_b, -half_step))
+    subtract_submatrix(submatrices.aa, lane, empty_flags[0], 1.0, scale_by_inverse_mass(aa, inertia_a, -half_step_time))
+    subtract_submatrix(submatrices.ab, lane, empty_flags[1], 0.0, scale_by_inverse_mass(ab, inertia_a, half_step_time))
+    subtract_submatrix(submatrices.ba, lane, empty_flags[1], 0.0, scale_by_inverse_mass(ba, inertia_b, half_step_time))
+    subtract_submatrix(submatrices.bb, lane, empty_flags[2], 1.0, scale_by_inverse_mass(bb, inertia_b, -half_step_time))
 
 
 @njit(**INLINE)
@@ -222,16 +222,16 @@ def add_predicted_forces(
     right_side_a: PlanarVector,
     right_side_b: PlanarVector,
     pair_force: PairForce,
-    half_step: float,
+    half_step_time: float,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> tuple[PlanarVector, PlanarVector]:
     """Return the right-hand sides of both elements of a pair, with the predicted contact forces of the pair added."""
     m, i, n, k = (
-        half_step * inertia_a.inverse_mass,
-        half_step * inertia_a.inverse_inertia,
-        half_step * inertia_b.inverse_mass,
-        half_step * inertia_b.inverse_inertia,
+        half_step_time * inertia_a.inverse_mass,
+        half_step_time * inertia_a.inverse_inertia,
+        half_step_time * inertia_b.inverse_mass,
+        half_step_time * inertia_b.inverse_inertia,
     )
     return (
         PlanarVector(
@@ -263,7 +263,7 @@ def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
 
 @njit(**APART)
 def subtract_submatrix_product(submatrix: Any, factor: Any, pivot_row: Any, is_empty: bool) -> None:
-    """Subtract factor × pivot row from a submatrix; one that `is_empty` starts as zero."""
+    """Subtract factor × pivot row from a submatrix; an empty one starts as zero."""
     for j in range(rows.COLUMNS):
         subtract_submatrix(submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j)))
 
@@ -289,13 +289,13 @@ def solve_pivot_element(element_rows: Any, pivot_inverse: Any) -> None:
 
 
 @njit(**INNER)
-def solve_velocity_changes(state: Any, matrix: Any, pattern: NonzeroPattern, element_count: int) -> None:
+def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPattern, element_count: int) -> None:
     """Solve the equations for the velocity changes of all elements, which replace the right-hand sides.
 
     Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
     the work is proportional to the number of elements.
     """
-    used, later, count = pattern.used, pattern.later, pattern.count
+    used, later, count = nonzero_pattern.used, nonzero_pattern.later, nonzero_pattern.count
     for k in range(element_count):
         if not used[k, k]:
             continue
@@ -311,7 +311,7 @@ def solve_velocity_changes(state: Any, matrix: Any, pattern: NonzeroPattern, ele
                 row = of_submatrix(matrix, k * element_count + m)
                 subtract_submatrix_product(of_submatrix(matrix, i * element_count + m), factor, row, not used[i, m])
                 if not used[i, m]:
-                    mark_nonzero(pattern, i, m)
+                    mark_nonzero(nonzero_pattern, i, m)
     for k in range(element_count - 1, -1, -1):
         if not used[k, k]:
             continue
@@ -324,34 +324,34 @@ def solve_velocity_changes(state: Any, matrix: Any, pattern: NonzeroPattern, ele
 
 
 @njit(inline="always", **INNER)
-def submatrix_or_spare(matrix: Any, has_equations: Any, row: int, column: int, spare_number: int) -> Any:
-    """Return submatrix (row, column), or a spare one if either element moves with the base and has no equations."""
+def submatrix_or_spare(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
+    """Return submatrix (row, column), or a spare one if one of both elements moves with the base (no equations)."""
     return of_submatrix(
         matrix,
-        row * has_equations.size + column
-        if has_equations[row] and has_equations[column]
-        else has_equations.size * has_equations.size + spare_number,
+        row * equation_flags.size + column
+        if equation_flags[row] and equation_flags[column]
+        else equation_flags.size * equation_flags.size + spare_number,
     )
 
 
 @njit(inline="always", **INNER)
 def pair_submatrices(
-    matrix: Any, pattern: NonzeroPattern, has_equations: Any, element_a: int, element_b: int
+    matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
-    """Return the submatrices of a pair, and a flag for each of aa, ab and bb: True if it holds no terms yet."""
-    used = pattern.used
+    """Return the submatrices of a pair, and three flags: True if submatrix aa, ab or bb holds no terms yet."""
+    used = nonzero_pattern.used
     fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
-    used[element_a, element_a], used[element_b, element_b] = has_equations[element_a], has_equations[element_b]
-    if has_equations[element_a] and has_equations[element_b] and not used[element_a, element_b]:
-        mark_nonzero(pattern, element_a, element_b)
-        mark_nonzero(pattern, element_b, element_a)
+    used[element_a, element_a], used[element_b, element_b] = equation_flags[element_a], equation_flags[element_b]
+    if equation_flags[element_a] and equation_flags[element_b] and not used[element_a, element_b]:
+        mark_nonzero(nonzero_pattern, element_a, element_b)
+        mark_nonzero(nonzero_pattern, element_b, element_a)
     aa, ab = (
-        submatrix_or_spare(matrix, has_equations, element_a, element_a, 0),
-        submatrix_or_spare(matrix, has_equations, element_a, element_b, 1),
+        submatrix_or_spare(matrix, equation_flags, element_a, element_a, 0),
+        submatrix_or_spare(matrix, equation_flags, element_a, element_b, 1),
     )
     return PairSubmatrices(
         aa,
         ab,
-        submatrix_or_spare(matrix, has_equations, element_b, element_a, 2),
-        submatrix_or_spare(matrix, has_equations, element_b, element_b, 3),
+        submatrix_or_spare(matrix, equation_flags, element_b, element_a, 2),
+        submatrix_or_spare(matrix, equation_flags, element_b, element_b, 3),
     ), fresh

@@ -8,9 +8,9 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
     THEIRS,
+    ContactEndHistory,
     ElementFace,
     ElementState,
-    EndHistory,
     PairState,
     Pose,
     VertexPosition,
@@ -26,7 +26,7 @@ class LeverArms(NamedTuple):
 
 
 class ContactEnd(NamedTuple):
-    """One end of the common stretch of two faces."""
+    """Contact end: one end of the segment that two faces share, with penetration, slip and lever arms."""
 
     mine: bool
     """True if the contact vertex of this end belongs to a, False if to b."""
@@ -50,10 +50,10 @@ class ContactEnd(NamedTuple):
     """Lever arms about the centre of b."""
 
 
-class CommonStretch(NamedTuple):
-    """Common stretch of two faces: their relative rotation, both ends, and all four vertices.
+class SharedSegment(NamedTuple):
+    """Segment that two opposite faces share: their relative rotation, both ends, and all four vertices.
 
-    `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativePosition`.
+    `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativeFacePosition`.
     """
 
     turn_q: float
@@ -63,8 +63,8 @@ class CommonStretch(NamedTuple):
     now: VertexPositions
 
 
-class RelativePosition(NamedTuple):
-    """Relative position of two faces."""
+class RelativeFacePosition(NamedTuple):
+    """Relative position of the faces of a pair: normals, rotation between them, distances of the centres."""
 
     anx: float
     """Outward normal of a's face in the axes of the scene, x component."""
@@ -89,7 +89,7 @@ class RelativePosition(NamedTuple):
 
 
 class LocatedVertex(NamedTuple):
-    """Vertex of one face in the axes of the other face."""
+    """Position of a vertex of one face relative to the other face, now and a step ago, with lever arms."""
 
     seen: VertexPosition
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
@@ -121,14 +121,16 @@ def polygon_face(faces: Any, face_index: int) -> ElementFace:
 
 
 @njit(**INLINE)
-def relative_face_position(face_a: ElementFace, face_b: ElementFace, pose_a: Pose, pose_b: Pose) -> RelativePosition:
+def relative_face_position(
+    face_a: ElementFace, face_b: ElementFace, pose_a: Pose, pose_b: Pose
+) -> RelativeFacePosition:
     """Compute the relative position of the faces of a pair."""
     dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
     anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
     bnx, bnz = rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
-    return RelativePosition(
+    return RelativeFacePosition(
         anx=anx,
         anz=anz,
         bnx=bnx,
@@ -146,9 +148,9 @@ def relative_face_position(face_a: ElementFace, face_b: ElementFace, pose_a: Pos
 def rotate_to_other_face(
     normal_offset: float, tangent_offset: float, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Rotate a point of a face, relative to its own centre, to the normal and tangent of the other face.
+    """Return the components of a point of one face, relative to its centre, along the other face's normal and tangent.
 
-    `cosine` and `sine` are the cosine and sine of that rotation.
+    `cosine` and `sine` are those of the rotation between both faces.
     """
     return normal_offset * cosine + tangent_offset * sine, tangent_offset * cosine - normal_offset * sine
 
@@ -158,12 +160,14 @@ def locate_vertex_of_a(
     normal_offset: float,
     tangent_offset: float,
     face_distance: float,
-    position: RelativePosition,
+    relative_position: RelativeFacePosition,
     previous_position: VertexPosition,
 ) -> LocatedVertex:
     """Return depth, place and lever arms of a vertex of a at b's face, `face_distance` (m) from b's centre."""
-    own_n, own_t = rotate_to_other_face(normal_offset, tangent_offset, position.turn_q, position.turn_r)
-    height, place = own_n + position.bn, own_t + position.bt
+    own_n, own_t = rotate_to_other_face(
+        normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
+    )
+    height, place = own_n + relative_position.bn, own_t + relative_position.bt
     seen = VertexPosition(face_distance - height, place)
     return LocatedVertex(
         seen,
@@ -179,12 +183,17 @@ def locate_vertex_of_b(
     normal_offset: float,
     tangent_offset: float,
     face_distance: float,
-    position: RelativePosition,
+    relative_position: RelativeFacePosition,
     previous_position: VertexPosition,
 ) -> LocatedVertex:
-    """Return depth, place and lever arms of a vertex of b at a's face; the place increases with the slip of a."""
-    own_n, own_t = rotate_to_other_face(normal_offset, tangent_offset, -position.turn_q, position.turn_r)
-    height, place = own_n + position.an, own_t + position.at
+    """Return depth, place and lever arms of a vertex of b at a's face, `face_distance` (m) from a's centre.
+
+    The place increases with the slip of a.
+    """
+    own_n, own_t = rotate_to_other_face(
+        normal_offset, tangent_offset, -relative_position.turn_q, relative_position.turn_r
+    )
+    height, place = own_n + relative_position.an, own_t + relative_position.at
     seen = VertexPosition(face_distance + height, place)
     return LocatedVertex(
         seen,
@@ -197,33 +206,36 @@ def locate_vertex_of_b(
 
 @njit(**INLINE)
 def locate_vertices(
-    face_a: ElementFace, face_b: ElementFace, position: RelativePosition, previous_positions: VertexPositions
+    face_a: ElementFace,
+    face_b: ElementFace,
+    relative_position: RelativeFacePosition,
+    previous_positions: VertexPositions,
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
     """Return depth, place and lever arms of the first and second vertex of a's face, then of b's face."""
     return (
-        locate_vertex_of_a(face_a.off, face_a.low, face_b.off, position, previous_positions.a1),
-        locate_vertex_of_a(face_a.off, face_a.high, face_b.off, position, previous_positions.a2),
-        locate_vertex_of_b(face_b.off, face_b.low, face_a.off, position, previous_positions.b1),
-        locate_vertex_of_b(face_b.off, face_b.high, face_a.off, position, previous_positions.b2),
+        locate_vertex_of_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
+        locate_vertex_of_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
+        locate_vertex_of_b(face_b.off, face_b.low, face_a.off, relative_position, previous_positions.b1),
+        locate_vertex_of_b(face_b.off, face_b.high, face_a.off, relative_position, previous_positions.b2),
     )
 
 
 @njit(**INLINE)
-def contact_end(
+def build_contact_end(
     vertex_is_of_a: bool,
-    is_opposite: bool,
-    position: RelativePosition,
+    vertex_is_opposite: bool,
+    relative_position: RelativeFacePosition,
     vertex_a: LocatedVertex,
     vertex_b: LocatedVertex,
 ) -> ContactEnd:
-    """Return the contact end of two faces, with the vertex of a if `vertex_is_of_a`, else with the vertex of b."""
+    """Return a contact end of two faces, at the vertex of a if `vertex_is_of_a`, else at the vertex of b."""
     depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
     return ContactEnd(
         mine=vertex_is_of_a,
-        faces=is_opposite,
-        closed=is_opposite & (depth > 0.0),
-        nx=position.bnx if vertex_is_of_a else -position.anx,
-        nz=position.bnz if vertex_is_of_a else -position.anz,
+        faces=vertex_is_opposite,
+        closed=vertex_is_opposite & (depth > 0.0),
+        nx=relative_position.bnx if vertex_is_of_a else -relative_position.anx,
+        nz=relative_position.bnz if vertex_is_of_a else -relative_position.anz,
         depth=depth,
         before=vertex_a.before if vertex_is_of_a else vertex_b.before,
         slip=vertex_a.slip if vertex_is_of_a else vertex_b.slip,
@@ -233,14 +245,14 @@ def contact_end(
 
 
 @njit(**INLINE)
-def shared_segment_ends(pair: PairState, pose_a: Pose, pose_b: Pose) -> CommonStretch:
-    """Compute the common stretch of the two nearest faces; neither end touches if the elements are out of reach."""
-    return stretch_between_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
+def find_shared_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> SharedSegment:
+    """Compute the segment shared by the nearest faces of a pair; no end touches if the elements are out of reach."""
+    return find_shared_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
-def stretch_between_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> CommonStretch:
-    """Compute the common stretch of two faces; the contact vertex of each end is the inner of two vertices.
+def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> SharedSegment:
+    """Compute the segment shared by the faces of a pair; the contact vertex of each end is the inner of two vertices.
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
     """
@@ -255,29 +267,32 @@ def stretch_between_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch
     in_2 = (mine_2 & (a2.seen.place <= to.two_a)) | (
         (not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= to.two_b)
     )
-    one, two = contact_end(mine_1, in_1 & may_touch, f, a1, b2), contact_end(mine_2, in_2 & may_touch, f, a2, b1)
-    return CommonStretch(f.turn_q, f.turn_r, one, two, VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
+    one, two = (
+        build_contact_end(mine_1, in_1 & may_touch, f, a1, b2),
+        build_contact_end(mine_2, in_2 & may_touch, f, a2, b1),
+    )
+    return SharedSegment(f.turn_q, f.turn_r, one, two, VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
 
 
 @njit(**INNER)
 def earlier_vertex_positions(
-    pair: PairState, element_a: ElementState, element_b: ElementState, elapsed: float
+    pair: PairState, element_a: ElementState, element_b: ElementState, elapsed_time: float
 ) -> VertexPositions:
-    """Compute depths and places of the vertices of both faces of a pair `elapsed` seconds ago."""
+    """Compute the positions of the vertices of a pair's faces `elapsed_time` seconds ago."""
     f = relative_face_position(
-        pair.face_a, pair.face_b, earlier_pose(element_a, elapsed), earlier_pose(element_b, elapsed)
+        pair.face_a, pair.face_b, earlier_pose(element_a, elapsed_time), earlier_pose(element_b, elapsed_time)
     )
     a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     return VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
 @njit(**INNER)
-def earlier_pose(element: ElementState, elapsed: float) -> Pose:
-    """Return the pose of an element `elapsed` seconds ago, from its present velocity."""
-    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed * element.velocity.w)
+def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
+    """Return the pose of an element `elapsed_time` seconds ago, from its present velocity."""
+    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.w)
     return Pose(
-        element.pose.x - elapsed * element.velocity.x,
-        element.pose.z - elapsed * element.velocity.z,
+        element.pose.x - elapsed_time * element.velocity.x,
+        element.pose.z - elapsed_time * element.velocity.z,
         element.pose.angle,
         c,
         s,
@@ -285,8 +300,10 @@ def earlier_pose(element: ElementState, elapsed: float) -> Pose:
 
 
 @njit(**INNER)
-def contact_vertex(end_history: EndHistory, end_number: int, vertices: VertexPositions) -> VertexPosition:
-    """Return the contact vertex of an end (0 or 1): the first or second one of a, or the second or first one of b."""
+def contact_vertex_position(
+    end_history: ContactEndHistory, end_number: int, vertex_positions: VertexPositions
+) -> VertexPosition:
+    """Return the position of the contact vertex of an end (0 or 1) of a pair, according to its contact history."""
     if end_history.carrier != THEIRS:
-        return vertices.a1 if end_number == 0 else vertices.a2
-    return vertices.b2 if end_number == 0 else vertices.b1
+        return vertex_positions.a1 if end_number == 0 else vertex_positions.a2
+    return vertex_positions.b2 if end_number == 0 else vertex_positions.b1

@@ -7,13 +7,13 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import slides_flat
-from overturning.dem.polygon.faces import CommonStretch, ContactEnd, LeverArms
-from overturning.dem.polygon.mechanics import EndResult, RelativeVector, opening_and_slip_rates
-from overturning.dem.polygon.state import OPEN, ContactLaw, ElementConstants, EndHistory, PairHistory
+from overturning.dem.polygon.faces import ContactEnd, LeverArms, SharedSegment
+from overturning.dem.polygon.mechanics import ContactEndResult, RelativeVector, opening_and_slip_rates
+from overturning.dem.polygon.state import OPEN, ContactEndHistory, ContactLaw, ElementConstants, PairHistory
 
 
 class PairMotion(NamedTuple):
-    """Relative motion of the elements of a pair, and their inertia."""
+    """Relative velocity of the elements of a pair, and the masses and inertias of both."""
 
     velocity: RelativeVector
     a: ElementConstants
@@ -21,99 +21,112 @@ class PairMotion(NamedTuple):
 
 
 @njit(**INLINE)
-def lands_now(contact_law: ContactLaw, previous_end: EndHistory, end: ContactEnd, motion: PairMotion) -> bool:
+def end_lands_now(
+    contact_law: ContactLaw, end_history: ContactEndHistory, contact_end: ContactEnd, pair_motion: PairMotion
+) -> bool:
     """True if a contact end is landing, touches in this step, or will touch as part of the same impact.
 
     The time until it touches is at most `overturning.dem.kernel.mechanics.impact_time`, in products here.
     """
-    opening, _ = opening_and_slip_rates(end, motion.velocity)
+    opening, _ = opening_and_slip_rates(contact_end, pair_motion.velocity)
     sinking = opening if opening < 0.0 else 0.0
-    rate = contact_law.dashpot * (motion.a.inverse_mass + motion.b.inverse_mass)
-    soon = (rate * end.depth > sinking) & (contact_law.normal * end.depth > contact_law.dashpot * sinking)
-    return (previous_end.landing > 0.0) | ((previous_end.carrier == OPEN) & (end.faces > 0.0) & soon)
+    rate = contact_law.dashpot * (pair_motion.a.inverse_mass + pair_motion.b.inverse_mass)
+    soon = (rate * contact_end.depth > sinking) & (
+        contact_law.normal * contact_end.depth > contact_law.dashpot * sinking
+    )
+    return (end_history.landing > 0.0) | ((end_history.carrier == OPEN) & (contact_end.faces > 0.0) & soon)
 
 
 @njit(**INLINE)
-def lands_flat(
-    contact_law: ContactLaw, previous_pair: PairHistory, both_ends: CommonStretch, motion: PairMotion
+def pair_lands_flat(
+    contact_law: ContactLaw, pair_history: PairHistory, shared_segment: SharedSegment, pair_motion: PairMotion
 ) -> bool:
     """True if both ends of a pair land in one impact, so that a dashpot may pull while its end is in contact."""
-    one = lands_now(contact_law, previous_pair.one, both_ends.one, motion)
-    return (contact_law.landing > 0.0) & one & lands_now(contact_law, previous_pair.two, both_ends.two, motion)
+    one = end_lands_now(contact_law, pair_history.one, shared_segment.one, pair_motion)
+    return (
+        (contact_law.landing > 0.0)
+        & one
+        & end_lands_now(contact_law, pair_history.two, shared_segment.two, pair_motion)
+    )
 
 
 @njit(**INLINE)
 def flat_landing_slip(
     contact_law: ContactLaw,
-    end: ContactEnd,
+    contact_end: ContactEnd,
     velocity: RelativeVector,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
-    is_flat: bool,
+    lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return True if an end in a flat landing slides (`slides_flat`), and ±μ of its friction.
+    """Return True if a contact end slides in a flat landing (see `slides_flat`), and μ with the sign of its friction.
 
-    Decided by the velocities without the rotation of one element relative to the other, as if both were one body.
+    The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """
     total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
     w = (velocity.a * inertia_b.inverse_inertia + velocity.b * inertia_a.inverse_inertia) / (
         total if total > 0.0 else 1.0
     )
-    opening, slipping = opening_and_slip_rates(end, RelativeVector(velocity.x, velocity.z, w, w))
-    return is_flat & slides_flat(contact_law.friction, slipping, opening), -math.copysign(
+    opening, slipping = opening_and_slip_rates(contact_end, RelativeVector(velocity.x, velocity.z, w, w))
+    return lands_flat & slides_flat(contact_law.friction, slipping, opening), -math.copysign(
         contact_law.friction, slipping
     )
 
 
 @njit(**INLINE)
-def reduced_lever(lever_a: float, lever_b: float, inverse_a: float, inverse_b: float) -> float:
-    """Return the lever arm (m) of a contact force that rotates one element relative to the other."""
-    total = inverse_a + inverse_b
-    return (lever_a * inverse_a + lever_b * inverse_b) / (total if total > 0.0 else 1.0)
+def relative_rotation_lever(
+    lever_a: float, lever_b: float, inverse_inertia_a: float, inverse_inertia_b: float
+) -> float:
+    """Return the lever arm (m) with which a contact force rotates one element of a pair relative to the other."""
+    total = inverse_inertia_a + inverse_inertia_b
+    return (lever_a * inverse_inertia_a + lever_b * inverse_inertia_b) / (total if total > 0.0 else 1.0)
 
 
 @njit(**INLINE)
-def shifted(end: ContactEnd, by: float) -> ContactEnd:
-    """Return an end whose tangential force has shorter lever arms about both centres; `by` in m."""
+def shorten_tangential_levers(contact_end: ContactEnd, lever_reduction: float) -> ContactEnd:
+    """Return a contact end with both lever arms of its tangential force shortened by `lever_reduction`, m."""
+    end = contact_end
     return ContactEnd(
         end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
-        LeverArms(end.a.n, end.a.t - by), LeverArms(end.b.n, end.b.t - by),
+        LeverArms(end.a.n, end.a.t - lever_reduction), LeverArms(end.b.n, end.b.t - lever_reduction),
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def landing_levers(
-    contact_law: ContactLaw, both_ends: CommonStretch, motion: PairMotion, is_flat: bool
+def apply_landing_levers(
+    contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotion, lands_flat: bool
 ) -> tuple[ContactEnd, ContactEnd]:
-    """Return both ends with the lever arms of their forces in a flat landing.
+    """Return both contact ends of a pair with the lever arms that their forces have in a flat landing.
 
     The resultant impulse of a base that slides is inclined by μ. If it passes through the base, the normal impulses
     balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts
     where it causes no such rotation.
     """
-    one, two, (u, a, b) = both_ends.one, both_ends.two, motion
-    slides_one, drift = flat_landing_slip(contact_law, one, u, a, b, is_flat)
-    slides_two, other = flat_landing_slip(contact_law, two, u, a, b, is_flat)
+    one, two, (u, a, b) = shared_segment.one, shared_segment.two, pair_motion
+    slides_one, drift = flat_landing_slip(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = flat_landing_slip(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
-    t1, t2 = reduced_lever(one.a.t, one.b.t, ia, ib), reduced_lever(two.a.t, two.b.t, ia, ib)
-    n1, n2 = reduced_lever(one.a.n, one.b.n, ia, ib), reduced_lever(two.a.n, two.b.n, ia, ib)
+    t1, t2 = relative_rotation_lever(one.a.t, one.b.t, ia, ib), relative_rotation_lever(two.a.t, two.b.t, ia, ib)
+    n1, n2 = relative_rotation_lever(one.a.n, one.b.n, ia, ib), relative_rotation_lever(two.a.n, two.b.n, ia, ib)
     # Place of the resultant normal impulse that causes no rotation, as a lever arm; it must lie between the ends.
     place = -0.5 * (drift * (t1 + t2))
     within = (place - n1) * (place - n2) <= 0.0
     share = 1.0 if slides_one & slides_two & (drift == other) & within else 0.0
-    return shifted(one, share * t1), shifted(two, share * t2)
+    return shorten_tangential_levers(one, share * t1), shorten_tangential_levers(two, share * t2)
 
 
 @njit(**INLINE)
-def working_slips(
-    both_ends: CommonStretch, levers: tuple[ContactEnd, ContactEnd], results: tuple[EndResult, EndResult]
-) -> tuple[EndResult, EndResult]:
-    """Return the results of both ends with the slip on which friction works, at the lever arms of `landing_levers`."""
-    (end_1, end_2), (r1, r2), apart = levers, results, both_ends.one.a.n - both_ends.two.a.n
-    sunk = (r1.depth - both_ends.one.before) - (r2.depth - both_ends.two.before)
+def correct_slip_for_friction_work(
+    shared_segment: SharedSegment,
+    landing_ends: tuple[ContactEnd, ContactEnd],
+    end_results: tuple[ContactEndResult, ContactEndResult],
+) -> tuple[ContactEndResult, ContactEndResult]:
+    """Return the results of both ends with the slip on which friction works at the levers of `apply_landing_levers`."""
+    (end_1, end_2), (r1, r2), apart = landing_ends, end_results, shared_segment.one.a.n - shared_segment.two.a.n
+    sunk = (r1.depth - shared_segment.one.before) - (r2.depth - shared_segment.two.before)
     turn = -sunk / (apart if apart != 0.0 else 1.0)
-    slip_1, slip_2 = (both_ends.one.a.t - end_1.a.t) * turn, (both_ends.two.a.t - end_2.a.t) * turn
+    slip_1, slip_2 = (shared_segment.one.a.t - end_1.a.t) * turn, (shared_segment.two.a.t - end_2.a.t) * turn
     return (
-        EndResult(r1.force, r1.depth, r1.slip - slip_1, r1.inside),
-        EndResult(r2.force, r2.depth, r2.slip - slip_2, r2.inside),
+        ContactEndResult(r1.force, r1.depth, r1.slip - slip_1, r1.inside),
+        ContactEndResult(r2.force, r2.depth, r2.slip - slip_2, r2.inside),
     )

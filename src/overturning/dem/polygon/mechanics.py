@@ -9,15 +9,15 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
-from overturning.dem.polygon.faces import CommonStretch, ContactEnd
+from overturning.dem.polygon.faces import ContactEnd, SharedSegment
 from overturning.dem.polygon.state import (
     MINE,
     OPEN,
     THEIRS,
     TRANSFERRED,
+    ContactEndHistory,
     ContactLaw,
     ElementState,
-    EndHistory,
     PairHistory,
     PlanarVector,
     Pose,
@@ -25,8 +25,8 @@ from overturning.dem.polygon.state import (
 )
 
 
-class EndForce(NamedTuple):
-    """Force of a contact end."""
+class ContactEndForce(NamedTuple):
+    """Normal and tangential force of a contact end, and the stretch of its spring."""
 
     n: float
     """Normal force, N."""
@@ -36,10 +36,10 @@ class EndForce(NamedTuple):
     """Stretch of the tangential spring after slip, m."""
 
 
-class EndResult(NamedTuple):
+class ContactEndResult(NamedTuple):
     """State of a contact end at the end of a step."""
 
-    force: EndForce
+    force: ContactEndForce
     depth: float
     """Penetration, m."""
     slip: float
@@ -49,7 +49,7 @@ class EndResult(NamedTuple):
 
 
 class PairForce(NamedTuple):
-    """Sum of the forces of both ends of a pair, with their moments."""
+    """Sum of the contact forces of both ends of a pair, with their moments."""
 
     x: float
     """Force on a, N; the opposite acts on b."""
@@ -61,8 +61,8 @@ class PairForce(NamedTuple):
     """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
-class AssumedContact(NamedTuple):
-    """State of a contact end that the equations of a step assume."""
+class AssumedEndSlip(NamedTuple):
+    """Spring stretch and sliding direction of a contact end that the equations of a step assume."""
 
     stretch: float
     """Predicted stretch of the tangential spring, m."""
@@ -120,18 +120,22 @@ def element_acceleration(
 
 
 @njit(**INLINE)
-def velocity_after(velocity: PlanarVector, acceleration: PlanarVector, dt: float) -> PlanarVector:
-    """Return a velocity after a time `dt` (s) with constant acceleration."""
+def extrapolate_velocity(velocity: PlanarVector, acceleration: PlanarVector, duration: float) -> PlanarVector:
+    """Return a velocity after a time (s) with constant acceleration."""
     return PlanarVector(
-        velocity.x + dt * acceleration.x, velocity.z + dt * acceleration.z, velocity.w + dt * acceleration.w
+        velocity.x + duration * acceleration.x,
+        velocity.z + duration * acceleration.z,
+        velocity.w + duration * acceleration.w,
     )
 
 
 @njit(**INLINE)
-def pose_after(pose: Pose, velocity: PlanarVector, dt: float) -> Pose:
-    """Return a pose after a time `dt` (s) with constant velocity."""
-    c, s = rotate_cosine_and_sine(pose.cos, pose.sin, dt * velocity.w)
-    return Pose(pose.x + dt * velocity.x, pose.z + dt * velocity.z, pose.angle + dt * velocity.w, c, s)
+def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pose:
+    """Return a pose after a time (s) with constant velocity."""
+    c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.w)
+    return Pose(
+        pose.x + duration * velocity.x, pose.z + duration * velocity.z, pose.angle + duration * velocity.w, c, s
+    )
 
 
 @njit(**INLINE)
@@ -146,30 +150,36 @@ def inertial_power(
 
 
 @njit(**INLINE)
-def carrier_code(end: ContactEnd) -> float:
-    """Return the code of the element whose vertex is the contact vertex of an end: `MINE` (a) or `THEIRS` (b)."""
-    return MINE if end.mine > 0.0 else THEIRS
+def carrier_code(contact_end: ContactEnd) -> float:
+    """Return `MINE` if the contact vertex of an end belongs to element a of the pair, `THEIRS` if to b."""
+    return MINE if contact_end.mine > 0.0 else THEIRS
 
 
 @njit(**INLINE)
-def spring_stretch(
-    previous_end: EndHistory, end: ContactEnd, both_ends: CommonStretch, compliance: float, damping_force: float
+def tangential_spring_stretch(
+    end_history: ContactEndHistory,
+    contact_end: ContactEnd,
+    shared_segment: SharedSegment,
+    compliance: float,
+    damping_force: float,
 ) -> float:
     """Return the stretch (m) of an end's tangential spring before slip.
 
     The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
     not change. A new contact starts with 0.
     """
-    carrier = carrier_code(end)
-    share = -((carrier * both_ends.turn_r) * previous_end.normal) - previous_end.tangent * both_ends.turn_q
-    share = previous_end.tangent if previous_end.carrier == TRANSFERRED else share
+    carrier = carrier_code(contact_end)
+    share = -((carrier * shared_segment.turn_r) * end_history.normal) - end_history.tangent * shared_segment.turn_q
+    share = end_history.tangent if end_history.carrier == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
-    stretch = previous_end.spring + end.slip if previous_end.carrier == carrier else equivalent
-    return stretch if previous_end.carrier != OPEN else 0.0
+    stretch = end_history.spring + contact_end.slip if end_history.carrier == carrier else equivalent
+    return stretch if end_history.carrier != OPEN else 0.0
 
 
 @njit(**INLINE)
-def sum_end_forces(end_1: ContactEnd, end_2: ContactEnd, force_1: EndForce, force_2: EndForce) -> PairForce:
+def sum_end_forces(
+    end_1: ContactEnd, end_2: ContactEnd, force_1: ContactEndForce, force_2: ContactEndForce
+) -> PairForce:
     """Return the sum of the contact forces of both ends of a pair, with their moments."""
     return PairForce(
         (force_1.n * end_1.nx + force_1.t * end_1.nz) + (force_2.n * end_2.nx + force_2.t * end_2.nz),
@@ -197,22 +207,26 @@ def relative_velocity(velocity_a: PlanarVector, velocity_b: PlanarVector) -> Rel
 
 
 @njit(**INLINE)
-def opening_and_slip_rates(end: ContactEnd, velocity: RelativeVector) -> tuple[float, float]:
+def opening_and_slip_rates(contact_end: ContactEnd, velocity: RelativeVector) -> tuple[float, float]:
     """Return the velocities (m/s) at which the faces of a contact end open and slip."""
-    opening = (end.nx * velocity.x + end.nz * velocity.z) + (velocity.a * end.a.n - velocity.b * end.b.n)
-    return opening, (end.nz * velocity.x - end.nx * velocity.z) + (velocity.a * end.a.t - velocity.b * end.b.t)
+    opening = (contact_end.nx * velocity.x + contact_end.nz * velocity.z) + (
+        velocity.a * contact_end.a.n - velocity.b * contact_end.b.n
+    )
+    return opening, (contact_end.nz * velocity.x - contact_end.nx * velocity.z) + (
+        velocity.a * contact_end.a.t - velocity.b * contact_end.b.t
+    )
 
 
 @njit(**INLINE)
 def apply_friction(
-    trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing: tuple[bool, bool, float]
+    trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
     """Return the friction force of an end (N), the limit of its spring force (N), and whether the end slips.
 
-    `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing` holds
-    whether the end is held in a flat landing, and the two results of `flat_landing_slip`.
+    `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
+    `flat_landing_state` holds whether the end is held in a flat landing, and the two results of `flat_landing_slip`.
     """
-    (held, drifts, drift), limit = flat_landing, contact_law.friction * normal_force
+    (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit
     force = drift * normal_force if drifts else (clamp_magnitude(trial_force, limit) if slips else trial_force)
     return force, (limit if limit > 0.0 else 0.0), slips
@@ -220,53 +234,57 @@ def apply_friction(
 
 @njit(**INLINE)
 def next_end_history(
-    previous_end: EndHistory,
-    other_end: EndHistory,
-    end: ContactEnd,
-    result: EndResult,
+    end_history: ContactEndHistory,
+    other_end_history: ContactEndHistory,
+    contact_end: ContactEnd,
+    end_result: ContactEndResult,
     contact_law: ContactLaw,
-    elapsed: float,
-) -> EndHistory:
-    """Return the contact history of an end for the next step; `elapsed` is the time since the last step, s.
+    elapsed_time: float,
+) -> ContactEndHistory:
+    """Return the history of a contact end for the next step; `elapsed_time` is the time since the last step, s.
 
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
-    begun = contact_law.landing if other_end.carrier == OPEN else other_end.landing - elapsed
-    left = previous_end.landing - elapsed if previous_end.carrier != OPEN else begun
-    carrier = carrier_code(end) if result.inside else OPEN
-    return EndHistory(result.force.spring, carrier, result.force.n, result.force.t, left if result.inside else 0.0)
+    begun = contact_law.landing if other_end_history.carrier == OPEN else other_end_history.landing - elapsed_time
+    left = end_history.landing - elapsed_time if end_history.carrier != OPEN else begun
+    carrier = carrier_code(contact_end) if end_result.inside else OPEN
+    return ContactEndHistory(
+        end_result.force.spring, carrier, end_result.force.n, end_result.force.t, left if end_result.inside else 0.0
+    )
 
 
 @njit(**INLINE)
-def twice_energy_absorbed(previous_end: EndHistory, end: ContactEnd, result: EndResult) -> float:
-    """Return twice the energy that an end absorbed in a step, J: mean force times displacement."""
-    value = (previous_end.normal + result.force.n) * (result.depth - end.before) - (
-        previous_end.tangent + result.force.t
-    ) * result.slip
-    return value if (previous_end.carrier != OPEN) | result.inside else 0.0
+def twice_absorbed_energy(
+    end_history: ContactEndHistory, contact_end: ContactEnd, end_result: ContactEndResult
+) -> float:
+    """Return twice the energy that a contact end absorbed in a step, J: mean force times displacement."""
+    value = (end_history.normal + end_result.force.n) * (end_result.depth - contact_end.before) - (
+        end_history.tangent + end_result.force.t
+    ) * end_result.slip
+    return value if (end_history.carrier != OPEN) | end_result.inside else 0.0
 
 
 @njit(**INLINE)
 def next_pair_history(
-    previous_pair: PairHistory,
-    both_ends: CommonStretch,
-    vertices: VertexPositions,
-    results: tuple[EndResult, EndResult],
+    pair_history: PairHistory,
+    shared_segment: SharedSegment,
+    vertex_positions: VertexPositions,
+    end_results: tuple[ContactEndResult, ContactEndResult],
     contact_law: ContactLaw,
-    elapsed: float,
+    elapsed_time: float,
 ) -> PairHistory:
     """Return the contact history of a pair after a step that ends with the given vertex positions."""
-    s1, s2 = results
-    deepest = updated_maximum(previous_pair.deepest, s1.depth if s1.inside else 0.0)
+    s1, s2 = end_results
+    deepest = updated_maximum(pair_history.deepest, s1.depth if s1.inside else 0.0)
     deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
     absorbed = 0.5 * (
-        twice_energy_absorbed(previous_pair.one, both_ends.one, s1)
-        + twice_energy_absorbed(previous_pair.two, both_ends.two, s2)
+        twice_absorbed_energy(pair_history.one, shared_segment.one, s1)
+        + twice_absorbed_energy(pair_history.two, shared_segment.two, s2)
     )
     return PairHistory(
-        vertices,
-        next_end_history(previous_pair.one, previous_pair.two, both_ends.one, s1, contact_law, elapsed),
-        next_end_history(previous_pair.two, previous_pair.one, both_ends.two, s2, contact_law, elapsed),
+        vertex_positions,
+        next_end_history(pair_history.one, pair_history.two, shared_segment.one, s1, contact_law, elapsed_time),
+        next_end_history(pair_history.two, pair_history.one, shared_segment.two, s2, contact_law, elapsed_time),
         deepest,
-        previous_pair.absorbed + absorbed,
+        pair_history.absorbed + absorbed,
     )

@@ -28,23 +28,27 @@ mean of normal force × place (x, z)."""
 
 @njit(**INNER)
 def record_element_motion(
-    state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, path_row: Any
+    state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write the motion of all elements in lane 0 at the start of a sample into a row of its trajectory."""
     case = rows.load_case(state, 0)
-    path_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
-    path_row[GROUND] = motion_at_tick(case.shaking.base, case.shaking.tick)
+    trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
+    trajectory_row[GROUND] = motion_at_tick(case.shaking.base, case.shaking.tick)
     half = case.lag
     for e in range(element_count):
         item = rows.load_element(rows.of_element(state, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
         at = 2 + POSE_COLUMNS * e
-        path_row[at], path_row[at + 1], path_row[at + 2] = pose.x, pose.z, pose.angle
-        path_row[at + 3], path_row[at + 4], path_row[at + 5] = v.x + half * a.x, v.z + half * a.z, v.w + half * a.w
+        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = pose.x, pose.z, pose.angle
+        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5] = (
+            v.x + half * a.x,
+            v.z + half * a.z,
+            v.w + half * a.w,
+        )
 
 
 @njit(**INNER)
-def add_contact_forces(state: Any, scene: Any, sample_share: float, path_rows: Any, row_index: int) -> None:
+def add_contact_forces(state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int) -> None:
     """Add the contact forces in lane 0, times the share of a sample in which they act, to a row of its trajectory."""
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
@@ -56,23 +60,23 @@ def add_contact_forces(state: Any, scene: Any, sample_share: float, path_rows: A
             n, tangent, mine = sample_share * memory.normal, sample_share * memory.tangent, memory.carrier == MINE
             (rx, rz), (nx, nz) = end_position(pair, a, b, end, mine), end_normal(a, b, pair.face_a, pair.face_b, mine)
             at = 2 + POSE_COLUMNS * scene.elements.shape[1] + FORCE_COLUMNS * (2 * p + end)
-            path_rows[row_index, at + FX] += n * nx + tangent * nz
-            path_rows[row_index, at + FZ] += n * nz - tangent * nx
-            path_rows[row_index, at + LOAD] += n
-            path_rows[row_index, at + LOAD_X] += n * (a.x + rx)
-            path_rows[row_index, at + LOAD_Z] += n * (a.z + rz)
+            trajectory_rows[row_index, at + FX] += n * nx + tangent * nz
+            trajectory_rows[row_index, at + FZ] += n * nz - tangent * nx
+            trajectory_rows[row_index, at + LOAD] += n
+            trajectory_rows[row_index, at + LOAD_X] += n * (a.x + rx)
+            trajectory_rows[row_index, at + LOAD_Z] += n * (a.z + rz)
 
 
-def count_path_columns(prepared_scene: PreparedScene) -> int:
+def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     """Return the number of columns of the trajectory of a scene."""
     return 2 + POSE_COLUMNS * len(prepared_scene.placed) + 2 * FORCE_COLUMNS * len(prepared_scene.pairs)
 
 
-def scene_path(prepared_scene: PreparedScene, path_rows: FloatArray) -> PlanePath:
+def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanePath:
     """Convert the rows of a scene's trajectory to a `PlanePath`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
-    forces = path_rows[:, poses_end:].reshape(len(path_rows), ends, FORCE_COLUMNS)
+    forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, FORCE_COLUMNS)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
@@ -85,9 +89,9 @@ def scene_path(prepared_scene: PreparedScene, path_rows: FloatArray) -> PlanePat
         scene=prepared_scene.scene,
         placed=placed,
         critical=prepared_scene.alpha,
-        time=path_rows[:, TIME],
-        ground=path_rows[:, GROUND],
-        poses=path_rows[:, 2:poses_end].reshape(len(path_rows), len(placed), POSE_COLUMNS),
+        time=trajectory_rows[:, TIME],
+        ground=trajectory_rows[:, GROUND],
+        poses=trajectory_rows[:, 2:poses_end].reshape(len(trajectory_rows), len(placed), POSE_COLUMNS),
         force=force,
         place=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
         contacts=contacts,

@@ -14,7 +14,7 @@ from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
 from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, check_path_size
 from overturning.dem.polygon import arrays as t
-from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_path_columns, scene_path
+from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_trajectory_columns, scene_trajectory
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneKernelInput
@@ -47,8 +47,8 @@ after another element has fallen."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class PolygonPlan(SimulationPlan):
-    """Plan for n cases of a scene of polygons."""
+class PolygonSimulationPlan(SimulationPlan):
+    """Plan of the simulation of n cases of a scene of polygons."""
 
     split_long_queues: ClassVar[bool] = True
     step_cost: ClassVar[int] = ELEMENT_STEP
@@ -59,11 +59,11 @@ class PolygonPlan(SimulationPlan):
     scheme: Scheme
     variants: list[PreparedScene]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): index of each case's variant
-    stands_from: FloatArray  # see `SceneKernelInput`
+    stable_from_sample: FloatArray  # see `SceneKernelInput`
     arrays: t.SceneArrays
 
     def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Add ``each``, shape (count, elements), to the tables of `SimulationPlan.tables`."""
+        """Return empty tables for the kernel's results: ``results``, (count,), and ``each``, (count, elements)."""
         each = (case_count, self.arrays.elements.shape[1])
         return {"results": np.zeros(case_count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
 
@@ -75,7 +75,7 @@ class PolygonPlan(SimulationPlan):
         return SceneKernelInput(
             **self.common_kernel_input(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
             scheme=scheme,
-            stands_from=self.stands_from[case_numbers],
+            stable_from_sample=self.stable_from_sample[case_numbers],
             variant=self.variant[case_numbers],
             scene=self.arrays,
             each=result_tables["each"],
@@ -84,22 +84,22 @@ class PolygonPlan(SimulationPlan):
     def case_variables(
         self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Convert the kernel's results; a case with an element past the end of the ground has no valid outcome."""
+        """Return the outcome variables of cases by name; a case with an element past the end of the ground has none."""
         out, every, variant = filled_tables["results"], filled_tables["each"], self.variant[case_numbers]
         edge = np.array([item.slip_to_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
         every["peak_rotation"] /= np.stack([item.rotation_unit for item in self.variants])[variant]
-        free = self.variants[0].free
+        free = self.variants[0].free_elements
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
     def path_buffer(self, is_recorded: bool) -> FloatArray:
-        """Return a buffer for a path as a plain array of zeros, without rows if the path is not `is_recorded`."""
+        """Return an array of zeros for a trajectory, shape (rows, columns); without rows if it is not recorded."""
         if not is_recorded:
             return np.zeros((0, 0))
         last = int(max(self.table[0]["after"], self.table[0]["kept_until"]))
-        rows, columns = last - int(self.first[0]) + 3, count_path_columns(self.variants[0])
+        rows, columns = last - int(self.first[0]) + 3, count_trajectory_columns(self.variants[0])
         check_path_size(rows * columns)
         return np.zeros((rows, columns))
 
@@ -117,10 +117,10 @@ class PolygonPlan(SimulationPlan):
         return longer if same else path
 
     def rest_rows(self, sample_count: int) -> FloatArray:
-        """Return the first `sample_count` rows of a path with all elements at rest."""
+        """Return the trajectory of a scene at rest in the first `sample_count` samples, one row per sample."""
         prepared = self.variants[0]
         rest, poses_end = (
-            np.zeros((sample_count, count_path_columns(prepared))),
+            np.zeros((sample_count, count_trajectory_columns(prepared))),
             2 + POSE_COLUMNS * len(prepared.placed),
         )
         rest[:, poses_end:] = np.nan
@@ -132,11 +132,13 @@ class PolygonPlan(SimulationPlan):
         return rest
 
     def convert_path(self, path_rows: FloatArray) -> PlanePath:
-        """Convert the rows to the path of the only case."""
-        return scene_path(self.variants[0], path_rows)
+        """Convert the rows that the kernel recorded for the only case to its trajectory."""
+        return scene_trajectory(self.variants[0], path_rows)
 
 
-def plan_scene_simulation(model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
+def plan_scene_simulation(
+    model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics
+) -> PolygonSimulationPlan:
     """Check the arguments and plan the cases of a scene; see `overturning.dem.run.run` for the errors."""
     scheme, scene = parse_scheme(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():
@@ -145,7 +147,7 @@ def plan_scene_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     distinct, variant = np.unique(keys, axis=0, return_inverse=True)
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
-    _check_variants(scene, variants)
+    _check_scene_variants(scene, variants)
     row, ground = base_motions_by_azimuth(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
@@ -164,7 +166,7 @@ def plan_scene_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     table["dwell"] = np.round(SCENE.dwell_steps(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
-    stands_from = np.full((cases.size, len(variants[0].parts)), np.inf)
+    stable_from_sample = np.full((cases.size, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
@@ -173,7 +175,7 @@ def plan_scene_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
         )
         onset = np.zeros(cases.size)
         for number, item in enumerate(variants):
-            onset[variant == number] = item.motion_onset(np.asarray(cases.friction)[variant == number])
+            onset[variant == number] = item.motion_onset_acceleration(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == Scheme.CENTRED:
@@ -184,33 +186,37 @@ def plan_scene_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
         # An element that starts to slide may slide off its support.
         grip = np.zeros(cases.size)
         for number, item in enumerate(variants):
-            grip[variant == number] = item.sliding_onset(np.asarray(cases.friction)[variant == number])
+            grip[variant == number] = item.sliding_onset_acceleration(np.asarray(cases.friction)[variant == number])
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
         for part in range(len(variants[0].parts)):
             safe = np.array([item.safe[part] if alike else 0.0 for item in variants])[variant]
-            stands_from[:, part] = quiet(np.minimum(SAFE_UPLIFT * safe, grip) / SAFE_SHARE)[1]
-    return PolygonPlan(
+            stable_from_sample[:, part] = quiet(np.minimum(SAFE_UPLIFT * safe, grip) / SAFE_SHARE)[1]
+    return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
         too_soft=np.array([item.has_no_outcome for item in variants])[variant], variants=variants, variant=variant,
-        table=table, stands_from=stands_from, arrays=t.scene_arrays(variants),
+        table=table, stable_from_sample=stable_from_sample, arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
 
 
 def _rest_thresholds(
-    variants: list[PreparedScene],
-    variant: NDArray[np.int64],
+    prepared_scenes: list[PreparedScene],
+    variant_indices: NDArray[np.int64],
     cases: Cases,
-    motion_onset: FloatArray,
+    motion_onset_acceleration: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return |a|/g up to which samples at rest are skipped; see `overturning.dem.quiet.rest_threshold`."""
-    lifts, slowest = (np.array([getattr(item, name) for item in variants]) for name in ("threshold", "slowest"))
-    laws = [item.laws for item in variants]
-    delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]
-    rings = dynamic_overshoot_bound(slowest[variant], delay * np.asarray(cases.damping_factor), sampling_interval)
+    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `overturning.dem.quiet.rest_threshold`."""
+    lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
+    laws = [item.laws for item in prepared_scenes]
+    delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant_indices]
+    rings = dynamic_overshoot_bound(
+        slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
+    )
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
-    return rest_threshold(lifts[variant], motion_onset, lifts[variant], rings, SCENE_REST_THRESHOLD_FACTOR)
+    return rest_threshold(
+        lifts[variant_indices], motion_onset_acceleration, lifts[variant_indices], rings, SCENE_REST_THRESHOLD_FACTOR
+    )
 
 
 def scene_time_steps(
@@ -221,7 +227,7 @@ def scene_time_steps(
     sampling_interval: float,
     rocking_time: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return whole steps per sample, ticks of the finest step, and refinement of the automatic step of each variant.
+    """Return, for each variant, whole steps per sample, ticks of the finest step, and divisor of the automatic step.
 
     `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
     `rocking_time` is 1/p (s).
@@ -243,14 +249,14 @@ def scene_time_steps(
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
 
 
-def _check_variants(scene: Scene, variants: list[PreparedScene]) -> None:
+def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
     """Check the precision of all sizes of a scene, and that the same elements can touch at each size."""
-    for item in variants:
+    for item in prepared_scenes:
         # Check as for a block as high as the scene.
         check_stiffness_precision(
             scene.gravity / (2.0 * item.static_penetration), np.full(item.static_penetration.size, item.height), 0.0
         )
-    alike = {(tuple(item.pairs), tuple(item.support.tolist()), tuple(item.sizes)) for item in variants}
+    alike = {(tuple(item.pairs), tuple(item.support.tolist()), tuple(item.vertex_counts)) for item in prepared_scenes}
     if len(alike) != 1:
         raise ArgumentError(
             f"scene {scene.name}: the elements that can touch depend on the size; sweep these sizes separately"

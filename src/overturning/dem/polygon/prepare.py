@@ -11,13 +11,13 @@ from overturning.arrays import FloatArray
 from overturning.dem.limits import exceeds_penetration_limit
 from overturning.dem.polygon.statics import (
     ContactLaws,
-    LoadedEnd,
-    contact_laws,
-    joints_at_rest,
+    LoadedContactEnd,
+    compute_contact_laws,
     largest_eigenvalues,
     smallest_eigenvalue,
     static_equilibrium,
     supporting_ends,
+    touching_ends_at_rest,
 )
 from overturning.model.geometry import (
     ElementPair,
@@ -33,14 +33,14 @@ from overturning.model.scene import Scene
 
 @dataclass(frozen=True)
 class PreparedScene:
-    """Scene at one size, with everything that does not depend on the motion."""
+    """Scene at one size, with its statics, contact constants and thresholds, none of which depends on the motion."""
 
     scene: Scene
     placed: list[PlacedElement]
     pairs: list[ElementPair]  # elements, or their convex pieces, that can meet
     laws: ContactLaws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
-    loaded: list[LoadedEnd]  # ends that carry load at rest
+    loaded: list[LoadedContactEnd]  # ends that carry load at rest
     at_rest: bool  # True if the scene has a static equilibrium
     square: float  # largest eigenvalue of the springs, 1/s²
     rate: float  # largest eigenvalue of the dashpots, 1/s
@@ -57,12 +57,12 @@ class PreparedScene:
     fits: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
-    def free(self) -> NDArray[np.int64]:
+    def free_elements(self) -> NDArray[np.int64]:
         """Indices of the free elements."""
         return np.array([k for k, item in enumerate(self.placed) if not item.fixed], dtype=np.int64)
 
     @property
-    def sizes(self) -> list[int]:
+    def vertex_counts(self) -> list[int]:
         """Numbers of vertices of all convex pieces."""
         return [len(part.vertices) for item in self.placed for part in item.shape.parts]
 
@@ -92,30 +92,30 @@ class PreparedScene:
 
     @property
     def exceeds_penetration_limit(self) -> bool:
-        """True if the weight alone makes a pair exceed the penetration limit; its faces may even be swapped then."""
+        """True if the weight alone makes a pair of elements exceed the penetration limit."""
         return bool(exceeds_penetration_limit(self.static_penetration, smallest_element_side(self.placed)).any())
 
     @property
     def has_no_outcome(self) -> bool:
-        """True if no case has an outcome: a pair exceeds the penetration limit at rest, or an element does not fit."""
+        """True if no case has an outcome: a pair of elements penetrates too far at rest, or an element does not fit."""
         return self.exceeds_penetration_limit or not self.fits
 
     @property
     def rocking_time(self) -> float:
         """1/p of the element that rocks fastest, s: p = √(3g/4R), R the distance of its farthest vertex."""
-        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free)
+        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_elements)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
     def height(self) -> float:
         """Highest level of the free elements, m."""
-        return max(float(self.placed[k].points[:, 1].max()) for k in self.free)
+        return max(float(self.placed[k].points[:, 1].max()) for k in self.free_elements)
 
     @property
     def radius(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
-        low = min(float(self.placed[k].points[:, 1].min()) for k in self.free)
-        wide = max(self.placed[k].shape.width for k in self.free)
+        low = min(float(self.placed[k].points[:, 1].min()) for k in self.free_elements)
+        wide = max(self.placed[k].shape.width for k in self.free_elements)
         return 0.5 * float(np.sqrt((self.height - low) ** 2 + wide**2))
 
     @cached_property
@@ -127,18 +127,18 @@ class PreparedScene:
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
         )
 
-    def support_and_stack_base(self, element: int) -> tuple[int, int]:
-        """Return the support of an element, and the held element at the bottom of its stack (−1 if none)."""
-        last = element
+    def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
+        """Return the index of the support of an element, and of the held element below its stack (−1 if none)."""
+        last = element_index
         while not self.placed[last].fixed and self.support[last] != last:
             last = int(self.support[last])
-        return int(self.support[element]), last if self.placed[last].element.kind == "held" else -1
+        return int(self.support[element_index]), last if self.placed[last].element.kind == "held" else -1
 
-    def motion_onset(self, friction: FloatArray) -> FloatArray:
+    def motion_onset_acceleration(self, friction: FloatArray) -> FloatArray:
         """Return |a|/g below which no element can start to move, for each `friction` of a case."""
-        return np.minimum(self.threshold, self.sliding_onset(friction))
+        return np.minimum(self.threshold, self.sliding_onset_acceleration(friction))
 
-    def sliding_onset(self, friction: FloatArray) -> FloatArray:
+    def sliding_onset_acceleration(self, friction: FloatArray) -> FloatArray:
         """Return |a|/g at which the first element starts to slide, for each `friction`; 0 if it slides at rest.
 
         This is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
@@ -155,8 +155,8 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     """Prepare a scene, with the height (m) and B/H of its reference element, by default those of the scene file."""
     placed = place_elements(scene, height, b_over_h)
     pairs = element_pairs(placed)
-    joints = joints_at_rest(placed, pairs)
-    laws = contact_laws(scene, placed, pairs, joints)
+    joints = touching_ends_at_rest(placed, pairs)
+    laws = compute_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_ends(scene, placed, pairs, joints, loaded)
@@ -171,7 +171,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     ):
         threshold = 0.0  # an element slides by its own weight
     tips, critical, barrier, support, base = _tipping_properties(
-        scene, placed, stands, _find_freely_standing(placed, pairs, bearing)
+        scene, placed, stands, _find_freely_standing_elements(placed, pairs, bearing)
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
@@ -184,7 +184,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
 def free_element_critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
     """Return α of each free element at each B/H of the reference element, degrees, shape (b, free); NaN if none."""
     prepared = (prepare_scene(scene, None, float(ratio)) for ratio in b_over_h)
-    return np.stack([np.degrees(item.alpha[item.free]) for item in prepared])
+    return np.stack([np.degrees(item.alpha[item.free_elements]) for item in prepared])
 
 
 CRITICAL: Final = {
@@ -214,7 +214,7 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedEnd]) -> Supports:
+def _find_supports(elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedContactEnd]) -> Supports:
     """Return, for each free element, the elements that carry it at rest, with the loaded contact ends."""
     result: Supports = {}
     for index, _, end, _, _ in loaded_ends:
@@ -225,10 +225,10 @@ def _find_supports(elements: Elements, pairs: list[ElementPair], loaded_ends: li
     return result
 
 
-def _find_freely_standing(
-    elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedEnd]
+def _find_freely_standing_elements(
+    elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedContactEnd]
 ) -> NDArray[np.bool_]:
-    """True for each element whose loads at rest all have parallel normals, so that it stands freely on its support.
+    """Return a mask of the elements whose loads at rest all have parallel normals, so that they stand freely.
 
     An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
     no tipping angle.
@@ -250,7 +250,7 @@ def _find_freely_standing(
 def _tipping_properties(
     scene: Scene, elements: Elements, supports: Supports, stands_freely: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Compute tipping angles, α, energy barrier, support and middle of the base of each element of a scene."""
+    """Compute tipping angles, α, energy barrier, support and middle of the base for all elements of a scene."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
@@ -322,29 +322,41 @@ def _rocking_thresholds(elements: Elements, supports: Supports) -> tuple[float, 
     return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
 
 
-def _uplift_acceleration(elements: Elements, part: list[int], edge: tuple[float, float], side: float) -> float:
-    """Return |a|/g at which a group of elements starts to rotate about an edge to a side (−1 or +1)."""
-    mass = sum(elements[n].mass for n in part)
-    x = sum(elements[n].mass * elements[n].x for n in part) / mass
-    z = sum(elements[n].mass * elements[n].z for n in part) / mass
-    return float(side * (edge[0] - x) / (z - edge[1]))
+def _uplift_acceleration(
+    elements: Elements, part_indices: list[int], edge_point: tuple[float, float], rotation_side: float
+) -> float:
+    """Return |a|/g at which a group of elements starts to rotate about an edge to a side (−1: −x, +1: +x)."""
+    mass = sum(elements[n].mass for n in part_indices)
+    x = sum(elements[n].mass * elements[n].x for n in part_indices) / mass
+    z = sum(elements[n].mass * elements[n].z for n in part_indices) / mass
+    return float(rotation_side * (edge_point[0] - x) / (z - edge_point[1]))
 
 
 def _overturning_part(
-    elements: Elements, supports: Supports, root: int, last: int, edge: tuple[float, float], side: float, uplift: float
+    elements: Elements,
+    supports: Supports,
+    root_index: int,
+    last_index: int,
+    edge_point: tuple[float, float],
+    rotation_side: float,
+    acceleration_share: float,
 ) -> list[int]:
-    """Return element `root` and the elements on it, up to `last`, that help to overturn it at |a|/g = `uplift`.
+    """Return an element and those elements on it, up to `last_index`, that help to overturn it at an acceleration.
 
-    With `uplift` −infinity, all elements on it are included.
+    `acceleration_share` is |a|/g; with −infinity, all elements on it are included.
     """
 
-    def grown(k: int) -> tuple[float, list[int]]:
-        item, whole = elements[k], uplift == -np.inf
-        held = 0.0 if whole else item.mass * (side * (edge[0] - item.x) - uplift * (item.z - edge[1]))
-        part = [k]
-        for moment, more in map(grown, (n for n in range(last + 1) if k in supports.get(n, ()))):
-            if whole or moment < 0.0 or last in more:
+    def grow_part(element_index: int) -> tuple[float, list[int]]:
+        item, whole = elements[element_index], acceleration_share == -np.inf
+        held = (
+            0.0
+            if whole
+            else item.mass * (rotation_side * (edge_point[0] - item.x) - acceleration_share * (item.z - edge_point[1]))
+        )
+        part = [element_index]
+        for moment, more in map(grow_part, (n for n in range(last_index + 1) if element_index in supports.get(n, ()))):
+            if whole or moment < 0.0 or last_index in more:
                 held, part = held + moment, part + more
         return held, part
 
-    return sorted(grown(root)[1])
+    return sorted(grow_part(root_index)[1])

@@ -8,8 +8,8 @@ from numba import njit
 from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import stretch_between_poses
-from overturning.dem.polygon.state import OPEN, ElementState, EndHistory, PairState
+from overturning.dem.polygon.faces import find_shared_segment_at_poses
+from overturning.dem.polygon.state import OPEN, ContactEndHistory, ElementState, PairState
 
 IN_PLACE: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
@@ -36,7 +36,7 @@ def has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
 
 @njit(**INLINE)
 def count_touching_ends(pair: PairState) -> int:
-    """Count the touching ends of a pair."""
+    """Count the contact ends of a pair that touch, 0 to 2."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
@@ -55,7 +55,7 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
         if pair.stands == 0.0 or element_index != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
             continue
         had = True
-        ends = stretch_between_poses(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
+        ends = find_shared_segment_at_poses(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
         if (ends.one.faces and ends.one.depth > -max_gap) or (ends.two.faces and ends.two.depth > -max_gap):
             on = b if pair.stands > 0.0 else a
             if on[rows.SIDE + lane] == 0.0:
@@ -65,8 +65,8 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
 
 
 @njit(**INNER)
-def all_in_place(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
-    """True if no free element of a case has tipped, sunk below its fall limit or lost its support."""
+def all_elements_in_place(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
+    """True if no free element of a case has tipped, dropped below its fall limit or lost its support."""
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0 and (
             has_tipped_or_dropped(rows.load_element(rows.of_element(state, i), lane), element_rules[i])
@@ -77,7 +77,7 @@ def all_in_place(state: Any, lane: int, scene: Any, element_rules: Any, max_gap:
 
 
 @njit(**INNER)
-def any_airborne(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
+def any_element_airborne(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
     """True if an element is more than `max_gap` (m) above its support and may land on it again."""
     for i in range(element_rules.size):
         e = rows.of_element(state, i)
@@ -98,7 +98,7 @@ def any_airborne(state: Any, lane: int, scene: Any, element_rules: Any, max_gap:
 
 
 @njit(**INLINE)
-def end_is_sliding(pair: PairState, end_history: EndHistory) -> bool:
+def end_is_sliding(pair: PairState, end_history: ContactEndHistory) -> bool:
     """True if a touching end of a pair slides: its friction force has reached the limit."""
     return bool(
         end_history.carrier != OPEN
@@ -108,12 +108,12 @@ def end_is_sliding(pair: PairState, end_history: EndHistory) -> bool:
 
 @njit(**INLINE)
 def horizontal_velocity_at_height(element: ElementState, height: float) -> float:
-    """Return the horizontal velocity of an element at a height above its centre, without the part of its tilt, m/s."""
+    """Return the horizontal velocity of an element at a height above its centre, m/s; its tilt is neglected."""
     return float(element.velocity.x + element.velocity.w * (element.pose.cos * height))
 
 
 @njit(**INNER)
-def any_sliding(state: Any, lane: int, scene: Any) -> bool:
+def any_element_sliding(state: Any, lane: int, scene: Any) -> bool:
     """True if an element will still slide farther than `STILL_TO_SLIDE` on its support; False without friction."""
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
@@ -131,8 +131,8 @@ def any_sliding(state: Any, lane: int, scene: Any) -> bool:
 
 
 @njit(**INNER)
-def all_at_rest(state: Any, lane: int, scene: Any) -> bool:
-    """True if all elements are at rest in place, on both ends of each of their joints, and none moves or slides."""
+def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
+    """True if all elements are in place, touch at both ends of each joint, and neither move nor slide."""
     case, height = rows.load_case(state, lane), 0.0
     elements, step = scene.elements[int(case.variant)], case.step * case.attempt.length
     if case.decision.again > 0.0:

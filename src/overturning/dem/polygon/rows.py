@@ -13,8 +13,8 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INNER, RowLayout, tuple_arithmetic, window_slicer
-from overturning.dem.polygon.faces import CommonStretch
-from overturning.dem.polygon.mechanics import AssumedContact
+from overturning.dem.polygon.faces import SharedSegment
+from overturning.dem.polygon.mechanics import AssumedEndSlip
 from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredFindings
 
 COLUMNS: Final = 8
@@ -22,11 +22,11 @@ COLUMNS: Final = 8
 
 
 class PairStep(NamedTuple):
-    """Intermediate results of a pair in a step of the centred scheme."""
+    """Intermediate results for a pair of elements in a step of the centred scheme."""
 
-    ends: CommonStretch
-    one: AssumedContact
-    two: AssumedContact
+    ends: SharedSegment
+    one: AssumedEndSlip
+    two: AssumedEndSlip
     corrected: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
@@ -82,12 +82,12 @@ PAIR_LEVER: Final = PAIR.row(PairState, "nearest.lever")
 SECOND: Final = PAIR.row(PairState, "history.two.spring") - PAIR.row(PairState, "history.one.spring")
 
 
-def flatten_numbers(tuples: Iterable[Any]) -> list[float]:
+def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
     """Return the numbers of nested tuples as a list, in the order of the rows of the state array."""
     return [
         number
-        for value in tuples
-        for number in (flatten_numbers(value) if isinstance(value, tuple) else [float(value)])
+        for value in nested_tuples
+        for number in (flatten_nested_tuples(value) if isinstance(value, tuple) else [float(value)])
     ]
 
 

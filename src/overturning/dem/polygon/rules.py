@@ -6,7 +6,7 @@ place (p', q') from the centre has the moment ``q' X − p' Z``. The tangent of 
 ``(−n_z, n_x)``; an end's force is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element.
 
 docs/scenes.md derives the rules, `overturning.dem.polygon.rows` defines the memory layout. A scheme is one file with a
-named tuple of constants and a function `step`, and an entry in `SCHEMES` and `STEPS`.
+named tuple of constants and a function `compute_step`, and an entry in `SCHEMES` and `STEPS`.
 """
 
 from typing import Any, Final, NamedTuple
@@ -42,24 +42,24 @@ from overturning.dem.polygon.contact_history import set_forces_at_rest
 from overturning.dem.polygon.energy import case_energy, pair_spring_energy
 from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
 from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces, record_element_motion
-from overturning.dem.polygon.resting import all_at_rest
+from overturning.dem.polygon.resting import all_elements_at_rest
 from overturning.dem.polygon.search import update_nearest_faces
 from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
-from overturning.dem.polygon.suspended_pairs import activate_all_pairs, resume_pairs
+from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs
 from overturning.dem.time_step import Scheme
 from overturning.model.status import Status
 
 SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.CentredScheme()}
 """Constants of each scheme; their type selects the step function."""
 
-STEPS: Final = {cundall.CundallScheme: cundall.step, step.CentredScheme: step.step}
+STEPS: Final = {cundall.CundallScheme: cundall.compute_step, step.CentredScheme: step.compute_step}
 
 CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
 
 
 class SceneKernelInput(NamedTuple):
-    """Input of the kernel for cases of a scene, all with the same number of steps per sample."""
+    """Kernel input for cases of a scene that all have the same number of steps per sample."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -70,7 +70,7 @@ class SceneKernelInput(NamedTuple):
     ground: Ground
     scheme: Any
     """Constants of the scheme, from `SCHEMES`."""
-    stands_from: FloatArray
+    stable_from_sample: FloatArray
     """Sample from which each group that can move as one stands for good, shape (cases, parts)."""
     variant: NDArray[np.int64]
     """Index of the variant of each case, shape (cases,)."""
@@ -80,7 +80,7 @@ class SceneKernelInput(NamedTuple):
 
 
 class SceneWorkspace(NamedTuple):
-    """Working memory of a queue of scene cases."""
+    """Arrays in which the kernel computes a queue of cases of a scene."""
 
     state: Any
     """Rows of all lanes: a view of `owner` without reference count."""
@@ -97,45 +97,53 @@ class SceneWorkspace(NamedTuple):
 
 
 step_of = lookup_by_type(STEPS)
-"""Return the step function of a scheme, selected by the type of its constants."""
+"""Return the step function of a time integration scheme, selected by the type of its constants."""
 
 
-def allocate_workspace(inputs: Any) -> Any:
-    """Allocate the state rows and the working memory of the cases that are computed together."""
-    elements, pairs, initial = inputs.scene.elements.shape[1], inputs.scene.layout.shape[0], inputs.scene.initial
+def allocate_workspace(kernel_input: Any) -> Any:
+    """Allocate the arrays for the states of all lanes (one lane: one case in progress) and for the equations."""
+    elements, pairs, initial = (
+        kernel_input.scene.elements.shape[1],
+        kernel_input.scene.layout.shape[0],
+        kernel_input.scene.initial,
+    )
     owner = aligned_zeros(initial.shape[1] * rows.COLUMNS)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     matrix = aligned_zeros((elements * elements + SPARE) * SIZE)
-    return SceneWorkspace(borrowed(owner), owner, matrix, empty_pattern(elements), activate_all_pairs(pairs), moves)
+    return SceneWorkspace(borrowed(owner), owner, matrix, empty_pattern(elements), create_active_pairs(pairs), moves)
 
 
 @njit(**INLINE)
-def borrow_scene_arrays(scene: Any) -> Any:
-    """Return the arrays of a scene without reference counts, which every step would update."""
-    layout, parts, sizes = borrowed(scene.layout), borrowed(scene.parts), borrowed(scene.sizes)
-    shapes, elements, limits = borrowed(scene.shapes), borrowed(scene.elements), borrowed(scene.limits)
+def borrow_scene_arrays(scene_arrays: Any) -> Any:
+    """Return views of a scene's arrays without reference counts, which every step would otherwise update."""
+    layout, parts, sizes = borrowed(scene_arrays.layout), borrowed(scene_arrays.parts), borrowed(scene_arrays.sizes)
+    shapes, elements, limits = (
+        borrowed(scene_arrays.shapes),
+        borrowed(scene_arrays.elements),
+        borrowed(scene_arrays.limits),
+    )
     return SceneArrays(
-        initial=borrowed(scene.initial),
+        initial=borrowed(scene_arrays.initial),
         layout=layout,
         parts=parts,
         sizes=sizes,
         shapes=shapes,
         elements=elements,
         limits=limits,
-        gravity=scene.gravity,
+        gravity=scene_arrays.gravity,
     )
 
 
-def start_case(inputs: Any, workspace: Any, lane: int, case: int) -> None:
+def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case into a lane: the scene at rest, with the friction, damping and amplitude of the case."""
-    state, scene, given, v = workspace.state, inputs.scene, inputs.cases[case], inputs.variant[case]
-    ticks, interval = inputs.settings.ticks, inputs.settings.interval
+    state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
+    ticks, interval = kernel_input.settings.ticks, kernel_input.settings.interval
     resume_pairs(state, scene, workspace.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
-    initialise_case(state, lane, given, float(v), interval, ticks, inputs.scheme.lag)
+    initialise_case(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)
     for i in range(scene.elements.shape[1]):
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
@@ -148,12 +156,12 @@ def initialise_case(
     state: Any,
     lane: int,
     case_parameters: Any,
-    variant: float,
+    variant_index: float,
     sampling_interval: float,
     ticks_per_sample: float,
     velocity_lag: float,
 ) -> None:
-    """Initialise the rows of a case in a lane, from its parameters."""
+    """Store the constants and the initial step of a case in the columns of a lane."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearMotion(0.0, 0.0, 0.0),
@@ -179,7 +187,7 @@ def initialise_case(
             calm=case_parameters.calm,
             after=case_parameters.after,
             energy=0.0,
-            variant=variant,
+            variant=variant_index,
             last_check=last_check,
         ),
     )
@@ -208,16 +216,16 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
 
 
 def load_sample_motion(
-    inputs: Any,
+    kernel_input: Any,
     workspace: Any,
-    cases: Any,
+    lane_cases: Any,
     lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
-    """Begin a sample: scale the cosine and sine of each rotation to length 1, and load the ground motion."""
+    """Begin a sample: scale the cosine and sine of each rotation to length 1, load the ground motion of each lane."""
     for i in range(workspace.moves.size):
         normalise_rotations(rows.of_element(workspace.state, i))
-    ground, samples_per_tick = inputs.ground, 1.0 / inputs.settings.ticks
-    load_ground_motion(ground.up, workspace.state, ground.along, inputs.row, cases, samples_per_tick)
+    ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks
+    load_ground_motion(ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick)
 
 
 @njit(**APART)
@@ -232,63 +240,63 @@ def normalise_rotations(element_rows: Any) -> None:
 
 @njit(**INNER)
 def load_ground_motion(
-    vertical_ground: Any, state: Any, horizontal_ground: Any, motion_rows: Any, cases: Any, samples_per_tick: float
+    vertical_ground: Any, state: Any, horizontal_ground: Any, motion_rows: Any, lane_cases: Any, samples_per_tick: float
 ) -> None:
-    """Load the ground motion of the current sample of each lane; `vertical_ground` is None if the base moves level."""
+    """Load the ground motion of each lane's current sample; `vertical_ground` is None without vertical motion."""
     last = horizontal_ground.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
         rows.store_base(
-            state, j, motion_over_sample(horizontal_ground[motion_rows[cases[j]]], i, factor, samples_per_tick)
+            state, j, motion_over_sample(horizontal_ground[motion_rows[lane_cases[j]]], i, factor, samples_per_tick)
         )
         if vertical_ground is not None:
             rows.store_up(state, j, motion_over_sample(vertical_ground, i, factor, samples_per_tick))
 
 
 def advance_one_sample(
-    inputs: Any,
+    kernel_input: Any,
     workspace: Any,
     lane_count: int,  # noqa: ARG001, all lanes are computed
-    path: Any,
-    recorded_rows: int,
+    trajectory: Any,
+    recorded_row_count: int,
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample; record the first lane at its start, with the mean forces until the next sample."""
-    step, settings, lag = step_of(inputs.scheme), inputs.settings, inputs.scheme.lag
-    scene, up, state = borrow_scene_arrays(inputs.scene), inputs.ground.up, workspace.state
+    """Compute the steps of a sample; record the poses of the first lane at its start, and mean contact forces in it."""
+    compute_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
+    scene, up, state = borrow_scene_arrays(kernel_input.scene), kernel_input.ground.up, workspace.state
     elements, interval = workspace.moves.size, settings.interval
     ticks, steps_per_check = settings.ticks, settings.steps_per_check
     # Without reference counts, which every step would update.
     matrix, pattern, moves = borrowed(workspace.matrix), borrowed(workspace.pattern), borrowed(workspace.moves)
     pairs = borrowed(workspace.pairs)
-    with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
-    early = np.zeros((1, path.shape[1]))
+    with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + POSE_COLUMNS * elements
+    early = np.zeros((1, trajectory.shape[1]))
     for _ in range(steps_per_check):
-        if path.shape[0] == 0:
-            step(up, state, matrix, pattern, pairs, moves, scene, ticks)
+        if trajectory.shape[0] == 0:
+            compute_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded_rows < path.shape[0]:
-            record_element_motion(state, elements, interval, ticks, path[recorded_rows])
-            recorded_rows += 1
+        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded_row_count < trajectory.shape[0]:
+            record_element_motion(state, elements, interval, ticks, trajectory[recorded_row_count])
+            recorded_row_count += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
         if with_forces:
             for column in range(early.shape[1]):  # a loop: a slice assignment would compile its error message, too
                 early[0, column] = 0.0
             add_contact_forces(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
-        step(up, state, matrix, pattern, pairs, moves, scene, ticks)
+        compute_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
-                path[recorded_rows - 1, column] += early[0, column]
-            add_contact_forces(state, scene, (0.5 + lag) * share, path, recorded_rows - 1)
-    end_sample(state, scene, ticks, interval)
-    return path, recorded_rows
+                trajectory[recorded_row_count - 1, column] += early[0, column]
+            add_contact_forces(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
+    finish_sample(state, scene, ticks, interval)
+    return trajectory, recorded_row_count
 
 
 @njit(**INNER)
-def end_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
+def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
     """Record slip and support of each element at the end of a sample, and go to the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
@@ -312,42 +320,56 @@ def end_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interva
         state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
 
 
-def mark_ending_lanes(inputs: Any, workspace: Any, active_count: int, marks: Any) -> int:
-    """Mark the lanes whose case is due for a test of its end, and count them."""
-    stride, count = max(int(CHECK_INTERVAL / inputs.settings.interval), 1), 0
-    for j in range(active_count):
+def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
+    """Set a mark for each lane whose case is due for a test of its end, and return the number of marked lanes."""
+    stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
+    for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
-        marks[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
+        lane_marks[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
         workspace.state[rows.LAST_CHECK + j] = part
-        count += int(marks[j])
+        count += int(lane_marks[j])
     return count
 
 
-def skip_quiet_samples(inputs: Any, workspace: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
-    """Skip, for scenes at rest, the samples in which the motion cannot move them."""
-    state, ground, row, scene, ticks = workspace.state, inputs.ground, inputs.row, inputs.scene, inputs.scheme.ticks
-    for j in range(active_count):
+def skip_quiet_samples(
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts: Any
+) -> None:
+    """Skip, in lanes whose scene is at rest, the samples in which the motion cannot move any element."""
+    state, ground, row, scene, ticks = (
+        workspace.state,
+        kernel_input.ground,
+        kernel_input.row,
+        kernel_input.scene,
+        kernel_input.scheme.ticks,
+    )
+    for j in range(active_lane_count):
         case = rows.load_case(state, j)
-        now = case.sample + case.shaking.tick * (1.0 / inputs.settings.ticks)
+        now = case.sample + case.shaking.tick * (1.0 / kernel_input.settings.ticks)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
-        quiet = long and below_rest_threshold(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
-        if quiet and all_at_rest(state, j, scene):
-            samples = count_skippable_samples(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
+        quiet = long and below_rest_threshold(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
+        if quiet and all_elements_at_rest(state, j, scene):
+            samples = count_skippable_samples(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
             state[rows.SAMPLE + j] += samples
-            skipped_samples[j] += samples
+            skipped_sample_counts[j] += samples
 
 
-def lane_end_status(inputs: Any, workspace: Any, lane: int, case: int) -> int:
+def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
-    status = case_status(workspace.state, lane, inputs.scene, inputs.stands_from[case], float(inputs.settings.samples))
-    kept = status == Status.SIMULATED and workspace.state[rows.SAMPLE + lane] < inputs.cases[case].kept_until
+    status = case_status(
+        workspace.state,
+        lane,
+        kernel_input.scene,
+        kernel_input.stable_from_sample[case],
+        float(kernel_input.settings.samples),
+    )
+    kept = status == Status.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
     return GOES_ON if kept else status
 
 
-def write_lane_results(inputs: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
+def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
     """Mark the fallen elements of the case in a lane, and write the results of the case."""
-    write_case_results(workspace.state, lane, inputs.scene, inputs.results[case], inputs.each[case])
+    write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
 
 
 register_implementations(

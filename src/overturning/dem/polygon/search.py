@@ -48,7 +48,10 @@ def face_separation(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face
 def most_opposite_face(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
 ) -> tuple[int, float, float]:
-    """Return the face of b most opposite to a face of a, the product of their normals, and its margin to the next."""
+    """Return the face of b most nearly opposite to a face of a, the product of their normals, and its margin.
+
+    The margin is the difference of the product to that of the next best face.
+    """
     c, s = pose_a.cos * pose_b.cos + pose_a.sin * pose_b.sin, pose_a.sin * pose_b.cos - pose_a.cos * pose_b.sin
     nx, nz = (
         c * faces_a[face_index, 4] + s * faces_a[face_index, 5],
@@ -66,7 +69,10 @@ def most_opposite_face(
 
 @njit(**INNER)
 def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> FacePair:
-    """Return the pair of a face and its most opposite face; `face_number` counts the faces of a, then those of b."""
+    """Return a face and the face of the other element most nearly opposite to it.
+
+    `face_number` counts the faces of a, then those of b.
+    """
     of_b = face_number - faces_a.shape[0]
     if of_b < 0:
         other, product, clear = most_opposite_face(pose_a, pose_b, faces_a, faces_b, face_number)
@@ -78,7 +84,9 @@ def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, f
 
 
 @njit(**INNER)
-def nearest_faces(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces) -> FacePair:
+def find_nearest_faces(
+    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
+) -> FacePair:
     """Return the nearest faces of a pair: largest separation, then more opposite normals, then lower index."""
     best = FacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
@@ -116,7 +124,13 @@ def motion_keeping_nearest_faces(
 
 @njit(**INNER)
 def update_nearest_faces(
-    pair_rows: Any, a_rows: Any, b_rows: Any, lane: int, step_duration: float, faces_a: Any, faces_b: Any
+    pair_rows: Any,
+    element_a_rows: Any,
+    element_b_rows: Any,
+    lane: int,
+    step_duration: float,
+    faces_a: Any,
+    faces_b: Any,
 ) -> None:
     """Update the nearest faces of a pair in a lane, the motion for which they remain valid, and the contact history.
 
@@ -125,11 +139,11 @@ def update_nearest_faces(
     """
     old, first, second = (
         rows.load_nearest(pair_rows, lane),
-        rows.load_element(a_rows, lane),
-        rows.load_element(b_rows, lane),
+        rows.load_element(element_a_rows, lane),
+        rows.load_element(element_b_rows, lane),
     )
     on, by = first.pose, second.pose
-    best = nearest_faces(on, by, faces_a, faces_b, old)
+    best = find_nearest_faces(on, by, faces_a, faces_b, old)
     dx, dz = on.x - by.x, on.z - by.z
     lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(squared_polygon_radius(faces_a), squared_polygon_radius(faces_b)))
     limit = motion_keeping_nearest_faces(on, by, faces_a, faces_b, best, lever)
@@ -155,23 +169,25 @@ def update_nearest_faces(
 
 
 @njit(**INNER)
-def nearest_faces_will_change(pair_rows: Any, a_rows: Any, b_rows: Any, lane: int, faces_a: Any, faces_b: Any) -> bool:
-    """True if the nearest faces of a pair change in the predicted step."""
+def nearest_faces_will_change(
+    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int, faces_a: Any, faces_b: Any
+) -> bool:
+    """True if the nearest faces of a pair change between the start and the predicted end of the step."""
     pair, on, by = (
         rows.load_pair(pair_rows, lane),
-        rows.load_element(a_rows, lane).trial.pose,
-        rows.load_element(b_rows, lane).trial.pose,
+        rows.load_element(element_a_rows, lane).trial.pose,
+        rows.load_element(element_b_rows, lane).trial.pose,
     )
     old = pair.nearest
     if old.ahead < old.limit or old.ahead < old.reach:
         return False
-    best = nearest_faces(on, by, faces_a, faces_b, old)
+    best = find_nearest_faces(on, by, faces_a, faces_b, old)
     return bool(best.a != old.face_a or best.b != old.face_b)
 
 
 @njit(**INNER)
 def contact_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactRanges:
-    """Return the ranges on the other face in which the vertices of two faces can touch; ±infinity for never."""
+    """Return the ranges (m) in which vertices of two faces can touch the other face; ±infinity if one never can."""
     on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
     a_to_b, b_to_a = faces_b[index_b, 11] > 0.0, faces_a[index_a, 11] > 0.0
     return ContactRanges(
@@ -183,14 +199,18 @@ def contact_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> Co
 
 
 @njit(**APART)
-def add_pair_motion(pair_rows: Any, a_rows: Any, b_rows: Any) -> tuple[int, int]:
-    """Add the motion of the last step of a pair; return in how many cases it could touch and how many need a search.
+def add_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
+    """Add the last step to a pair's motion; return the numbers of lanes in which it could touch and needs a search.
 
     The motion of the predicted step counts twice, because the contacts may change it.
     """
     near, due = 0, 0
     for j in range(rows.COLUMNS):
-        old, on, by = rows.load_nearest(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
+        old, on, by = (
+            rows.load_nearest(pair_rows, j),
+            rows.load_element(element_a_rows, j),
+            rows.load_element(element_b_rows, j),
+        )
         first, second, one, two = on.totals, by.totals, on.trial, by.trial
         used = (old.used + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
         ahead = used + 2.0 * ((one.moved + two.moved) + old.lever * (one.turned + two.turned))
@@ -205,18 +225,18 @@ def add_pair_motion(pair_rows: Any, a_rows: Any, b_rows: Any) -> tuple[int, int]
 def update_faces_in_reach(
     state: Any,
     pair_rows: Any,
-    a_rows: Any,
-    b_rows: Any,
+    element_a_rows: Any,
+    element_b_rows: Any,
     piece_a: int,
     piece_b: int,
     vertex_counts: Any,
     piece_faces: Any,
 ) -> bool:
-    """Update the nearest faces of a pair where they may change; return True if it could touch in any case in this step.
+    """Update the nearest faces of a pair in the lanes where they may change; return True if it could touch in any lane.
 
-    m and n are the indices of its convex pieces in `vertex_counts` (numbers of vertices) and `piece_faces` (faces).
+    `piece_a` and `piece_b` are the indices of its convex pieces in `vertex_counts` and `piece_faces`.
     """
-    near, due = add_pair_motion(pair_rows, a_rows, b_rows)
+    near, due = add_pair_motion(pair_rows, element_a_rows, element_b_rows)
     if due > 0:
         near = 0
         for j in range(rows.COLUMNS):
@@ -226,8 +246,10 @@ def update_faces_in_reach(
                     piece_faces[v, piece_a, : vertex_counts[piece_a]],
                     piece_faces[v, piece_b, : vertex_counts[piece_b]],
                 )
-                update_nearest_faces(pair_rows, a_rows, b_rows, j, dt, shape_a, shape_b)
-                if dt == 0.0 and nearest_faces_will_change(pair_rows, a_rows, b_rows, j, shape_a, shape_b):
+                update_nearest_faces(pair_rows, element_a_rows, element_b_rows, j, dt, shape_a, shape_b)
+                if dt == 0.0 and nearest_faces_will_change(
+                    pair_rows, element_a_rows, element_b_rows, j, shape_a, shape_b
+                ):
                     state[rows.CHANGED + j] = 1.0
             near += 1 if pair_rows[rows.AHEAD + j] >= pair_rows[rows.REACH + j] else 0
     return near > 0

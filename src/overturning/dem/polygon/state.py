@@ -28,7 +28,7 @@ class StoredFindings(NamedTuple):
 
 
 class StepDecision(NamedTuple):
-    """Decision on an attempted step: rejection, assumed contacts of the next attempt, and its length."""
+    """Decision on an attempted step: whether it is rejected, and contacts and length of the next attempt."""
 
     again: float
     """Above 0 if the step is rejected."""
@@ -39,7 +39,7 @@ class StepDecision(NamedTuple):
 
 
 class CaseState(NamedTuple):
-    """State and constants of a case, without its elements and pairs."""
+    """State and constants of a scene case, except those of its elements and pairs."""
 
     shaking: BaseMotion
     step: float
@@ -112,7 +112,7 @@ class ElementConstants(NamedTuple):
 
 
 class StepTotals(NamedTuple):
-    """Totals of an element's motion, updated in each step."""
+    """Motion of an element in the last step, and its work and peak rotations so far; updated in each step."""
 
     moved: float
     """Displacement in the last step, |Δx| + |Δz|, m."""
@@ -139,8 +139,8 @@ class SummedMotion(NamedTuple):
     """Sum of its absolute rotations, rad."""
 
 
-class SampleRecord(NamedTuple):
-    """Slip, support and side of fall of an element, updated once per sample."""
+class ElementProgress(NamedTuple):
+    """Slip of an element, last times upright and on its support, and side of its fall; updated once per sample."""
 
     upright_until: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
@@ -155,7 +155,7 @@ class SampleRecord(NamedTuple):
 
 
 class RestPose(NamedTuple):
-    """Position of an element at rest, and the points of its base and its support."""
+    """Position of an element at rest, and the points of base and support between which its slip is measured."""
 
     base_x: float
     """Reference point of the element's base, from its centre in its own axes, m, x component."""
@@ -200,7 +200,7 @@ class ElementState(NamedTuple):
     inertia: ElementConstants
     totals: StepTotals
     travel: SummedMotion
-    record: SampleRecord
+    record: ElementProgress
     home: RestPose
 
 
@@ -220,7 +220,7 @@ class ElementFace(NamedTuple):
 
 
 class ContactLaw(NamedTuple):
-    """Contact law at a vertex."""
+    """Contact law at a contact end: springs, dashpot and friction."""
 
     normal: float
     """Normal stiffness K, N/m."""
@@ -281,7 +281,7 @@ class VertexPosition(NamedTuple):
 
 
 class VertexPositions(NamedTuple):
-    """Positions of both vertices of a's face and of b's, relative to the other face."""
+    """Positions of the two vertices of each face of a pair, relative to the other face."""
 
     a1: VertexPosition
     a2: VertexPosition
@@ -289,8 +289,8 @@ class VertexPositions(NamedTuple):
     b2: VertexPosition
 
 
-class EndHistory(NamedTuple):
-    """Contact history of an end, kept for the next step."""
+class ContactEndHistory(NamedTuple):
+    """Spring, vertex and forces of a contact end after the last step."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -305,17 +305,17 @@ class EndHistory(NamedTuple):
 
 
 OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
-"""Values of `EndHistory.carrier`: no contact, a's vertex, b's vertex, or a contact transferred from other faces."""
+"""Values of `ContactEndHistory.carrier`: no contact, a's vertex, b's vertex, contact transferred from other faces."""
 
 
 class PairHistory(NamedTuple):
-    """Contact history of a pair, kept for the next step."""
+    """Vertex positions, contact ends and absorbed energy of a pair after the last step."""
 
     before: VertexPositions
     """Positions of the vertices at the last step."""
-    one: EndHistory
+    one: ContactEndHistory
     """History of end 1."""
-    two: EndHistory
+    two: ContactEndHistory
     """History of end 2."""
     deepest: float
     """Largest penetration so far, m."""

@@ -25,8 +25,8 @@ ENDS_PER_FACE: Final = 2
 """Number of contact ends of a face that stands flush."""
 
 
-class LoadedEnd(NamedTuple):
-    """End that carries load at rest: its pair, its number (0 or 1), and the stretches of its springs, m."""
+class LoadedContactEnd(NamedTuple):
+    """Contact end that carries load at rest: its pair, its number (0 or 1), and the stretches of its springs, m."""
 
     pair: int
     side: int
@@ -36,7 +36,7 @@ class LoadedEnd(NamedTuple):
 
 
 class TouchingEndDerivatives(NamedTuple):
-    """Touching end, with the derivatives of its approach and its slip by all displacements, shape (3 · free,)."""
+    """Contact end that touches at rest, and the derivatives of its approach and slip, shape (3 · free elements,)."""
 
     touch: TouchingSegmentEnd
     approach: FloatArray
@@ -45,7 +45,7 @@ class TouchingEndDerivatives(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactLaws:
-    """Contact constants at each end of each pair, shape (pairs,)."""
+    """Contact constants of each pair of elements, equal at both ends, shape (pairs,)."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m
@@ -55,25 +55,25 @@ class ContactLaws:
 
 
 def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
-    """Return the slice of each free element in the vector of displacements (x, z, clockwise rotation)."""
+    """Return the slice of each free element in the vector of displacements (x, z, clockwise rotation), by index."""
     free = [i for i, item in enumerate(elements) if not item.fixed]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def joints_at_rest(
+def touching_ends_at_rest(
     elements: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0
 ) -> list[TouchingEndDerivatives]:
-    """Return the touching ends of a scene at rest; see `overturning.model.geometry.touching_segment_ends`."""
-    return _joints_of_ends(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
+    """Return the contact ends that touch at rest; see `overturning.model.geometry.touching_segment_ends`."""
+    return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 
-def _joints_of_ends(
-    elements: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingSegmentEnd]
+def _add_displacement_derivatives(
+    elements: list[PlacedElement], pairs: list[ElementPair], ends: list[TouchingSegmentEnd]
 ) -> list[TouchingEndDerivatives]:
-    """Return the touching ends with the derivatives of their approach and slip by the displacements."""
+    """Return touching ends with the derivatives of their approach and slip by the displacements of the elements."""
     return [
-        TouchingEndDerivatives(touch, *_stretch_derivatives(elements, pairs[touch.pair], touch.end))
-        for touch in touching
+        TouchingEndDerivatives(touch, *_end_displacement_derivatives(elements, pairs[touch.pair], touch.end))
+        for touch in ends
     ]
 
 
@@ -81,16 +81,16 @@ def supporting_ends(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ElementPair],
-    joints: list[TouchingEndDerivatives],
-    loaded_ends: list[LoadedEnd],
-) -> list[LoadedEnd]:
-    """Return the ends on which elements stand: the loaded ones, with a lean below `MAX_FLUSH_LEAN` ignored.
+    end_derivatives: list[TouchingEndDerivatives],
+    loaded_ends: list[LoadedContactEnd],
+) -> list[LoadedContactEnd]:
+    """Return the contact ends on which elements stand: the loaded ones, with a lean below `MAX_FLUSH_LEAN` ignored.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = joints_at_rest(elements, pairs, MAX_FLUSH_LEAN)
-    if len(flush) == len(joints) and (loaded_ends or not joints):
+    flush = touching_ends_at_rest(elements, pairs, MAX_FLUSH_LEAN)
+    if len(flush) == len(end_derivatives) and (loaded_ends or not end_derivatives):
         return loaded_ends
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
     leaning = {k for k, item in enumerate(elements) if not item.fixed and upper.count(k) < ENDS_PER_FACE}
@@ -104,63 +104,70 @@ def supporting_ends(
         free = {k for k, item in enumerate(items) if not item.fixed}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
         found = (
-            static_equilibrium(scene, items, _joints_of_ends(items, pairs, ends), ones, tangential) if free else None
+            static_equilibrium(scene, items, _add_displacement_derivatives(items, pairs, ends), ones, tangential)
+            if free
+            else None
         )
         if found is not None:
             return found[1]
     return []
 
 
-def _stretch_derivatives(
-    elements: list[PlacedElement], pair: ElementPair, end: SharedSegmentEnd
+def _end_displacement_derivatives(
+    elements: list[PlacedElement], pair: ElementPair, shared_end: SharedSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of approach and slip of an end by all displacements, shape (3 · free,) each."""
+    """Return the derivatives of an end's approach and slip by all displacements, shape (3 · free elements,) each."""
     number = _displacement_slices(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
-            rx, rz = end.point[0] - elements[k].x, end.point[1] - elements[k].z
-            for row, (ux, uz), direction in ((approach, end.normal, -1.0), (slip, end.tangent, 1.0)):
+            rx, rz = shared_end.point[0] - elements[k].x, shared_end.point[1] - elements[k].z
+            for row, (ux, uz), direction in ((approach, shared_end.normal, -1.0), (slip, shared_end.tangent, 1.0)):
                 row[number[k]] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
     return approach, slip
 
 
 def _stiffness_matrix(
-    displacement_count: int, joints: list[TouchingEndDerivatives], normal: FloatArray, tangential: FloatArray
+    displacement_count: int,
+    end_derivatives: list[TouchingEndDerivatives],
+    normal_stiffness: FloatArray,
+    tangential_stiffness: FloatArray,
 ) -> FloatArray:
     """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
     matrix = np.zeros((displacement_count, displacement_count))
-    for touch, approach, slip in joints:
-        matrix += normal[touch.pair] * np.outer(approach, approach) + tangential[touch.pair] * np.outer(slip, slip)
+    for touch, approach, slip in end_derivatives:
+        matrix += normal_stiffness[touch.pair] * np.outer(approach, approach) + tangential_stiffness[
+            touch.pair
+        ] * np.outer(slip, slip)
     return matrix
 
 
 def static_equilibrium(
     scene: Scene,
     elements: list[PlacedElement],
-    joints: list[TouchingEndDerivatives],
-    normal: FloatArray,
-    tangential: FloatArray,
-) -> tuple[FloatArray, list[LoadedEnd]] | None:
+    end_derivatives: list[TouchingEndDerivatives],
+    normal_stiffness: FloatArray,
+    tangential_stiffness: FloatArray,
+) -> tuple[FloatArray, list[LoadedContactEnd]] | None:
     """Compute the static equilibrium on the contact springs (N/m for each pair); contacts carry no tension.
 
     Returns
     -------
-    tuple of ndarray and list of LoadedEnd, or None
+    tuple of ndarray and list of LoadedContactEnd, or None
         Displacements of the elements, shape (elements, 3), m and rad, and the ends that carry load. None without
         equilibrium: an element slides off or falls by itself.
     """
     # A frictionless contact has no tangential spring; a very soft one keeps the matrix regular.
-    held, joints = np.maximum(tangential, 1e-9 * normal), joints.copy()
+    held, end_derivatives = np.maximum(tangential_stiffness, 1e-9 * normal_stiffness), end_derivatives.copy()
     number = _displacement_slices(elements)
     load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
-    while joints:
-        solution = solve_positive_definite(_stiffness_matrix(load.size, joints, normal, held), load)
+    while end_derivatives:
+        solution = solve_positive_definite(_stiffness_matrix(load.size, end_derivatives, normal_stiffness, held), load)
         if solution is None:
             return None
         ends = [
-            LoadedEnd(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
-            for touch, approach, slip in joints
+            LoadedContactEnd(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
+            for touch, approach, slip in end_derivatives
         ]
         least = min(ends, key=lambda end: end.approach)
         if least.approach > 1e-9 * max(end.approach for end in ends):
@@ -168,12 +175,12 @@ def static_equilibrium(
             for k, at in number.items():
                 displacement[k] = solution[at]
             return displacement, ends
-        del joints[ends.index(least)]  # this end is in tension
+        del end_derivatives[ends.index(least)]  # this end is in tension
     return None
 
 
-def contact_laws(
-    scene: Scene, elements: list[PlacedElement], pairs: list[ElementPair], joints: list[TouchingEndDerivatives]
+def compute_contact_laws(
+    scene: Scene, elements: list[PlacedElement], pairs: list[ElementPair], end_derivatives: list[TouchingEndDerivatives]
 ) -> ContactLaws:
     """Compute springs, dashpots and friction of each pair; stiffness "auto" follows from its load at rest.
 
@@ -182,7 +189,7 @@ def contact_laws(
     standing on its smaller side.
     """
     ones = np.ones(len(pairs))
-    equilibrium = static_equilibrium(scene, elements, joints, ones, ones)
+    equilibrium = static_equilibrium(scene, elements, end_derivatives, ones, ones)
     whole = [pair[:2] for pair in pairs]
     together = np.array(
         [whole.index(both) for both in whole], dtype=np.int64
@@ -190,7 +197,7 @@ def contact_laws(
     carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair]] += end.approach
-    for one, other in combinations((joint.touch for joint in joints), 2):
+    for one, other in combinations((joint.touch for joint in end_derivatives), 2):
         if together[one.pair] == together[other.pair]:
             (x, z), (u, w) = one.end.point, other.end.point
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
@@ -223,7 +230,10 @@ def contact_laws(
 
 
 def largest_eigenvalues(
-    elements: list[PlacedElement], pairs: list[ElementPair], joints: list[TouchingEndDerivatives], laws: ContactLaws
+    elements: list[PlacedElement],
+    pairs: list[ElementPair],
+    end_derivatives: list[TouchingEndDerivatives],
+    pair_laws: ContactLaws,
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
@@ -231,8 +241,8 @@ def largest_eigenvalues(
     K (1/m + r²/I), summed over both elements; for a rectangle on a fixed element this is 4 K/m.
     """
     root, values = _inverse_root_masses(elements), []
-    for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
-        matrix = _stiffness_matrix(root.size, joints, normal, tangential)
+    for normal, tangential in ((pair_laws.normal, pair_laws.tangential), (pair_laws.dashpot, pair_laws.dashpot)):
+        matrix = _stiffness_matrix(root.size, end_derivatives, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
@@ -245,15 +255,15 @@ def largest_eigenvalues(
 
 
 def smallest_eigenvalue(
-    elements: list[PlacedElement], joints: list[TouchingEndDerivatives], laws: ContactLaws
+    elements: list[PlacedElement], end_derivatives: list[TouchingEndDerivatives], pair_laws: ContactLaws
 ) -> float:
     """Return the smallest eigenvalue of the springs of the scene at rest, 1/s²; 0 if an element can move freely."""
     root = _inverse_root_masses(elements)
-    matrix = _stiffness_matrix(root.size, joints, laws.normal, laws.tangential)
+    matrix = _stiffness_matrix(root.size, end_derivatives, pair_laws.normal, pair_laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 
 def _inverse_root_masses(elements: list[PlacedElement]) -> FloatArray:
-    """Return 1/√m and 1/√I for each displacement, shape (3 · free,)."""
+    """Return 1/√m (kg) or 1/√I (kg m²) for each displacement of a free element, shape (3 · free elements,)."""
     free = [item for item in elements if not item.fixed]
     return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

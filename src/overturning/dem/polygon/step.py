@@ -11,12 +11,17 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
-    compute_solved_forces,
+    compute_solved_pair_forces,
     is_fine_step,
-    store_accepted_history,
+    store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import clear_pattern, pair_submatrices, solve_velocity_changes
-from overturning.dem.polygon.mechanics import element_acceleration, inertial_power, pose_after, velocity_after
+from overturning.dem.polygon.mechanics import (
+    element_acceleration,
+    extrapolate_pose,
+    extrapolate_velocity,
+    inertial_power,
+)
 from overturning.dem.polygon.search import update_faces_in_reach
 from overturning.dem.polygon.state import (
     CaseState,
@@ -31,7 +36,7 @@ from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspe
 
 
 class CentredScheme(NamedTuple):
-    """Constants of the centred scheme."""
+    """Constants of the centred time integration scheme."""
 
     lag: float = 0.0
     """Lag of velocities behind poses, steps."""
@@ -60,13 +65,13 @@ def base_acceleration_at_step_end(
 def predict_element(
     vertical_ground: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
-    """Predict the motion of an element in a step with constant acceleration."""
+    """Predict the motion of an element in a step with constant acceleration, in all lanes."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, a = case.step * case.attempt.length, item.acceleration
         half = 0.5 * dt
         ground, lift = base_acceleration_at_step_end(vertical_ground, case, item.inertia, ticks_per_sample)
-        v = velocity_after(item.velocity, a, half)
+        v = extrapolate_velocity(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.inertia.weight + lift
         change = PlanarVector(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
@@ -74,7 +79,9 @@ def predict_element(
         rows.store_trial(
             element_rows,
             j,
-            PredictedElement(pose_after(item.pose, v, dt), v, velocity_after(v, a, half), far, turn, change),
+            PredictedElement(
+                extrapolate_pose(item.pose, v, dt), v, extrapolate_velocity(v, a, half), far, turn, change
+            ),
         )
         rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
 
@@ -90,7 +97,7 @@ def correct_element(
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
         ground, lift = base_acceleration_at_step_end(vertical_ground, case, item.inertia, ticks_per_sample)
         a = element_acceleration(item, ground, lift, gravity)
-        v = velocity_after(trial.half, a, half)
+        v = extrapolate_velocity(trial.half, a, half)
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
         rate, on = inertial_power(item, ground, lift, v), pose.angle
@@ -116,7 +123,7 @@ def reset_step_findings(case_rows: Any) -> None:
 
 @njit(**INLINE)
 def step_findings(case: CaseState) -> StepFindings:
-    """Return the findings of an attempted step for the clock; no contact state counts as wrong in a fine step."""
+    """Return what the step control needs to know of an attempted step; in a fine step no contact state is wrong."""
     findings, long = case.findings, not is_fine_step(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
     return StepFindings(
@@ -152,20 +159,20 @@ def advance_accepted_clocks(case_rows: Any) -> None:
 
 
 @njit(**INNER)
-def step(
+def compute_step(
     vertical_ground: Any,
     state: Any,
     matrix: Any,
-    pattern: Any,
+    nonzero_pattern: Any,
     active_pairs: Any,
-    is_movable: Any,
+    movable_flags: Any,
     scene: Any,
     ticks_per_sample: float,
 ) -> None:
-    """Compute one step of all lanes; `vertical_ground` is None if the base moves level."""
+    """Compute a step of the centred scheme in all lanes; `vertical_ground` is None without vertical base motion."""
     reset_step_findings(state)
-    size, near = is_movable.size, active_pairs.near
-    clear_pattern(pattern)
+    size, near = movable_flags.size, active_pairs.near
+    clear_pattern(nonzero_pattern)
     for i in range(size):
         predict_element(vertical_ground, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
     resume_pairs_for_step(state, scene, active_pairs, size)
@@ -177,25 +184,27 @@ def step(
             state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
         )
         if near[p]:
-            into, fresh = pair_submatrices(matrix, pattern, is_movable, scene.layout[p, 0], scene.layout[p, 1])
+            into, fresh = pair_submatrices(
+                matrix, nonzero_pattern, movable_flags, scene.layout[p, 0], scene.layout[p, 1]
+            )
             add_pair_to_equations(q, a, b, state, into, fresh)
         if near[p] or suspend_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept
-    solve_velocity_changes(state, matrix, pattern, size)
+    solve_velocity_changes(state, matrix, nonzero_pattern, size)
     for n in range(kept):
         p = active_pairs.active[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
-            compute_solved_forces(q, a, b, state)
+            compute_solved_pair_forces(q, a, b, state)
     accept_or_reject_steps(state, ticks_per_sample)
     for i in range(size):
-        if is_movable[i]:
+        if movable_flags[i]:
             correct_element(vertical_ground, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
     for n in range(kept):
         p = active_pairs.active[n]
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(state, scene, p)
-            store_accepted_history(q, state)
+            store_accepted_pair_history(q, state)
     advance_accepted_clocks(state)

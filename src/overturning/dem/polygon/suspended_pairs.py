@@ -21,7 +21,7 @@ ACTIVE: Final = -1.0
 
 
 class ActivePairs(NamedTuple):
-    """Pairs of elements tested for contact in every step, and the motion at which other pairs are tested again."""
+    """Pairs of elements tested for contact in each step, and the motions at which the other pairs are tested again."""
 
     active: Any
     """Indices of the active pairs, ascending, shape (pairs,); the first `count` are valid."""
@@ -43,8 +43,8 @@ TRAVEL, NEXT, LEVER = 0, 1, 2
 
 
 @njit(**OWNER)
-def activate_all_pairs(pair_count: int) -> Any:
-    """Return the state in which all `pair_count` pairs are active."""
+def create_active_pairs(pair_count: int) -> Any:
+    """Create the list of active pairs of a scene with `pair_count` pairs: all are active."""
     travel = np.zeros(3)
     travel[NEXT] = np.inf
     number = np.zeros(1, np.int64)
@@ -61,7 +61,7 @@ def activate_all_pairs(pair_count: int) -> Any:
 
 @njit(**APART)
 def update_largest_motion(element_rows: Any, largest_motions: Any) -> None:
-    """Update the largest motions of all elements with the motion of one element."""
+    """Update the largest motion of any element, in each lane, with the motion of one element."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
@@ -85,32 +85,32 @@ def add_to_summed_motion(element_rows: Any) -> None:
 
 
 @njit(**INLINE)
-def summed_motion_of_pair(pair_rows: Any, a_rows: Any, b_rows: Any, j: int) -> float:
-    """Return the summed motions of both elements of a pair in column `j` (m): translations, and rotations × lever."""
-    lever = rows.load_nearest(pair_rows, j).lever
-    a, b = rows.load_element(a_rows, j).travel, rows.load_element(b_rows, j).travel
+def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
+    """Return the summed motions of both elements of a pair in a lane, m: translations, and rotations × lever arm."""
+    lever = rows.load_nearest(pair_rows, lane).lever
+    a, b = rows.load_element(element_a_rows, lane).travel, rows.load_element(element_b_rows, lane).travel
     return (a.moved + b.moved) + lever * (a.turned + b.turned)
 
 
 @njit(**APART)
-def suspend_pair(pair_rows: Any, a_rows: Any, b_rows: Any) -> None:
+def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Suspend a pair that cannot touch soon: subtract the summed motions of both elements from its own motion."""
     for j in range(rows.COLUMNS):
-        motion = summed_motion_of_pair(pair_rows, a_rows, b_rows, j)
+        motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
 
 
 @njit(**APART)
-def resume_pair(pair_rows: Any, a_rows: Any, b_rows: Any) -> None:
+def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Resume a suspended pair: add the summed motions of both elements to the motion of the pair."""
     for j in range(rows.COLUMNS):
-        motion = summed_motion_of_pair(pair_rows, a_rows, b_rows, j)
+        motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion
 
 
 @njit(**INNER)
 def motion_to_contact(pair_rows: Any) -> tuple[float, float]:
-    """Return the motion before a pair could touch in any case, m, and its longest lever arm, m; 0, 0 if it is close."""
+    """Return the motion (m) before a pair could touch in any lane, and its longest lever arm (m); 0, 0 if close."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]
@@ -123,7 +123,7 @@ def motion_to_contact(pair_rows: Any) -> tuple[float, float]:
 
 @njit(**INNER)
 def resume_pairs(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
-    """Resume the pairs that could touch after a sum of motions (m); infinity resumes all."""
+    """Resume the suspended pairs that could touch after a sum of motions (m); infinity resumes all pairs."""
     count, following = 0, np.inf
     for p in range(active_pairs.resumes_at.size):
         at = active_pairs.resumes_at[p]
@@ -143,7 +143,7 @@ def resume_pairs(state: Any, scene: Any, active_pairs: ActivePairs, summed_motio
 
 @njit(**INNER)
 def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
-    """Resume the pairs that could touch by the motion predicted for this step; add up the motion of the last step."""
+    """Resume the suspended pairs that could touch in this step, and add the last step to the sums of motion."""
     if active_pairs.count[0] == active_pairs.resumes_at.size:
         return
     largest, lever = active_pairs.largest, active_pairs.travel[LEVER]
@@ -166,12 +166,14 @@ def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, ele
 
 
 @njit(**INNER)
-def suspend_if_distant(pair_rows: Any, a_rows: Any, b_rows: Any, pair_index: int, active_pairs: ActivePairs) -> bool:
+def suspend_if_distant(
+    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
+) -> bool:
     """Suspend a pair that is too far apart to touch soon; return True if the pair stays active."""
     slack, lever = motion_to_contact(pair_rows)
     if slack <= 0.0:
         return True
-    suspend_pair(pair_rows, a_rows, b_rows)
+    suspend_pair(pair_rows, element_a_rows, element_b_rows)
     active_pairs.resumes_at[pair_index] = active_pairs.travel[TRAVEL] + (1.0 - 1e-9) * slack
     active_pairs.travel[NEXT] = min(active_pairs.travel[NEXT], active_pairs.resumes_at[pair_index])
     active_pairs.travel[LEVER] = max(active_pairs.travel[LEVER], lever)

@@ -54,14 +54,10 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
         return Status.UNSTABLE
     gap = SUPPORT_GAP * limits.deepest
     # A fallen element may still hit, or slide into, one that stands.
-    calm = moving < SAFE_ENERGY * limits.least_barrier
-    weak = (
-        fallen > 0
-        and safe == standing
-        and calm
-        and rest_of_record_is_weak(state, lane, stable_from_sample, scene.parts, case.sample)
-    )
-    if standing == 0 or (weak and not any_element_airborne(state, lane, scene, element_rules, gap)):
+    calm = fallen > 0 and safe == standing and moving < SAFE_ENERGY * limits.least_barrier
+    if standing == 0 or (
+        calm and no_element_can_fall_later(state, lane, scene, element_rules, stable_from_sample, gap)
+    ):
         return Status.SIMULATED
     if case.sample < last_sample and case.sample < case.calm:
         return GOES_ON
@@ -74,12 +70,8 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
         return Status.SIMULATED
     if case.sample < last_sample:
         return GOES_ON
-    if fallen == 0 and not slid and all_elements_in_place(state, lane, scene, element_rules, gap):
-        spare = case_energy(state, lane, scene) - case.energy
-        # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
-        over = spare < 0.5 * limits.least_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
-        if over and not any_element_sliding(state, lane, scene):
-            return Status.SIMULATED
+    if fallen == 0 and not slid and outcomes_are_final(state, lane, scene, element_rules, limits.least_barrier, gap):
+        return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON
     still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_at_rest(
@@ -90,6 +82,29 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
         if still and not any_element_airborne(state, lane, scene, element_rules, gap)
         else Status.UNDECIDED
     )
+
+
+@njit(**INNER)
+def no_element_can_fall_later(
+    state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
+) -> bool:
+    """True if the rest of the record is too weak for the standing elements, and no element is airborne."""
+    sample = rows.load_case(state, lane).sample
+    weak = rest_of_record_is_weak(state, lane, stable_from_sample, scene.parts, sample)
+    return bool(weak and not any_element_airborne(state, lane, scene, element_rules, max_gap))
+
+
+@njit(**INNER)
+def outcomes_are_final(
+    state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
+) -> bool:
+    """True if all elements are in place, with too little energy for a fall, larger peak rotations or more slip."""
+    if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
+        return False
+    spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy
+    # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
+    over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
+    return bool(over and not any_element_sliding(state, lane, scene))
 
 
 @njit(**INNER)

@@ -113,15 +113,8 @@ class BodySimulationPlan(SimulationPlan):
 
 def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodySimulationPlan:
     """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
+    _check_body_arguments(model, cases, numerics)
     shape, contact, start = model.shape, model.contact, model.start
-    if parse_scheme(numerics.scheme) != Scheme.CENTRED:
-        raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
-    if np.asarray(cases.initial_tilt).any():
-        raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
-    if not shape.has_free_aspect and (np.asarray(cases.aspect) != 1.0).any():
-        raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
-    if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:
-        raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
     sizes, which = np.unique(
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
@@ -152,17 +145,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
-        slowest, unloads = (
-            np.array([function(body) for body in made])
-            for function in (smallest_unit_spring_eigenvalue, vertex_unloading_limits)
-        )
-        stiffer = np.maximum(laws[which, 0], laws[which, 1])
-        rings = dynamic_overshoot_bound(
-            (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval
-        )
-        rest_limit = rest_threshold(
-            (reach / foot)[which], friction * unloads[which, 1], unloads[which, 0], rings, REST_THRESHOLD_FACTOR
-        )
+        rest_limit = _rest_thresholds(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.size, CASE)
     columns = {
         "body": which,
@@ -193,6 +176,47 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
         stays_at_rest=stays_at_rest,
         too_soft=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
+    )  # fmt: skip
+
+
+def _check_body_arguments(model: Body, cases: Cases, numerics: Numerics) -> None:
+    """Raise an `ArgumentError` if a 3-D body cannot be simulated with these cases, scheme or initial state."""
+    if parse_scheme(numerics.scheme) != Scheme.CENTRED:
+        raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
+    if np.asarray(cases.initial_tilt).any():
+        raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
+    if not model.shape.has_free_aspect and (np.asarray(cases.aspect) != 1.0).any():
+        raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
+    start = model.start
+    if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:
+        raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
+
+
+def _rest_thresholds(
+    solids: list[Solid],
+    solid_indices: NDArray[np.int64],
+    laws: FloatArray,
+    dashpot: FloatArray,
+    friction: FloatArray,
+    sampling_interval: float,
+) -> FloatArray:
+    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `overturning.dem.quiet.rest_threshold`.
+
+    `laws` are the contact constants per mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and
+    `friction` have a value for each case, shape (n,).
+    """
+    slowest, unloads = (
+        np.array([function(body) for body in solids])
+        for function in (smallest_unit_spring_eigenvalue, vertex_unloading_limits)
+    )
+    ratio = np.array([body.min_edge_distance for body in solids]) / np.array([body.centre_height for body in solids])
+    stiffer = np.maximum(laws[solid_indices, 0], laws[solid_indices, 1])
+    rings = dynamic_overshoot_bound(
+        (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
+    )
+    return rest_threshold(
+        ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
+        REST_THRESHOLD_FACTOR,
     )  # fmt: skip
 
 

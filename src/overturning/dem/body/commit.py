@@ -68,6 +68,38 @@ def released_spring_energy(
 
 
 @njit(**INLINE)
+def contact_point_findings(
+    predicted_point: PredictedPoint,
+    point_history: VertexHistory,
+    penetration: float,
+    force: Vector,
+    velocity: Vector,
+    friction_limit: float,
+    slips: bool,
+    step_is_fine: bool,
+) -> LargestPointFindings:
+    """Return the findings on a contact point at the end of an attempted step; in a fine step, no state is wrong."""
+    carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not step_is_fine
+    deeper = predicted_point.depth if predicted_point.depth > penetration else penetration
+    wrong = carries & (slips != assumed)
+    backwards = carries & assumed & (force.x * predicted_point.dx + force.y * predicted_point.dy < 0.0)
+    # In a long step the spring is stretched although the point comes back; the velocity shows this.
+    back = (
+        carries
+        & slips
+        & (
+            (force.x * point_history.sx + force.y * point_history.sy > 0.0)
+            | (force.x * velocity.x + force.y * velocity.y > 0.0)
+        )
+    )
+    changed = -penetration if point_history.depth > 0.0 else deeper
+    return LargestPointFindings(
+        changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
+        1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
 def compute_point_forces(
     body: BodyConstants,
     predicted_body: PredictedBody,
@@ -77,7 +109,7 @@ def compute_point_forces(
     step_is_fine: bool,
     has_rim: bool,
 ) -> tuple[ContactForceSum, LargestPointFindings, VertexHistory]:
-    """Compute the forces of a contact point at the solution, within their limits, its findings, and its new state."""
+    """Compute the forces of a contact point at the end of a step, within their limits, its findings and new state."""
     half, r, e = (
         predicted_body.half,
         predicted_point.arm,
@@ -87,8 +119,6 @@ def compute_point_forces(
     depth, tx, ty = predicted_point.depth - half * e.z, predicted_point.tx + half * e.x, predicted_point.ty + half * e.y
     depth = 0.0 if (predicted_point.deferred > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, point_history.depth > 0.0
-    changed = predicted_point.depth if predicted_point.depth > depth else depth
-    changed = -depth if was else changed
     spring = body.stiffness * depth if inside else 0.0
     n = spring - body.dashpot * u.z
     n = n if inside & ((predicted_point.held > 0.0) | (n > 0.0)) else 0.0
@@ -113,19 +143,9 @@ def compute_point_forces(
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - point_history.depth if fresh else 1.0)) - half if fresh else 0.0
     landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
-    carries = most > 0.0
-    assumed = predicted_point.slides > 0.0
-    wrong = carries & (slips != assumed)
-    backwards = carries & assumed & (fx * predicted_point.dx + fy * predicted_point.dy < 0.0)
-    # In a long step the spring is stretched although the point comes back; the velocity shows this.
-    back = carries & slips & ((fx * point_history.sx + fy * point_history.sy > 0.0) | (fx * u.x + fy * u.y > 0.0))
     force = Vector(fx, fy, n)
     moment = cross_product(lever, force)
-    findings = LargestPointFindings(
-        changed, 1.0 if wrong & (not step_is_fine) else 0.0, 1.0 if backwards & (not step_is_fine) else 0.0,
-        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not step_is_fine) else 0.0, 0.0 if n > 0.0 else 1.0,
-        depth,
-    )  # fmt: skip
+    findings = contact_point_findings(predicted_point, point_history, depth, force, u, most, slips, step_is_fine)
     x, y = (
         (u.x if has_rim else (predicted_body.place.x + r.x) + half * e.x),
         (u.y if has_rim else (predicted_body.place.y + r.y) + half * e.y),

@@ -34,7 +34,7 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     BaseContactState,
-    BodyBalance,
+    BodyBalanceAccount,
     BodyPeaks,
     BodyShaking,
     BodyState,
@@ -191,9 +191,9 @@ def step(
     f: Matrix,
     acting: ContactSums,
     peaks: BodyPeaks,
-    account: BodyBalance,
+    account: BodyBalanceAccount,
     shaking: BodyShaking,
-) -> tuple[BodyState, BodyPeaks, BodyBalance]:
+) -> tuple[BodyState, BodyPeaks, BodyBalanceAccount]:
     """Compute one step of one body under the contact force of the base."""
     t, dt = acting.wrench, body.step * WHOLE
     half = 0.5 * dt
@@ -232,7 +232,7 @@ def step(
         moment=t.moment,
         tick=s.tick + WHOLE,
     )
-    return moved, peaks, BodyBalance(work, loss, spin, 0.0, 0.0, 0.0)
+    return moved, peaks, BodyBalanceAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
@@ -245,9 +245,9 @@ ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.access(ContactSums)
 no_wrench = tuple_arithmetic(Wrench).zero
 load_shaking = ROWS.access(BodyShaking, unused_fields=UNUSED).load
-load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyBalance, unused_fields=UNUSED).load
+load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyBalanceAccount, unused_fields=UNUSED).load
 store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
-store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyBalance, unused_fields=UNUSED).store
+store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyBalanceAccount, unused_fields=UNUSED).store
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX.access(BodyVertex).load,
     VERTEX.access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
@@ -360,7 +360,9 @@ def shift_all(state: Any, columns: int, by: float) -> None:
             ),
         )
         torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
-        store_account(state, j, BodyBalance(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
+        store_account(
+            state, j, BodyBalanceAccount(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0)
+        )
 
 
 @cache

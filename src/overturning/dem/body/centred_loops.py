@@ -32,7 +32,7 @@ from overturning.dem.body.state import (
     ROWS,
     VERTEX,
     BaseContactState,
-    BodyBalance,
+    BodyBalanceAccount,
     BodyConstants,
     BodyPeaks,
     BodyShaking,
@@ -58,7 +58,7 @@ load_state, _, store_state = ROWS.access(BodyState)
 load_limits = ROWS.access(TerminationLimits).load
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 load_peaks, _, store_peaks = ROWS.access(BodyPeaks)
-load_account, _, store_account = ROWS.access(BodyBalance)
+load_account, _, store_account = ROWS.access(BodyBalanceAccount)
 load_attempt, store_attempt, _ = ROWS.access(StepAttempt)
 load_rejection, store_rejection, _ = ROWS.access(StepRejection)
 load_clock = ROWS.access(Clock).load

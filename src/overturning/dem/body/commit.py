@@ -7,7 +7,7 @@ from numba import njit
 
 from overturning.dem.body.centred import centre_acceleration, flat_landing_slip
 from overturning.dem.body.state import (
-    BodyBalance,
+    BodyBalanceAccount,
     BodyConstants,
     BodyPeaks,
     BodyShaking,
@@ -228,7 +228,7 @@ class AcceptedBodyStep(NamedTuple):
 
     state: BodyState
     peaks: BodyPeaks
-    account: BodyBalance
+    account: BodyBalanceAccount
 
 
 @njit(**INLINE)
@@ -257,7 +257,7 @@ def complete_body_step(
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
     torque = contact_sum.moment.z + (place.x * a.y - place.y * a.x)
-    account = BodyBalance(
+    account = BodyBalanceAccount(
         account.work + half * (account.power + power),
         account.lost + (half * (account.loss + contact_sum.loss) + contact_sum.let_go),
         account.spin

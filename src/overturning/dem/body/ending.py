@@ -8,7 +8,7 @@ from numba import njit
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
-    BodyBalance,
+    BodyBalanceAccount,
     BodyConstants,
     BodyPeaks,
     BodyShaking,
@@ -36,7 +36,9 @@ from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (ROWS.access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
-load_account, load_course, load_limits = (ROWS.access(of).load for of in (BodyBalance, CaseProgress, TerminationLimits))
+load_account, load_course, load_limits = (
+    ROWS.access(of).load for of in (BodyBalanceAccount, CaseProgress, TerminationLimits)
+)
 load_shaking = ROWS.access(BodyShaking).load
 load_memory = VERTEX.access(PointBeforeAndAfter, "old").load
 VERTEX_SIZE: Final = VERTEX.size

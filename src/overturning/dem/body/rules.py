@@ -326,7 +326,7 @@ def advance_one_sample(
 
 def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
     """Set a mark for each lane whose case may have ended, and return the number of marked lanes."""
-    return mark_possibly_ended(
+    return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
         lane_marks,
@@ -336,7 +336,7 @@ def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int,
 
 
 @njit(**INNER)
-def mark_possibly_ended(
+def mark_possibly_ended_lanes(
     state: Any, active_lane_count: int, lane_marks: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
     """Mark and count lanes whose body fell, whose case failed, or whose remaining motion cannot move the body."""
@@ -355,7 +355,7 @@ def mark_possibly_ended(
 
 
 @njit(**INNER)
-def mark_possibly_at_rest(state: Any, active_lane_count: int) -> int:
+def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
     """Mark the lanes whose body may be at rest, and count them: a quick test that every body at rest passes."""
     number = 0
     for j in range(active_lane_count):
@@ -381,7 +381,7 @@ def skip_quiet_samples(
         kernel_input.base,
     )
     count = kernel_input.points.shape[1]
-    if mark_possibly_at_rest(state, active_lane_count) == 0:
+    if mark_possibly_resting_lanes(state, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
         course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks)

@@ -154,7 +154,7 @@ class BodyPeaks(NamedTuple):
     last_upright: float
 
 
-class BodyBalance(NamedTuple):
+class BodyBalanceAccount(NamedTuple):
     """Balance of a body per mass: work of the base, losses (m²/s²), and vertical angular momentum supplied (m²/s).
 
     `power`, `loss` and `torque` are the rates of these at the last step. The angular momentum is about the origin.
@@ -314,7 +314,7 @@ class LargestPointFindings(NamedTuple):
 
 
 ROWS: Final = RowLayout(
-    COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyBalance, BodyShaking,
+    COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyBalanceAccount, BodyShaking,
     LoadedSample, CaseProgress, TerminationLimits, StepAttempt, StepRejection, PredictedBody, ContactEquations,
     BodyVelocityChange, ContactForceSum, LargestPointFindings, RestState,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Contact of a base that lands flat: which points carry (first its ends), and the duration of a landing.
+"""Contact of a base that lands flat: which of its points carry load (the ends first), and how long a landing lasts.
 
 In a plastic landing of a rigid body the impulse acts at the far end only, because all other points lift off (see
 docs/method.md). Springs at points in between would share it while they still come down.

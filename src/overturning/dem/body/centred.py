@@ -232,8 +232,10 @@ def contact_equation_terms(
     point_history: VertexHistory,
     step_is_fine: bool,
 ) -> ContactEquations:
-    """Return the terms of a contact point in the equations of a step, f' = f − G (e_v + e_w × r).
+    """Return the terms of a contact point in the equations for the velocity changes of a body in a step.
 
+    The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
+    and the position r of the point.
     Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
     times the ratio of friction to the force that would hold it.
     """
@@ -287,7 +289,7 @@ def contact_equation_terms(
 def solve_velocity_change(
     body: BodyConstants, state: BodyState, predicted_body: PredictedBody, contact_terms: ContactEquations
 ) -> BodyVelocityChange:
-    """Solve the equations of a step for the velocity change of a body, by 3 × 3 blocks."""
+    """Solve the equations of a step for the velocity and angular velocity changes of a body, by 3 × 3 blocks."""
     a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
     u = scale_vector(
         predicted_body.half, minus(centre_acceleration(contact_terms.force, predicted_body.shaking), state.acceleration)

@@ -147,7 +147,7 @@ def case_status(
     last_sample: float,
     fall_sectors: Any,
 ) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON`."""
+    """Return the `Status` of a case at the end of a sample, or `GOES_ON` if the case has not ended."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)

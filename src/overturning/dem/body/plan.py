@@ -65,7 +65,7 @@ class BodySimulationPlan(SimulationPlan):
 
     @property
     def vertical_ground(self) -> FloatArray:
-        """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if it moves level."""
+        """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if there is none."""
         up = super().vertical_ground
         return np.zeros(self.motion.samples + 3) if up is None else up
 

@@ -42,10 +42,10 @@ SUPPORT_GAP: Final = 0.1
 
 @njit(**INNER)
 def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON`; the record ends at sample `last_sample`.
+    """Return the `Status` of a case at the end of a sample, or `GOES_ON` if the case has not ended.
 
-    `stable_from_sample` holds the sample from which each group of elements that can move as one stands for good, shape
-    (groups,).
+    The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
+    that can move as one stands for good, shape (groups,).
     """
     case = rows.load_case(state, lane)
     element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]

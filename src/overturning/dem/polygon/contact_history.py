@@ -81,7 +81,7 @@ def replacement_end(faces: Any, vertex_index: int, first_end_vertex: int, second
 def end_normal(
     pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the direction of the normal force on a: b's outward normal for a vertex of a, else minus a's normal."""
+    """Return the direction of the normal force on element a: b's normal for a vertex of a, else minus a's normal."""
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
     x, z = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
@@ -92,7 +92,7 @@ def end_normal(
 def end_position(
     pair: PairState, pose_a: Pose, pose_b: Pose, end_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the position of the contact vertex of an end from the centre of a, m."""
+    """Return the position of the contact vertex of an end relative to the centre of element a, m."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
     along = own.low if vertex_is_of_a == (end_number == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx

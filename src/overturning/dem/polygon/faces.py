@@ -19,7 +19,7 @@ from overturning.dem.polygon.state import (
 
 
 class LeverArms(NamedTuple):
-    """Lever arms of the normal and of the tangential force about a centre, m."""
+    """Lever arms of a normal and a tangential contact force about the centre of an element, m."""
 
     n: float
     t: float

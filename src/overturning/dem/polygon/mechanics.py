@@ -71,7 +71,7 @@ class AssumedEndSlip(NamedTuple):
 
 
 class RelativeVector(NamedTuple):
-    """Velocity of a relative to b with both angular velocities, or a direction with lever arms about both centres."""
+    """Velocity of element a relative to b with both angular velocities, or a direction with its two lever arms."""
 
     x: float
     """Relative velocity, m/s, or component of the direction."""

@@ -42,7 +42,7 @@ def count_touching_ends(pair: PairState) -> int:
 
 @njit(**INNER)
 def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max_gap: float) -> float:
-    """Return the last time at which an element was on a standing support, s; infinity if it still is.
+    """Return the last time, s, at which an element was on a support that had not fallen; infinity if it still is.
 
     It is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
     """

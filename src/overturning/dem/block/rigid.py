@@ -44,7 +44,7 @@ NEWTON: Final = 1e-15
 
 
 class RigidCaseColumns(NamedTuple):
-    """Columns of the table of cases."""
+    """Columns of the table of cases of the rigid rocking block."""
 
     sine: float
     """Sine of α."""
@@ -84,7 +84,7 @@ class LinearBaseMotion(NamedTuple):
 
 
 class RigidRockingOutcomes(NamedTuple):
-    """Outcomes of n rocking blocks."""
+    """Outcomes of n rigid rocking blocks: side of the fall and peak rotation."""
 
     overturned: NDArray[np.int8]
     """+1 fallen towards the azimuth, −1 the other way, 0 standing, −128 undecided 20/p after the record; (n,)."""
@@ -94,7 +94,7 @@ class RigidRockingOutcomes(NamedTuple):
 
 @njit(**INNER)
 def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
-    """Return the base motion from a time `delay` later, in samples."""
+    """Return the base motion from a later time on; `delay` is in samples."""
     ground, weight = (
         base_motion.ground + base_motion.ground_slope * delay,
         base_motion.weight + base_motion.weight_slope * delay,
@@ -104,7 +104,7 @@ def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBas
 
 @njit(**INNER)
 def _rocking_start(base_motion: LinearBaseMotion, remaining_time: float, b_over_h: float) -> tuple[float, float]:
-    """Return side and time at which a block at rest starts to rock in the rest of a sample; side 0 if it does not."""
+    """Return the side to which a block at rest starts to rock in the rest of a sample (0: none), and the time."""
     end = _base_motion_after(base_motion, remaining_time)
     side = -1.0 if base_motion.ground > 0.0 else 1.0
     if -side * base_motion.ground > base_motion.weight * b_over_h:
@@ -118,14 +118,16 @@ def _rocking_start(base_motion: LinearBaseMotion, remaining_time: float, b_over_
 
 
 @njit(**INNER)
-def _fill_taylor_series(series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float) -> None:
-    """Fill in the Taylor series from their first terms.
+def _fill_taylor_series(
+    taylor_series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float
+) -> None:
+    """Fill in the Taylor series of the motion of a rocking block over a step, from their first terms.
 
-    The rows of `series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration, jerk.
-    Angles are positive towards the side to which the block leans.
+    The rows of `taylor_series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration,
+    jerk. Angles are positive towards the side to which the block leans.
     """
     angle, velocity, sine, cosine, acceleration, jerk = (
-        series[0], series[1], series[2], series[3], series[4], series[5]
+        taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3], taylor_series[4], taylor_series[5]
     )  # fmt: skip
     for k in range(angle.size - 1):
         drive = -side * base_motion.ground * cosine[k] - base_motion.weight * sine[k]
@@ -143,94 +145,143 @@ def _fill_taylor_series(series: Any, side: float, base_motion: LinearBaseMotion,
 
 
 @njit(**INNER)
-def _series_value_and_slope(series: Any, time: float) -> tuple[float, float]:
-    """Evaluate a series and its slope at time t."""
+def _series_value_and_slope(taylor_series: Any, time: float) -> tuple[float, float]:
+    """Return the value and the slope of a Taylor series at a time."""
     value, slope = 0.0, 0.0
-    for k in range(series.size - 1, -1, -1):
-        slope, value = slope * time + value, value * time + series[k]
+    for k in range(taylor_series.size - 1, -1, -1):
+        slope, value = slope * time + value, value * time + taylor_series[k]
     return value, slope
 
 
 @njit(**INNER)
-def _find_series_root(series: Any, low: float, high: float) -> float:
-    """Find the root of a series between two times: by Newton's method, by bisection if that leaves the interval."""
-    rises = _series_value_and_slope(series, high)[0] > 0.0
-    t = 0.5 * (low + high)
+def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: float) -> float:
+    """Return the root of a Taylor series between two times, by Newton's method and bisection."""
+    rises = _series_value_and_slope(taylor_series, latest_time)[0] > 0.0
+    t = 0.5 * (earliest_time + latest_time)
     for _ in range(100):
-        value, slope = _series_value_and_slope(series, t)
-        low, high = (low, t) if (value > 0.0) == rises else (t, high)
-        before, t = t, t - value / slope if slope != 0.0 else low
-        t = t if low <= t <= high else 0.5 * (low + high)
+        value, slope = _series_value_and_slope(taylor_series, t)
+        earliest_time, latest_time = (earliest_time, t) if (value > 0.0) == rises else (t, latest_time)
+        before, t = t, t - value / slope if slope != 0.0 else earliest_time
+        t = t if earliest_time <= t <= latest_time else 0.5 * (earliest_time + latest_time)
         if abs(t - before) <= NEWTON:
             break
     return t
 
 
 @njit(**INNER)
-def _series_keeps_sign(series: Any, length: float) -> bool:
-    """True if the first term of a series exceeds the sum of all others over a step, so that it has no zero there."""
+def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
+    """True if the first term of a Taylor series exceeds all others together, so that it has no zero in a step."""
     others = 0.0
-    for k in range(series.size - 1, 0, -1):
-        others = (others + abs(series[k])) * length
-    return bool(abs(series[0]) > others)
+    for k in range(taylor_series.size - 1, 0, -1):
+        others = (others + abs(taylor_series[k])) * step_length
+    return bool(abs(taylor_series[0]) > others)
 
 
 @njit(**INNER)
-def _limit_turning_points(series: Any, length: float) -> float:
-    """Halve the step until the block has at most two turning points in it, and return its length.
+def _limit_turning_points(taylor_series: Any, step_length: float) -> float:
+    """Halve a step until the block has at most two turning points in it, and return its length.
 
-    At most one if velocity or acceleration keeps its sign, at most two if the jerk does.
+    There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
-    while length > SHORTEST and not (
-        _series_keeps_sign(series[1], length)
-        or _series_keeps_sign(series[4], length)
-        or _series_keeps_sign(series[5], length)
+    while step_length > SHORTEST and not (
+        _series_keeps_sign(taylor_series[1], step_length)
+        or _series_keeps_sign(taylor_series[4], step_length)
+        or _series_keeps_sign(taylor_series[5], step_length)
     ):
-        length *= 0.5
-    return length
+        step_length *= 0.5
+    return step_length
 
 
 @njit(**INNER)
-def _turning_points(series: Any, length: float, starts_to_rock: bool) -> tuple[float, float]:
-    """Return the times of the first and second turning point in a step; the step length if there is none.
+def _turning_points(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
+    """Return the times of the first and second turning point of a block in a step; the step length if there is none.
 
     A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
     """
-    velocity, acceleration = series[1], series[4]
+    velocity, acceleration = taylor_series[1], taylor_series[4]
     speeds_up = starts_to_rock or acceleration[0] > 0.0
-    between = length
-    if speeds_up != (_series_value_and_slope(acceleration, length)[0] > 0.0):
-        between = _find_series_root(acceleration, 0.0, length)
+    between = step_length
+    if speeds_up != (_series_value_and_slope(acceleration, step_length)[0] > 0.0):
+        between = _find_series_root(acceleration, 0.0, step_length)
     rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
-    then, last = _series_value_and_slope(velocity, between)[0] > 0.0, _series_value_and_slope(velocity, length)[0] > 0.0
-    first = _find_series_root(velocity, 0.0, between) if rises != then else length
-    second = _find_series_root(velocity, between, length) if then != last else length
+    then, last = (
+        _series_value_and_slope(velocity, between)[0] > 0.0,
+        _series_value_and_slope(velocity, step_length)[0] > 0.0,
+    )
+    first = _find_series_root(velocity, 0.0, between) if rises != then else step_length
+    second = _find_series_root(velocity, between, step_length) if then != last else step_length
     return min(first, second), max(first, second)
 
 
 @njit(**INNER)
-def _landing_time(angle: Any, first_turning_point: float, second_turning_point: float, length: float) -> float:
-    """Return the time at which the block lands in a step with these turning points; infinity if it does not."""
+def _landing_time(
+    angle_series: Any, first_turning_point: float, second_turning_point: float, step_length: float
+) -> float:
+    """Return the time at which a rocking block lands on its base in a step; infinity if it does not."""
     low = 0.0
-    for high in (first_turning_point, second_turning_point, length):
-        if _series_value_and_slope(angle, high)[0] < 0.0:
-            return _find_series_root(angle, low, high)
+    for high in (first_turning_point, second_turning_point, step_length):
+        if _series_value_and_slope(angle_series, high)[0] < 0.0:
+            return _find_series_root(angle_series, low, high)
         low = high
     return np.inf
 
 
 @njit(**INNER)
-def _simulate_block(horizontal_ground: Any, vertical_ground: Any, case: Any, series: Any) -> tuple[float, float]:
-    """Simulate one block: return the side to which it falls (0 standing, NaN undecided) and its largest angle, rad."""
-    angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
-    side = 1.0 if case.tilt > 0.0 else -1.0 if case.tilt < 0.0 else 0.0
-    angle[0], velocity[0], sine[0], cosine[0] = abs(case.tilt), 0.0, case.tilt_sine, case.tilt_cosine
-    peak, tangent, samples = angle[0], case.sine / case.cosine, horizontal_ground.size - 3
-    scale, i = case.amplitude / STANDARD_GRAVITY, 0
-    while i < case.after and not (i >= samples and side == 0.0):
+def _base_motion_of_sample(
+    horizontal_acceleration: Any, vertical_acceleration: Any, scale: float, sample: int
+) -> LinearBaseMotion:
+    """Return the base motion over one sample, over g; `scale` multiplies the accelerations."""
+    a, u = scale * horizontal_acceleration[sample], 1.0 + scale * vertical_acceleration[sample]
+    return LinearBaseMotion(
+        a, scale * horizontal_acceleration[sample + 1] - a, u, 1.0 + scale * vertical_acceleration[sample + 1] - u
+    )
+
+
+@njit(**INNER)
+def _peak_at_turning_points(
+    angle_series: Any,
+    velocity_series: Any,
+    turning_points: tuple[float, float],
+    end_time: float,
+    peak_angle: float,
+    record_has_ended: bool,
+) -> tuple[float, bool]:
+    """Return the largest angle so far, with the turning points of a step, and True if the case ends at one of them.
+
+    A case ends if the block has fallen (π/2). After the record each peak is smaller than the one before, so that it
+    also ends at its next peak. Turning points from `end_time` on do not count.
+    """
+    for time in turning_points:
+        if time < end_time:
+            peak_angle = max(peak_angle, _series_value_and_slope(angle_series, time)[0])
+            if peak_angle >= 0.5 * np.pi or (
+                record_has_ended and _series_value_and_slope(velocity_series, time)[1] < 0.0
+            ):
+                return peak_angle, True
+    return peak_angle, False
+
+
+@njit(**INNER)
+def _simulate_block(
+    horizontal_acceleration: Any, vertical_acceleration: Any, case_parameters: Any, taylor_series: Any
+) -> tuple[float, float]:
+    """Simulate one rigid block; return the side to which it falls and its largest angle, rad.
+
+    The side is 0 if the block stands, NaN if it is undecided.
+    """
+    angle, velocity, sine, cosine = taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3]
+    side = 1.0 if case_parameters.tilt > 0.0 else -1.0 if case_parameters.tilt < 0.0 else 0.0
+    angle[0], velocity[0], sine[0], cosine[0] = (
+        abs(case_parameters.tilt),
+        0.0,
+        case_parameters.tilt_sine,
+        case_parameters.tilt_cosine,
+    )
+    peak, tangent, samples = angle[0], case_parameters.sine / case_parameters.cosine, horizontal_acceleration.size - 3
+    scale, i = case_parameters.amplitude / STANDARD_GRAVITY, 0
+    while i < case_parameters.after and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
-        a, u = scale * horizontal_ground[n], 1.0 + scale * vertical_ground[n]
-        sample = LinearBaseMotion(a, scale * horizontal_ground[n + 1] - a, u, 1.0 + scale * vertical_ground[n + 1] - u)
+        sample = _base_motion_of_sample(horizontal_acceleration, vertical_acceleration, scale, n)
         while t < 1.0:
             starts = side == 0.0
             if starts:
@@ -238,29 +289,24 @@ def _simulate_block(horizontal_ground: Any, vertical_ground: Any, case: Any, ser
                 if side == 0.0:
                     break
                 t += wait
-                angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case.sine, case.cosine
-            end = min((np.floor(t * case.steps + 1e-9) + 1.0) / case.steps, 1.0)
-            _fill_taylor_series(series, side, _base_motion_after(sample, t), case.square)
-            length = _limit_turning_points(series, end - t)
+                angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case_parameters.sine, case_parameters.cosine
+            end = min((np.floor(t * case_parameters.steps + 1e-9) + 1.0) / case_parameters.steps, 1.0)
+            _fill_taylor_series(taylor_series, side, _base_motion_after(sample, t), case_parameters.square)
+            length = _limit_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
-            first, second = _turning_points(series, length, starts)
+            first, second = _turning_points(taylor_series, length, starts)
             then, rate = _series_value_and_slope(angle, length)[0], _series_value_and_slope(velocity, length)[0]
             if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end
                 continue
             hit = _landing_time(angle, first, second, length)
-            for turn in (first, second):
-                if turn < min(hit, length):
-                    peak = max(peak, _series_value_and_slope(angle, turn)[0])
-                    if peak >= 0.5 * np.pi:
-                        return side, 0.5 * np.pi
-                    # On a base at rest each peak is smaller than the one before.
-                    if i >= samples and _series_value_and_slope(velocity, turn)[1] < 0.0:
-                        return 0.0, peak
+            peak, ends = _peak_at_turning_points(angle, velocity, (first, second), min(hit, length), peak, i >= samples)
+            if ends:
+                return (side, 0.5 * np.pi) if peak >= 0.5 * np.pi else (0.0, peak)
             if hit <= length:
-                angle[0], velocity[0] = 0.0, -case.restitution * _series_value_and_slope(angle, hit)[1]
-                sine[0], cosine[0] = case.sine, case.cosine
-                t, side = t + hit, -side if velocity[0] >= case.rest else 0.0
+                angle[0], velocity[0] = 0.0, -case_parameters.restitution * _series_value_and_slope(angle, hit)[1]
+                sine[0], cosine[0] = case_parameters.sine, case_parameters.cosine
+                t, side = t + hit, -side if velocity[0] >= case_parameters.rest else 0.0
                 continue
             cosine[0], sine[0] = normalise_cosine_and_sine(
                 _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
@@ -274,13 +320,18 @@ def _simulate_block(horizontal_ground: Any, vertical_ground: Any, case: Any, ser
 
 @njit(nogil=True, **OPTIONS)
 def _simulate_blocks(
-    horizontal_ground: Any, motion_rows: Any, vertical_ground: Any, cases: Any, series_order: int, outcomes: Any
+    horizontal_acceleration: Any,
+    motion_rows: Any,
+    vertical_acceleration: Any,
+    cases: Any,
+    series_order: int,
+    outcomes: Any,
 ) -> None:
-    """Fill in the side and the largest angle of each case, shape (n, 2)."""
+    """Simulate rigid blocks; fill in the side of the fall and the largest angle (rad) of each, shape (n, 2)."""
     series = np.zeros((6, series_order + 1))
     for k in range(cases.size):
         outcomes[k, 0], outcomes[k, 1] = _simulate_block(
-            horizontal_ground[motion_rows[k]], vertical_ground, cases[k], series
+            horizontal_acceleration[motion_rows[k]], vertical_acceleration, cases[k], series
         )
 
 
@@ -302,7 +353,7 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
 
     Returns
     -------
-    Rocking
+    RigidRockingOutcomes
         Outcomes in the order of the cases; the bits of a case do not depend on the others.
 
     Notes

@@ -108,7 +108,7 @@ def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     found: Outcome = {}
     for group in np.unique(plan.queue_group):
         chosen = np.flatnonzero(plan.queue_group == group)
-        computed, _ = plan.compute(chosen, np.zeros(1, np.int64))
+        computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.size, np.nan))[chosen] = values
     return found

@@ -126,7 +126,7 @@ def test_steps_above_the_stable_limit_are_unstable(
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
         plan = plan_cases(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
-        path = one.compute(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
+        path = one.compute_cases(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
         moves = sum(
             np.max([np.abs(path[name]) for name in names], axis=0) for names in (("vx", "vy", "vz"), ("wx", "wy", "wz"))
         )

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block.commit import CornerSolution, CornerSolutions, corner_at_solution, findings_of_step
+from overturning.dem.block.commit import CornerSolution, CornerSolutions, block_step_findings, compute_corner_forces
 from overturning.dem.block.state import (
     GENTLE_STEPS,
-    AssumedCorner,
-    BlockChange,
+    AssumedCornerContact,
     BlockConstants,
+    BlockVelocityChange,
     CornerState,
     PredictedBlock,
     PredictedCorner,
@@ -24,7 +24,7 @@ from overturning.dem.kernel.clock import (
     StepAttempt,
     StepControl,
     StepFindings,
-    next_attempt,
+    choose_next_attempt,
 )
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_cases, run_cases
@@ -104,7 +104,7 @@ def test_every_step_lies_within_a_sample(pace: StepControl, steps: int) -> None:
         length, end = attempt.length, tick + attempt.length
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, _, attempt = next_attempt.py_func(
+        again, _, attempt = choose_next_attempt.py_func(
             pace, clock, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
         )
         assert again == (changed and length > clock.finest)
@@ -116,7 +116,7 @@ def test_every_step_lies_within_a_sample(pace: StepControl, steps: int) -> None:
                 assert attempt.length == clock.finest
                 change, stands = tick + random.exponential(3 * sample), not stands
     assert changes > 50
-    ladder = {2.0**power for power in range(6, pace.halvings + 1)}
+    ladder = {2.0**power for power in range(6, pace.max_halvings + 1)}
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
@@ -124,14 +124,14 @@ def corrected(before: float, after: float) -> CornerSolution:
     """Return a sticking corner whose depth changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
-    nothing = BlockChange(0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = BlockVelocityChange(0.0, 0.0, 0.0, 0.0, 0.0)
     step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
-    return corner_at_solution.py_func(
+    return compute_corner_forces.py_func(
         block,
         step,
         there,
         CornerState(0.0, 0.0, before, 1.0),
-        AssumedCorner(0.0, True, False, False, 0.0, 1.0),
+        AssumedCornerContact(0.0, True, False, False, 0.0, 1.0),
         nothing,
         True,
     )
@@ -141,8 +141,8 @@ def rejected(steps: float, left: CornerSolution, right: CornerSolution, gentle: 
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     clock, block = clock_of(BLOCK), BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle})
     length = steps * clock.finest
-    found = findings_of_step.py_func(block, clock, length, False, CornerSolutions(left, right), False)
-    return bool(next_attempt.py_func(BLOCK, clock, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
+    found = block_step_findings.py_func(block, clock, length, False, CornerSolutions(left, right), False)
+    return bool(choose_next_attempt.py_func(BLOCK, clock, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
@@ -169,7 +169,9 @@ def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: StepControl
     attempt, tries, lengths = StepAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = next_attempt.py_func(pace, clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE)
+        again, _, attempt = choose_next_attempt.py_func(
+            pace, clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE
+        )
         tries.append(attempt.tries)
         lengths.append(attempt.length)
         assert again == wrong
@@ -183,14 +185,16 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
     clock, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
     attempt, lengths = StepAttempt(pace.whole, 8.0, 0.0), []
     while attempt.tries == 0.0:
-        again, as_before, attempt = next_attempt.py_func(pace, clock, attempt, begins, pace.whole, pace.whole)
+        again, as_before, attempt = choose_next_attempt.py_func(pace, clock, attempt, begins, pace.whole, pace.whole)
         assert again
         assert as_before == (attempt.tries == 0.0)
         lengths.append(attempt.length)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
     # Sliding that was assumed is accepted in steps of any length.
     slides = NOTHING._replace(slides=True)
-    assert not next_attempt.py_func(pace, clock, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole)[0]
+    assert not choose_next_attempt.py_func(
+        pace, clock, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
+    )[0]
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])

@@ -67,7 +67,7 @@ def test_same_motion_until_the_second_impact() -> None:
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.size - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
-        _, fast = plan_cases(model, motion, one, numerics).compute(first, counter, np.zeros(motion.samples, ROW))
+        _, fast = plan_cases(model, motion, one, numerics).compute_cases(first, counter, np.zeros(motion.samples, ROW))
         tilted = np.where(np.abs(fast["angle"]) < 1e-3, 0.0, np.sign(fast["angle"]))
         sides = np.flatnonzero((tilted[1:] != 0) & (np.abs(np.diff(tilted)) > 0))
         # A fall has no second impact; beyond the critical angle rounding errors grow with the fall.
@@ -77,7 +77,7 @@ def test_same_motion_until_the_second_impact() -> None:
         plan = plan_scene_simulation(model, motion, one, numerics)
         budget = ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
-        _, general = plan.compute(first, counter, np.zeros((motion.samples, 14)))
+        _, general = plan.compute_cases(first, counter, np.zeros((motion.samples, 14)))
         # Both kernels have their origin at the middle of the base.
         for column, name in ((8, "x"), (9, "z"), (10, "angle")):
             np.testing.assert_allclose(general[: end - 1, column], fast[name][: end - 1], rtol=0, atol=1e-9)

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 
 from overturning.dem import plan
-from overturning.dem.block.plan import BlockPlan
+from overturning.dem.block.plan import BlockSimulationPlan
 from overturning.dem.block.tables import RESULT, ROW
-from overturning.dem.kernel.queue import path_with_room, run_queue
+from overturning.dem.kernel.queue import extend_trajectory, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
@@ -44,8 +44,8 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
 @pytest.mark.parametrize(
     ("name", "general", "kind"),
     [
-        ("gravestone", False, BlockPlan),
-        ("shaft-alone", False, BlockPlan),
+        ("gravestone", False, BlockSimulationPlan),
+        ("shaft-alone", False, BlockSimulationPlan),
         ("gravestone", True, PolygonSimulationPlan),
         ("three-tier", False, PolygonSimulationPlan),
         ("against-a-wall", False, PolygonSimulationPlan),
@@ -191,9 +191,9 @@ def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, m
 
 def test_an_extended_path_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
-    assert path_with_room.py_func(path, 4, 100) is path
-    longer = path_with_room(path, 5, 100)
+    assert extend_trajectory.py_func(path, 4, 100) is path
+    longer = extend_trajectory(path, 5, 100)
     assert longer.shape == (8,)
     np.testing.assert_array_equal(longer[:4], path)
-    assert path_with_room(path, 50, 100).shape == (50,)
-    assert path_with_room.py_func(path, 101, 100) is path
+    assert extend_trajectory(path, 50, 100).shape == (50,)
+    assert extend_trajectory.py_func(path, 101, 100) is path

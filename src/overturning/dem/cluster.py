@@ -19,7 +19,7 @@ MIN_CASES_PER_TASK: Final = 256
 def run_on_cluster(
     simulate_cases: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics
 ) -> Any:
-    """Run cases on the cluster of ``numerics.client``; results are bit-equal to a local run.
+    """Simulate cases on the dask cluster of ``numerics.client``; the results are bit-equal to those of a local run.
 
     Parameters
     ----------
@@ -66,10 +66,10 @@ def run_on_cluster(
 
 
 def _return_motion(motion: Motion) -> Motion:
-    """Return the motion unchanged: a task whose result the other tasks share."""
+    """Return the motion unchanged, as the result of a task on which all other tasks depend."""
     return motion
 
 
-def _select_cases(cases: Any, row_numbers: Any) -> Any:
-    """Return the cases with these row numbers."""
-    return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[row_numbers] for item in fields(cases)})
+def _select_cases(cases: Any, case_numbers: Any) -> Any:
+    """Return the cases with the given numbers."""
+    return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[case_numbers] for item in fields(cases)})

@@ -1,4 +1,4 @@
-"""2-D outcomes in the vertical planes of a rectangle's faces, next to its 3-D outcome."""
+"""2-D outcomes of a rectangular block in the vertical planes of its faces, next to its 3-D outcome."""
 
 from dataclasses import replace
 from typing import Any
@@ -21,10 +21,11 @@ from overturning.motion.motion import Motion
 
 
 def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
-    """Simulate a grid like `simulate_grid`, including the model's `additional_study_variables`.
+    """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.
 
-    A rectangle is also simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H
-    across it. If it falls in both, `combine_edge_falls` decides. ``block_steps`` includes these simulations.
+    The arrays are those of `simulate_grid` and the model's `additional_study_variables`. A rectangle is also simulated
+    by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If it falls in both,
+    `combine_edge_falls` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.has_free_aspect:

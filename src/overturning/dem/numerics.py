@@ -22,7 +22,7 @@ ELEMENT_STEP: Final = 20
 
 @dataclass(frozen=True)
 class Numerics:
-    """Numerical options, the same for all cases.
+    """Numerical options of a simulation, the same for all its cases.
 
     Parameters
     ----------

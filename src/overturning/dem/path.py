@@ -1,4 +1,4 @@
-"""Path of a 2-D case: motion of all elements of a scene over time, and the contact forces between them."""
+"""Trajectory of a 2-D case: motion of all elements of a scene over time, and the contact forces between them."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -22,12 +22,12 @@ POSES: Final = {
 
 
 def variable_spec(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
-    """Return a dataset variable: dimensions, values, and attributes `units` and `long_name`."""
+    """Return a variable of a dataset as a tuple: dimensions, values, and attributes `units` and `long_name`."""
     return dimensions.split(), values, {"units": units, "long_name": long_name}
 
 
 @dataclass(frozen=True)
-class PlanePath:
+class PlanarTrajectory:
     """Motion of all elements of a scene over time in one case, with the contact forces."""
 
     scene: Scene
@@ -41,7 +41,7 @@ class PlanePath:
     contacts: list[tuple[str, str]]  # names of the two elements of each contact
 
     def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of a dataset, including the results of the case."""
+        """Return variables, coordinates and attributes of the dataset of a case, including its results."""
         vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
         for item, row in zip(self.placed, vertices, strict=True):
             row[: len(item.shape.vertices)] = item.shape.vertices
@@ -87,7 +87,7 @@ class PlanePath:
         return variables, coordinates, {"reference": self.scene.default_element, "weight": weight}
 
     def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
-        """Return the outcome variables of the case; values per element are missing for fixed elements."""
+        """Return the outcome variables of a case by name; those per element are missing for fixed elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed) if not item.fixed]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):

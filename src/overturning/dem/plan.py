@@ -1,4 +1,4 @@
-"""Plan of a computation: kernel input for the cases of a model, their results, and the path of a single case."""
+"""Plan of a simulation: kernel input for the cases of a model, their results, and the trajectory of a case."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_until_balanced
-from overturning.dem.kernel.ground import Ground, largest_acceleration_ahead
+from overturning.dem.kernel.ground import GroundMotion, largest_acceleration_ahead
 from overturning.dem.kernel.queue import QueueSettings, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
@@ -25,8 +25,8 @@ MAX_PATH_NUMBERS: Final = 100_000_000
 """Largest number of float64 values in the dataset of a path (0.8 GB)."""
 
 
-def check_path_size(value_count: int) -> None:
-    """Raise an `ArgumentError` if a path of at least `value_count` values exceeds `MAX_PATH_NUMBERS`."""
+def check_trajectory_size(value_count: int) -> None:
+    """Raise an `ArgumentError` if a trajectory of `value_count` values or more exceeds `MAX_PATH_NUMBERS`."""
     if value_count > MAX_PATH_NUMBERS:
         raise ArgumentError(
             f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
@@ -34,21 +34,21 @@ def check_path_size(value_count: int) -> None:
         )
 
 
-class Path(Protocol):
-    """Trajectory of a model in one case: its motion over time."""
+class Trajectory(Protocol):
+    """Motion of a model over time in one case."""
 
     def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of a dataset, including the results of the case."""
+        """Return variables, coordinates and attributes of the dataset of a case, including its results."""
 
 
-def group_equal_cases(*columns: NDArray[Any]) -> NDArray[np.int64]:
-    """Return a group number for each case, shape (n,): equal for cases that are equal in all columns, shape (n,)."""
-    return np.asarray(np.unique(np.stack(columns), axis=1, return_inverse=True)[1]).ravel()
+def group_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:
+    """Return a group number for each of n cases, shape (n,), the same for cases that are equal in all columns."""
+    return np.asarray(np.unique(np.stack(case_columns), axis=1, return_inverse=True)[1]).ravel()
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationPlan(ABC):
-    """Plan of the simulation of n cases.
+    """Plan of the simulation of a model in n cases, for one kernel.
 
     Each value depends only on its own case and motion, so that subsets give the same results.
     """
@@ -59,13 +59,13 @@ class SimulationPlan(ABC):
     """Function that runs a queue of cases."""
     result_dtype: ClassVar[Any]
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
-    path_dtype: ClassVar[Any]
+    trajectory_dtype: ClassVar[Any]
     """Dtype of a row of the path; if structured, it has a column `time`."""
     time_column: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
     ground_columns: ClassVar[Any] = ("ground",)
     """Indices of the base motion in a row of the path."""
-    path_numbers: ClassVar[int] = 1
+    values_per_trajectory_row: ClassVar[int] = 1
     """Number of values per time in the dataset of a path; limits the number of rows."""
     step_cost: ClassVar[int] = 1
     """Block steps charged to the budget for one step."""
@@ -84,32 +84,36 @@ class SimulationPlan(ABC):
 
     @property
     def queue_group(self) -> NDArray[np.int64]:
-        """Group number of each case, shape (n,); cases with the same number share a queue."""
+        """Queue number of each case, shape (n,); cases with the same number share a queue."""
         return self.steps
 
     @property
-    def vertical_ground(self) -> FloatArray | None:
+    def vertical_base_acceleration(self) -> FloatArray | None:
         """Vertical acceleration of the base, m/s², with three zeros after the record; None without vertical motion."""
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
-    def loudest_accelerations(self) -> tuple[FloatArray, FloatArray]:
-        """Largest horizontal and vertical accelerations ahead, m/s²; see `Ground.loudest` and `Ground.loudest_up`."""
+    def largest_accelerations_ahead(self) -> tuple[FloatArray, FloatArray]:
+        """Largest horizontal and vertical base accelerations still to come, m/s²; see `GroundMotion.loudest`."""
         across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
-        up = np.zeros(self.ground.shape[-1]) if self.vertical_ground is None else np.abs(self.vertical_ground)
+        up = (
+            np.zeros(self.ground.shape[-1])
+            if self.vertical_base_acceleration is None
+            else np.abs(self.vertical_base_acceleration)
+        )
         interval = self.motion.sampling_interval
         return largest_acceleration_ahead(across, interval), largest_acceleration_ahead(up, interval)
 
     def initial_results(self) -> CaseResults:
-        """Return results of all cases before the computation: at rest, or missing where the contact is too soft."""
+        """Return results for all cases before the simulation: at rest, or missing if the contact is too soft."""
         results = CaseResults.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
 
-    def compute(
-        self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], path: NDArray[Any] | None = None
+    def compute_cases(
+        self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], trajectory: NDArray[Any] | None = None
     ) -> tuple[dict[str, Any], NDArray[Any]]:
-        """Compute cases of one group; rerun those whose energy does not balance with finer steps.
+        """Simulate cases of one group; those whose energy does not balance are rerun with finer steps.
 
         Parameters
         ----------
@@ -117,66 +121,73 @@ class SimulationPlan(ABC):
             Indices of the cases.
         steps_done : ndarray of int64, shape (1,)
             Incremented by the block steps done, to show progress.
-        path : ndarray, shape (rows, …), optional
-            Buffer for the path of the first case; extended if it is too short. Without it no path is recorded.
+        trajectory : ndarray, shape (rows, …), optional
+            Buffer for the trajectory of the first case; extended if it is too short. Default: none is recorded.
 
         Returns
         -------
         outcomes : dict of ndarray, shape (m, …)
             Variables by name; see `case_variables`.
-        path : ndarray, shape (rows, …)
-            Path of the first case; no rows if `path` was not given.
+        trajectory : ndarray, shape (rows, …)
+            Trajectory of the first case; no rows if `trajectory` was not given.
         """
         tables = self.result_tables(case_numbers.size)
-        results, buffer = tables["results"], self.path_buffer(is_recorded=False) if path is None else path
+        results, buffer = (
+            tables["results"],
+            self.create_trajectory_buffer(is_recorded=False) if trajectory is None else trajectory,
+        )
         recorded = buffer
 
-        def run(rows: NDArray[np.int64], step_divisor: int) -> None:
+        def run_case_rows(rows: NDArray[np.int64], step_divisor: int) -> None:
             nonlocal recorded
             buffer[:] = 0.0
             recorded, count = self.queue(
                 self.kernel_input(case_numbers, tables, step_divisor), rows, steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
-                check_path_size(2 * len(recorded) * self.path_numbers)
+                check_trajectory_size(2 * len(recorded) * self.values_per_trajectory_row)
             recorded = recorded[:count]
 
-        rerun_until_balanced(run, results["status"], results["energy_error"])
+        rerun_until_balanced(run_case_rows, results["status"], results["energy_error"])
         return self.case_variables(case_numbers, tables), recorded
 
-    def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Path]:
-        """Compute the plan's only case; return its result and path, which goes on for `aftermath` s after its end."""
-        results, path, only = self.initial_results(), self.path_buffer(is_recorded=True), np.zeros(1, np.int64)
+    def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
+        """Simulate the only case of the plan; return its results, and its trajectory for `aftermath` s longer."""
+        results, path, only = (
+            self.initial_results(),
+            self.create_trajectory_buffer(is_recorded=True),
+            np.zeros(1, np.int64),
+        )
         before = self.motion.samples
         if self.stays_at_rest[0] or self.too_soft[0]:
             path = path[:0]
         else:
             before = int(self.first[0])
-            outcomes, path = self.compute(only, np.zeros(1, np.int64), path)
+            outcomes, path = self.compute_cases(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
-            path = self.continued(path, aftermath) if aftermath > 0.0 else path
-        rest = self.rest_rows(self.motion.samples)
-        return results, self.convert_path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
+            path = self.continue_trajectory(path, aftermath) if aftermath > 0.0 else path
+        rest = self.trajectory_rows_at_rest(self.motion.samples)
+        return results, self.convert_trajectory(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
 
-    def continued(self, path: NDArray[Any], aftermath: float) -> NDArray[Any]:  # noqa: ARG002, see the scene's plan
-        """Return a computed path that goes on for `aftermath` s after its end; unchanged for a single body."""
-        return path
+    def continue_trajectory(self, trajectory: NDArray[Any], aftermath: float) -> NDArray[Any]:  # noqa: ARG002
+        """Return a trajectory continued for `aftermath` s after its end; unchanged for a single block or body."""
+        return trajectory
 
-    def fill_skipped_samples(self, path_rows: NDArray[Any], rest_rows: NDArray[Any]) -> NDArray[Any]:
-        """Return the rows of a path including the samples that were skipped at rest.
+    def fill_skipped_samples(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:
+        """Return the rows of a trajectory, with rows inserted for the samples that were skipped at rest.
 
-        In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rest_rows`
+        In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rows_at_rest`
         has a row for each sample of the record, with the base motion.
         """
-        interval, time = self.motion.sampling_interval, path_rows[self.time_column]
+        interval, time = self.motion.sampling_interval, trajectory_rows[self.time_column]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
-        after = np.repeat(np.arange(len(path_rows)), missing + 1)
+        after = np.repeat(np.arange(len(trajectory_rows)), missing + 1)
         # Number of samples between each row and the computed row that follows it; 0 for computed rows.
         ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
-        filled, new = path_rows[after], ahead > 0
+        filled, new = trajectory_rows[after], ahead > 0
         filled[self.time_column] = time[after] - ahead * interval
         for column in self.ground_columns:
-            ground = np.interp(filled[self.time_column], rest_rows[self.time_column], rest_rows[column])
+            ground = np.interp(filled[self.time_column], rows_at_rest[self.time_column], rows_at_rest[column])
             filled[column] = np.where(new, ground, filled[column])
         return filled
 
@@ -188,7 +199,7 @@ class SimulationPlan(ABC):
         ticks_per_step: float,
         lane_count: int,
     ) -> dict[str, Any]:
-        """Return the fields that the kernel input of every model has, see `KernelInput`."""
+        """Return, by name, the fields that the kernel input of every model has (see `KernelInput`)."""
         cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["dwell"] *= step_divisor
@@ -199,49 +210,55 @@ class SimulationPlan(ABC):
             steps_per_check=steps,
             step_weight=len(self.model.elements),
             budget=self.numerics.budget // self.step_cost,
-            max_rows=MAX_PATH_NUMBERS // self.path_numbers,
+            max_rows=MAX_PATH_NUMBERS // self.values_per_trajectory_row,
             lanes=lane_count,
         )
-        ground, row = Ground(self.ground, self.vertical_ground, *self.loudest_accelerations), self.row[case_numbers]
+        ground, row = (
+            GroundMotion(self.ground, self.vertical_base_acceleration, *self.largest_accelerations_ahead),
+            self.row[case_numbers],
+        )
         return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
 
     def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the tables that the kernel fills for `case_count` cases: ``results`` and those of the model."""
+        """Return the empty tables, by name, that the kernel fills for `case_count` cases: ``results`` and others."""
         return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> Any:
-        """Return the kernel's input for some cases, with steps divided by `step_divisor`; it fills `result_tables`."""
+        """Return the input of the kernel for some cases, with steps divided by `step_divisor`.
+
+        The kernel fills `result_tables`.
+        """
 
     @abstractmethod
     def case_variables(
-        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of some cases by name, and ``block_steps``, from the filled tables."""
+        """Return the outcome variables of some cases, and ``block_steps``, by name, from the tables of the kernel."""
 
-    def path_buffer(self, is_recorded: bool) -> NDArray[Any]:
-        """Return a buffer for a path with a row per sample, or without rows if the path is not `is_recorded`."""
+    def create_trajectory_buffer(self, is_recorded: bool) -> NDArray[Any]:
+        """Return a buffer for a trajectory, with a row per sample, or without rows if none `is_recorded`."""
         rows = self.motion.samples if is_recorded else 0
-        check_path_size(rows * self.path_numbers)
-        return np.zeros(rows, self.path_dtype)
+        check_trajectory_size(rows * self.values_per_trajectory_row)
+        return np.zeros(rows, self.trajectory_dtype)
 
-    def rest_rows(self, sample_count: int) -> NDArray[Any]:
-        """Return the path rows of the first `sample_count` samples of the record, with the only case at rest."""
-        rows = np.zeros(sample_count, self.path_dtype)
+    def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[Any]:
+        """Return the rows of a trajectory at rest, one for each of the first `sample_count` samples of the record."""
+        rows = np.zeros(sample_count, self.trajectory_dtype)
         rows["time"] = np.arange(sample_count) * self.motion.sampling_interval
         return rows
 
     @abstractmethod
-    def convert_path(self, path_rows: NDArray[Any]) -> Path:
-        """Convert the rows of the only case to its path."""
+    def convert_trajectory(self, trajectory_rows: NDArray[Any]) -> Trajectory:
+        """Convert the rows of the only case to its trajectory."""
 
 
 def base_motions_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return each case's row in the second array, and the base acceleration along each distinct azimuth, m/s².
+    """Return the base acceleration along each distinct azimuth, m/s², preceded by the row of each case in it.
 
-    Shapes (n,) and (azimuths, samples + 3): three zeros follow the record.
+    Shapes (azimuths, samples + 3), with three zeros after the record, and (n,).
     """
     if (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle of the 3-D model has one")
@@ -253,6 +270,6 @@ def base_motions_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.in
 
 
 def evaluate_rounded(function: np.ufunc, angles: FloatArray) -> FloatArray:
-    """Return a function of an angle, rounded to 12 decimals: libm and SIMD versions differ in the last digit."""
+    """Evaluate a function of angles, rounded to 12 decimals, since its last digit differs between processors."""
     distinct, where = np.unique(angles, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

@@ -35,7 +35,7 @@ def find_quiet_windows(
     ground: FloatArray,
     motion_threshold: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the first sample to simulate and the first of the final calm of each case, and True if it stays at rest.
+    """Find, for each case, the samples at the start and the end in which the motion cannot move the block.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
@@ -95,33 +95,36 @@ def rest_threshold(
     lift_threshold: FloatArray,
     slip_threshold: FloatArray,
     unload_threshold: FloatArray,
-    overshoot: FloatArray,
-    max_share: float,
+    dynamic_overshoot: FloatArray,
+    max_threshold_share: float,
 ) -> FloatArray:
-    """Return the horizontal acceleration, over g, up to which a body at rest is not simulated (docs/method.md).
+    """Return the horizontal acceleration over g up to which a body at rest is not simulated (docs/method.md).
 
     Parameters
     ----------
-    lift_threshold, slips : ndarray
+    lift_threshold, slip_threshold : ndarray
         Accelerations, over g, at which the rigid body starts to rock and to slide.
     unload_threshold : ndarray
         Acceleration, over g, at which its first corner is unloaded on springs.
-    overshoot : ndarray
+    dynamic_overshoot : ndarray
         Largest ratio of dynamic to static contact force; see `dynamic_overshoot_bound`.
-    max_share : float
+    max_threshold_share : float
         Upper limit of the result, as a share of the lower of `lift_threshold` and `slip_threshold`.
     """
     with np.errstate(divide="ignore"):
         creeps = 1.0 / (1.0 / np.maximum(unload_threshold, 0.0) + 1.0 / np.maximum(slip_threshold, 0.0))
     return np.asarray(
-        np.minimum(max_share * np.minimum(lift_threshold, slip_threshold), LIGHT_CORNER_SHARE * creeps / overshoot)
+        np.minimum(
+            max_threshold_share * np.minimum(lift_threshold, slip_threshold),
+            LIGHT_CORNER_SHARE * creeps / dynamic_overshoot,
+        )
     )
 
 
 def dynamic_overshoot_bound(
     squared_frequency: FloatArray, damping_delay: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
-    """Return an upper bound of dynamic over static force of a contact, for any base motion with the same peak.
+    """Return an upper bound of the ratio of dynamic to static contact force, for any base motion of the same peak.
 
     The lower of two bounds: the integral of |h|, where h is the force after an impulse of the base, for any motion; and
     for a motion that is linear between samples, the vibration that its kinks excite: 4/x each, x = ω Δt, with decay

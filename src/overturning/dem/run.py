@@ -1,4 +1,4 @@
-"""Run of many cases of a model under one motion, distributed to threads; results in the order of the cases."""
+"""Simulation of many cases of a model under one motion, distributed to threads."""
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -29,7 +29,7 @@ MAX_QUEUE_LENGTH: Final = 4096
 
 
 def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "SimulationPlan":
-    """Return the computation plan of the model's kernel, after checking the arguments.
+    """Check the arguments and return the simulation plan of a model in some cases.
 
     Parameters and exceptions are those of `run`.
     """
@@ -51,7 +51,7 @@ def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics)
 def run(
     model: "Model | Scene | Shape | str | int | None", motion: Motion, cases: Cases, numerics: Numerics | None = None
 ) -> CaseResults:
-    """Run cases of a model under one motion.
+    """Simulate cases of a model under one motion.
 
     Parameters
     ----------
@@ -88,11 +88,11 @@ def run(
     # The longest cases of a group first, so that all lanes finish at about the same time.
     order = moving[np.lexsort((-length, plan.queue_group[moving]))]
 
-    def compute(case_numbers: NDArray[np.int64]) -> None:
-        results.store_outcomes(case_numbers, plan.compute(case_numbers, counter)[0])
+    def compute_queue(case_numbers: NDArray[np.int64]) -> None:
+        results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
 
     queues = split_into_queues(order, plan.queue_group, plan.split_long_queues)
-    run_queues_in_threads(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
+    run_queues_in_threads(compute_queue, queues, numerics, counter, int(length.sum()) * len(model.elements))
     return results
 
 
@@ -129,10 +129,10 @@ def run_cases(
 def split_into_queues(
     ordered_cases: NDArray[np.int64], queue_group: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases, ordered by their number in `queue_group`, into queues of one group each.
+    """Split cases into queues, each with cases of one group.
 
-    Queues are at most `MAX_QUEUE_LENGTH` long. If `split_long_groups`, a group of 128 or more cases makes at least two
-    queues, so that two threads share it.
+    The cases are ordered by their group number in `queue_group`. Queues are at most `MAX_QUEUE_LENGTH` long. If
+    `split_long_groups`, a group of 128 or more cases makes at least two queues, so that two threads share it.
     """
     queues = []
     for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_group[ordered_cases])) + 1):
@@ -144,16 +144,16 @@ def split_into_queues(
 
 
 def run_queues_in_threads(
-    compute: Callable[[NDArray[np.int64]], None],
+    compute_queue: Callable[[NDArray[np.int64]], None],
     queues: list[NDArray[np.int64]],
     numerics: Numerics,
     steps_done: NDArray[np.int64],
     total_steps: int,
 ) -> None:
-    """Run queues on `numerics.threads` threads and report progress: `steps_done` of `total_steps` block steps."""
+    """Compute queues of cases on `numerics.threads` threads, and report the block steps done and expected."""
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
-        waiting = {pool.submit(compute, chosen) for chosen in queues}
+        waiting = {pool.submit(compute_queue, chosen) for chosen in queues}
         while waiting:
             finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
             for future in finished:

@@ -33,7 +33,7 @@ def create_grid(
     azimuth_deg: ArrayLike | None = None,
     orientation_deg: ArrayLike | None = None,
 ) -> Grid:
-    """Return the grid of a model; parameters are those of `overturning.simulate`.
+    """Return the grid of the cases of a model; parameters are those of `overturning.simulate`.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def create_grid(
 
 
 def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
-    """Simulate the cases of a grid; return the arrays of `simulate_arrays`."""
+    """Simulate the cases of a grid under one motion; return arrays of the shape of the grid by variable name."""
     few = model.drop_ineffective_frictions(grid)
     sources = model.computed_cells(few, numerics.leave_out)
     own, of_each = np.arange(few.size).reshape(few.shape), few.size // few.shape[0]
@@ -76,9 +76,9 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
 
 
 def simulate_arrays(
-    motion: Accelerogram, model: Model | Scene | Shape | str | int | None = None, **values: Any
+    motion: Accelerogram, model: Model | Scene | Shape | str | int | None = None, **parameters: Any
 ) -> dict[str, NDArray[Any]]:
-    """Simulate every combination of direction, size, slenderness, aspect and friction of a model under one motion.
+    """Simulate a model for every combination of direction, size, slenderness, aspect and friction; return arrays.
 
     Parameters and exceptions are those of `overturning.simulate`.
 
@@ -91,8 +91,8 @@ def simulate_arrays(
         elements in the scene's order, exists only if the scene has several and the variable is per element.
     """
     model = as_model(model)
-    numerics = {item.name: values.pop(item.name) for item in fields(Numerics) if item.name in values}
-    return simulate_grid(model, as_motion(motion), create_grid(model, **values), Numerics(**numerics))
+    numerics = {item.name: parameters.pop(item.name) for item in fields(Numerics) if item.name in parameters}
+    return simulate_grid(model, as_motion(motion), create_grid(model, **parameters), Numerics(**numerics))
 
 
 @suggest_keywords(Numerics)
@@ -173,7 +173,7 @@ def simulate(
     coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.dimension_names}
     if grid.element:
         coordinates["element"] = ("element", list(grid.element))
-    if (angles := critical_angle(model, grid)) is not None:
+    if (angles := critical_angle_coordinate(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
     return create_dataset(
@@ -186,8 +186,10 @@ def simulate(
     )
 
 
-def critical_angle(model: Model, grid: Grid) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
-    """Return dimensions, values (rad) and attributes of a scene's critical angles; None for a block or body.
+def critical_angle_coordinate(
+    model: Model, grid: Grid
+) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
+    """Return dimensions, values (rad) and attributes of the critical angles of a scene; None for a block or body.
 
     A single block or body needs none: its critical angle follows from B/H.
     """

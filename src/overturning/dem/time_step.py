@@ -12,7 +12,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 class Scheme(IntEnum):
-    """Integration schemes, with their numbers in the kernel."""
+    """Integration scheme of a simulation, with its number in the kernels."""
 
     CUNDALL = 0
     CENTRED = 1
@@ -121,7 +121,7 @@ def stable_step(
     damping_rate: FloatArray,
     block_rocking_time: FloatArray | None = None,
 ) -> FloatArray:
-    """Return the largest stable time step, s.
+    """Return the largest stable time step of each case, s.
 
     Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
     evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max exceeds
@@ -149,7 +149,7 @@ def stable_step(
 
 
 def shortest_contact_time(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
-    """Return 1/ω of a contact's highest mode, s; shorter if ξ_max exceeds `HEAVY_DAMPING` (see `stable_step`)."""
+    """Return 1/ω of the highest mode of a contact, s; less if it is heavily damped (`HEAVY_DAMPING`)."""
     frequency = np.sqrt(squared_frequency)
     return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING) / frequency)
 
@@ -162,7 +162,9 @@ def steps_per_sample(
     sampling_interval: float,
     block_rocking_time: FloatArray | None = None,
 ) -> NDArray[np.int64]:
-    """Return the number of whole steps per sample; it depends only on the case and the sampling interval.
+    """Return the number of time steps per sample of the record, for each case.
+
+    It depends only on the case and the sampling interval.
 
     Parameters
     ----------
@@ -170,7 +172,7 @@ def steps_per_sample(
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    squared_frequency, rate : ndarray
+    squared_frequency, damping_rate : ndarray
         ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `stable_step`.
     sampling_interval : float
         Time between samples, s.
@@ -199,7 +201,7 @@ def steps_per_sample(
 def steps_per_sample_from_stable_step(
     stable_step_s: FloatArray, automatic_step_s: FloatArray, time_step: float | str, sampling_interval: float
 ) -> NDArray[np.int64]:
-    """Return the number of steps per sample, given the stable and the automatic step, s.
+    """Return the number of time steps per sample of the record, given the stable and the automatic step, s.
 
     Other parameters and exceptions are those of `steps_per_sample`.
     """
@@ -229,7 +231,7 @@ def steps_per_sample_from_stable_step(
 def requested_to_automatic_step_ratio(
     scheme: Scheme, time_step: float | str, stable_step_s: FloatArray
 ) -> FloatArray | float:
-    """Return the requested step divided by the automatic step of a block; `steps_per_sample` checks the request."""
+    """Return the ratio of the requested to the automatic time step of a block."""
     if time_step == "auto":
         return 1.0
     wanted = (

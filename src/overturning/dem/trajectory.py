@@ -1,4 +1,4 @@
-"""Public function that returns the path of a model in one case as a dataset, with contact forces."""
+"""Public function that returns the trajectory of a model in one case as a dataset, with contact forces."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,7 @@ def trajectory(
     friction: float = 1.0,
     **options: Any,
 ) -> "xr.Dataset":
-    """Simulate one case and return its path; the outcome is bit-equal to that cell of a grid with the same arguments.
+    """Simulate one case and return its trajectory; the outcome is bit-equal to that of `overturning.simulate`.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.simulate import critical_angle
+from overturning.dem.simulate import critical_angle_coordinate
 from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import Grid
@@ -87,7 +87,8 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
         cube["height"].comment = cube["b_over_h"].comment = said
     own = SizeConversion.for_variant(study, variant).own_ratio
     sized = grid if own is None else grid.replace_values(b_over_h=np.full(grid["b_over_h"].size, own))
-    if (critical := critical_angle(model, sized)) is not None:  # None for a single block, where it follows from B/H
+    # None for a single block, where it follows from B/H.
+    if (critical := critical_angle_coordinate(model, sized)) is not None:
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)

@@ -1,8 +1,8 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
 The step of one block has three parts, as in docs/method.md: `predict_block` and `solve_velocities` are here,
-`corner_at_solution` and `state_after_step` in `overturning.dem.block.commit`. `overturning.dem.block.loops` has the
-loops over the blocks.
+`compute_corner_forces` and `complete_block_step` in `overturning.dem.block.commit`. `overturning.dem.block.loops` has
+the loops over the blocks.
 
 Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and
 velocity u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the
@@ -14,14 +14,14 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.block.landing import flat_landing_slip, lands_flat
+from overturning.dem.block.landing import block_lands_flat, flat_landing_slip
 from overturning.dem.block.state import (
-    AssumedCorner,
+    AssumedCornerContact,
     AssumedSlip,
-    BlockChange,
     BlockConstants,
     BlockShaking,
     BlockState,
+    BlockVelocityChange,
     CornerEquationTerms,
     CornerState,
     DriftedBlock,
@@ -47,14 +47,19 @@ LEAST_FREEDOM: Final = 0.25
 
 @njit(**INLINE)
 def predict_corner(
-    side: float, block: BlockConstants, previous_corner: CornerState, predicted: DriftedBlock
+    side: float, block: BlockConstants, previous_corner: CornerState, drifted_block: DriftedBlock
 ) -> PredictedCorner:
-    """Predict the state of a corner; a new contact starts with an unstretched spring."""
-    arm, drop = corner_position(side, block, predicted.cos, predicted.sin)
-    stretch = previous_corner.spring + ((predicted.x + arm) - previous_corner.place)
+    """Predict position, velocity and spring of a corner at the end of a step; new contacts start unstretched."""
+    arm, drop = corner_position(side, block, drifted_block.cos, drifted_block.sin)
+    stretch = previous_corner.spring + ((drifted_block.x + arm) - previous_corner.place)
     stretch = stretch if previous_corner.depth > 0.0 else 0.0
     return PredictedCorner(
-        arm, drop, drop - predicted.z, stretch, predicted.vx - drop * predicted.vw, predicted.vz - arm * predicted.vw
+        arm,
+        drop,
+        drop - drifted_block.z,
+        stretch,
+        drifted_block.vx - drop * drifted_block.vw,
+        drifted_block.vz - arm * drifted_block.vw,
     )
 
 
@@ -62,7 +67,7 @@ def predict_corner(
 def predict_block(
     block: BlockConstants, state: BlockState, step_ticks: float, shaking: BlockShaking, ticks_per_sample: float
 ) -> PredictedBlock:
-    """Predict block and corners at the end of a step of `step_ticks` ticks with constant acceleration."""
+    """Predict the state of a block and its corners at the end of a step with constant acceleration."""
     dt, tick = block.step * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.aw
@@ -102,7 +107,7 @@ def predict_block(
 @njit(**INLINE)
 def predict_contact(
     block: BlockConstants,
-    predicted: PredictedCorner,
+    predicted_corner: PredictedCorner,
     previous_corner: CornerState,
     is_fine_step: bool,
     is_flat_landing: bool,
@@ -111,112 +116,128 @@ def predict_contact(
 
     In a fine step the predicted force decides. In a longer step it overshoots too far; the last state is used.
     """
-    n = block.stiffness * predicted.depth - block.dashpot * predicted.uz
-    return n, ((is_flat_landing | (n > 0.0)) & (predicted.depth > 0.0)) | (
+    n = block.stiffness * predicted_corner.depth - block.dashpot * predicted_corner.uz
+    return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.depth > 0.0)) | (
         (not is_fine_step) & (previous_corner.normal != 0.0)
     )
 
 
 @njit(**INLINE)
 def assume_sliding(
-    block: BlockConstants, predicted: PredictedCorner, normal_force: float, assumption: AssumedCorner
+    block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
 ) -> TangentialState:
-    """Return the assumed slip of a corner: as predicted in a fine step, else as in the last step.
+    """Return the friction and sliding that a step assumes for a corner: predicted in a fine step, else as before.
 
     A long step for which this proves wrong is repeated. A normal force on a sliding corner must push it out; where
     friction would rotate the block further in instead (Painlevé's paradox, possible from μ = 4/3), the corner sticks.
     In a flat landing both corners slide or stick together (`flat_landing_slip`).
     """
-    slid, fine = assumption.slid, assumption.fine
-    f = block.tangential * predicted.stretch + block.dashpot * predicted.ux
+    slid, fine = assumed_contact.slid, assumed_contact.fine
+    f = block.tangential * predicted_corner.stretch + block.dashpot * predicted_corner.ux
     excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
-    slides, slid = (assumption.drifts, assumption.drift) if assumption.held else (excess > 0.0, slid)
-    freedom = 1.0 + block.inertia * predicted.arm * (predicted.arm - slid * (assumption.tilting * predicted.drop))
+    slides, slid = (assumed_contact.drifts, assumed_contact.drift) if assumed_contact.held else (excess > 0.0, slid)
+    freedom = 1.0 + block.inertia * predicted_corner.arm * (
+        predicted_corner.arm - slid * (assumed_contact.tilting * predicted_corner.drop)
+    )
     return TangentialState(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
 def resolve_sliding(
-    corner: TangentialState, other_corner: TangentialState, other_in_contact: bool
+    corner_friction: TangentialState, other_corner_friction: TangentialState, other_in_contact: bool
 ) -> tuple[float, bool]:
-    """Return ±μ of a sliding corner (0 if it is not free), and True if it slides.
+    """Return ±μ of a sliding corner (0 if it is not free to slide), and True if the corner slides.
 
     A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
     """
-    free = corner.free | (other_in_contact & (not other_corner.slides))
-    return (corner.slid if free else 0.0), corner.slides & free
+    free = corner_friction.free | (other_in_contact & (not other_corner_friction.slides))
+    return (corner_friction.slid if free else 0.0), corner_friction.slides & free
 
 
 @njit(**INLINE)
 def normal_force_terms(
-    block: BlockConstants, predicted: PredictedCorner, half_step: float, normal_force: float, is_closed: bool
+    block: BlockConstants,
+    predicted_corner: PredictedCorner,
+    half_step_time: float,
+    normal_force: float,
+    is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return a corner's normal force for zero velocity at the end of the step, and its coefficient of that velocity."""
-    normal = block.dashpot + half_step * block.stiffness
-    return (normal_force + normal * predicted.uz if is_closed else 0.0), (half_step * normal if is_closed else 0.0)
+    """Return the normal force of a corner at rest at the end of a step, and its decrease per upward velocity."""
+    normal = block.dashpot + half_step_time * block.stiffness
+    return (normal_force + normal * predicted_corner.uz if is_in_contact else 0.0), (
+        half_step_time * normal if is_in_contact else 0.0
+    )
 
 
 @njit(**INLINE)
-def equation_terms(
+def corner_equation_terms(
     block: BlockConstants,
-    predicted: PredictedCorner,
-    half_step: float,
+    predicted_corner: PredictedCorner,
+    half_step_time: float,
     normal_force: float,
-    is_closed: bool,
+    is_in_contact: bool,
     tangential_force: float,
-    slides: bool,
+    is_sliding: bool,
     signed_friction: float,
 ) -> CornerEquationTerms:
-    """Return a corner's contribution to the equations; a sliding corner has ±μ times its normal force as friction."""
-    normal_force, press = normal_force_terms(block, predicted, half_step, normal_force, is_closed)
-    tangential = block.dashpot + half_step * block.tangential
-    sticks = is_closed & (not slides)
-    tangential_force = tangential_force - tangential * predicted.ux if sticks else signed_friction * normal_force
+    """Return the contribution of a corner to the equations of a step; a sliding corner has a friction of ±μ n."""
+    normal_force, press = normal_force_terms(block, predicted_corner, half_step_time, normal_force, is_in_contact)
+    tangential = block.dashpot + half_step_time * block.tangential
+    sticks = is_in_contact & (not is_sliding)
+    tangential_force = tangential_force - tangential * predicted_corner.ux if sticks else signed_friction * normal_force
     return CornerEquationTerms(
         normal_force,
         tangential_force,
         press,
-        half_step * tangential if sticks else 0.0,
-        signed_friction * press if slides else 0.0,
+        half_step_time * tangential if sticks else 0.0,
+        signed_friction * press if is_sliding else 0.0,
     )
 
 
 @njit(**INLINE)
 def solve_velocities(
-    block: BlockConstants, state: BlockState, assumed_slip: AssumedSlip, is_fine_step: bool, predicted: PredictedBlock
-) -> BlockChange:
-    """Solve for the velocities of a block at the end of a step, where springs and dashpots are evaluated.
+    block: BlockConstants,
+    state: BlockState,
+    assumed_slip: AssumedSlip,
+    is_fine_step: bool,
+    predicted_block: PredictedBlock,
+) -> BlockVelocityChange:
+    """Solve the equations of a step for the velocities of a block at its end; return their corrections.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part,
     except for sliding corners, which are made to stick before they reduce it too much.
     """
-    half, inertia, left, right = predicted.half, block.inertia, predicted.left, predicted.right
-    held = lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
+    half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
+    held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
     nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift, tilting = flat_landing_slip(block, held, predicted.ex, predicted.ez)
+    drifts, drift, tilting = flat_landing_slip(block, held, predicted_block.ex, predicted_block.ez)
     lever_l, lever_r = tilting * left.drop, tilting * right.drop
     guess_l = assume_sliding(
         block,
         left,
         nl,
-        AssumedCorner(assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift, tilting),
+        AssumedCornerContact(
+            assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift, tilting
+        ),
     )
     guess_r = assume_sliding(
         block,
         right,
         nr,
-        AssumedCorner(assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift, tilting),
+        AssumedCornerContact(
+            assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift, tilting
+        ),
     )
     slid_l, slides_l = resolve_sliding(guess_l, guess_r, on_r)
     slid_r, slides_r = resolve_sliding(guess_r, guess_l, on_l)
-    p = equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
-    q = equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
-    hx = predicted.vx + half * (predicted.push - (p.f + q.f))
-    hz = predicted.vz + half * ((p.n + q.n) - (GRAVITY + predicted.lift))
-    hw = predicted.vw + half * (inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n)))
+    p = corner_equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
+    q = corner_equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
+    hx = predicted_block.vx + half * (predicted_block.push - (p.f + q.f))
+    hz = predicted_block.vz + half * ((p.n + q.n) - (GRAVITY + predicted_block.lift))
+    hw = predicted_block.vw + half * (inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n)))
     wl, wr = p.press * left.arm, q.press * right.arm
     el, er = p.slide * lever_l - wl, q.slide * lever_r - wr
     gl, gr = p.stick * lever_l, q.stick * lever_r
@@ -232,7 +253,9 @@ def solve_velocities(
     inverse = inverse * last
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
-    return BlockChange(ex - predicted.ex, ez - predicted.ez, ew - predicted.ew, slid_l, slid_r)
+    return BlockVelocityChange(
+        ex - predicted_block.ex, ez - predicted_block.ez, ew - predicted_block.ew, slid_l, slid_r
+    )
 
 
 @njit(**INLINE)
@@ -241,18 +264,18 @@ def solve_velocities_without_friction(
     state: BlockState,
     assumed_slip: AssumedSlip,  # noqa: ARG001, as `solve_velocities`
     is_fine_step: bool,
-    predicted: PredictedBlock,
-) -> BlockChange:
-    """Solve for a block's velocities without friction, where the horizontal motion is independent."""
-    half, inertia, left, right = predicted.half, block.inertia, predicted.left, predicted.right
-    held = lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
+    predicted_block: PredictedBlock,
+) -> BlockVelocityChange:
+    """Solve the equations of a step without friction; return the corrections of the velocities of a block."""
+    half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
+    held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
     nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
     nl, press_l = normal_force_terms(block, left, half, nl, on_l)
     nr, press_r = normal_force_terms(block, right, half, nr, on_r)
-    ex = predicted.vx + half * predicted.push
-    hz = predicted.vz + half * ((nl + nr) - (GRAVITY + predicted.lift))
-    hw = predicted.vw - half * (inertia * (left.arm * nl + right.arm * nr))
+    ex = predicted_block.vx + half * predicted_block.push
+    hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
+    hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))
     wl, wr = press_l * left.arm, press_r * right.arm
     a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
     a32, a33 = inertia * a23, 1.0 + inertia * (wl * left.arm + wr * right.arm)
@@ -260,4 +283,4 @@ def solve_velocities_without_friction(
     inverse = 1.0 / (a22 * last)
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
-    return BlockChange(ex - predicted.ex, ez - predicted.ez, ew - predicted.ew, 0.0, 0.0)
+    return BlockVelocityChange(ex - predicted_block.ex, ez - predicted_block.ez, ew - predicted_block.ew, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Third part of a step of the centred scheme for a block: forces at the solution within limits, and the new state."""
+"""Third part of a step of the centred scheme for a block: corner forces within their limits, and the new state."""
 
 import math
 
@@ -8,13 +8,13 @@ from overturning.dem.block.landing import remaining_landing_time
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AcceptedBlockStep,
-    AssumedCorner,
+    AssumedCornerContact,
     AssumedSlip,
-    BlockAccount,
-    BlockChange,
     BlockConstants,
+    BlockEnergyAccount,
     BlockPeaks,
     BlockState,
+    BlockVelocityChange,
     CornerSolution,
     CornerSolutions,
     CornerState,
@@ -29,21 +29,24 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 @njit(**INLINE)
-def corner_at_solution(
+def compute_corner_forces(
     block: BlockConstants,
     predicted_block: PredictedBlock,
     predicted_corner: PredictedCorner,
     previous_corner: CornerState,
-    assumption: AssumedCorner,
-    change: BlockChange,
+    assumed_contact: AssumedCornerContact,
+    velocity_change: BlockVelocityChange,
     with_friction: bool,
 ) -> CornerSolution:
-    """Compute the state of a corner at the solution, with forces within their limits.
+    """Compute the forces of a corner at the end of a step, within their limits, and the new state of the corner.
 
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
     the base. (A corner in the air counts as slipping; its direction is never used.)
     """
-    du, dw = change.vx - predicted_corner.drop * change.vw, change.vz - predicted_corner.arm * change.vw
+    du, dw = (
+        velocity_change.vx - predicted_corner.drop * velocity_change.vw,
+        velocity_change.vz - predicted_corner.arm * velocity_change.vw,
+    )
     ux, uz = predicted_corner.ux + du, predicted_corner.uz + dw
     half = predicted_block.half
     depth, stretch, place = (
@@ -57,18 +60,18 @@ def corner_at_solution(
     # No tension except in a flat landing.
     spring = block.stiffness * depth if inside else 0.0
     n = spring - block.dashpot * uz
-    n = n if assumption.held | (n > 0.0) else 0.0
+    n = n if assumed_contact.held | (n > 0.0) else 0.0
     n = n if inside else 0.0
     # Friction; the spring of a slipping corner is shortened to the force that friction can hold.
     most = block.friction * n
     f = block.tangential * stretch + block.dashpot * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
-    sign, slips = (assumption.drift, assumption.drifts) if assumption.held else (sign, slips)
-    found, assumed = sign if slips else 0.0, 0.0 if assumption.fine else assumption.slid
+    sign, slips = (assumed_contact.drift, assumed_contact.drifts) if assumed_contact.held else (sign, slips)
+    found, assumed = sign if slips else 0.0, 0.0 if assumed_contact.fine else assumed_contact.slid
     f = sign * n if slips else f
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
-    lever = assumption.tilting * predicted_corner.drop
-    working = ux + (predicted_corner.drop - lever) * (predicted_block.ew + change.vw)
+    lever = assumed_contact.tilting * predicted_corner.drop
+    working = ux + (predicted_corner.drop - lever) * (predicted_block.ew + velocity_change.vw)
     damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * working
     sinking = depth - previous_corner.depth
     cut = depth * previous_corner.depth
@@ -97,16 +100,16 @@ def corner_at_solution(
 
 
 @njit(**INLINE)
-def findings_of_step(
+def block_step_findings(
     block: BlockConstants,
     clock: Clock,
     step_ticks: float,
     is_fine_step: bool,
-    corners: CornerSolutions,
+    corner_solutions: CornerSolutions,
     with_friction: bool,
 ) -> StepFindings:
-    """Return the findings of an attempted step that decide whether it is accepted."""
-    left, right = corners.left, corners.right
+    """Return the contact changes and sliding of a block in an attempted step; they decide whether it is accepted."""
+    left, right = corner_solutions.left, corner_solutions.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
     gentle = (far <= block.gentle) & (step_ticks <= GENTLE_STEPS * clock.finest)
@@ -138,58 +141,69 @@ def findings_of_step(
 
 @njit(**INLINE)
 def next_assumed_slip(
-    assumed_slip: AssumedSlip, is_fine_step: bool, corners: CornerSolutions, is_retry: bool, keeps_assumed: bool
+    assumed_slip: AssumedSlip,
+    is_fine_step: bool,
+    corner_solutions: CornerSolutions,
+    is_retry: bool,
+    keeps_assumed_slip: bool,
 ) -> AssumedSlip:
-    """Return the slip directions to assume in the next attempt: of the solution, or in a retry the correct old ones."""
+    """Return the slip directions to assume in the next attempted step.
+
+    They are those of the solved step; a retry keeps the old direction of a corner if it was correct.
+    """
     of_left, of_right = (0.0 if is_fine_step else assumed_slip.left), (0.0 if is_fine_step else assumed_slip.right)
-    left, right = corners.left, corners.right
+    left, right = corner_solutions.left, corner_solutions.right
     keeps_left, keeps_right = (
-        keeps_assumed | (is_retry & (not left.wrong)),
-        keeps_assumed | (is_retry & (not right.wrong)),
+        keeps_assumed_slip | (is_retry & (not left.wrong)),
+        keeps_assumed_slip | (is_retry & (not right.wrong)),
     )
     return AssumedSlip(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
 
 @njit(**INLINE)
-def contact_time_beyond_half_step(half_step: float, corner: CornerSolution, other_corner: CornerSolution) -> float:
-    """Return the time beyond half of the step during which a contact that closed within it acts, s.
+def contact_time_beyond_half_step(half_step_time: float, corner: CornerSolution, other_corner: CornerSolution) -> float:
+    """Return the time beyond half of the step during which a contact that closed in the step acts, s.
 
     One division serves both corners.
     """
-    inverse = 2.0 * half_step / (corner.sunk * other_corner.sunk)
-    time = corner.corner.depth * (inverse * other_corner.sunk) - half_step
+    inverse = 2.0 * half_step_time / (corner.sunk * other_corner.sunk)
+    time = corner.corner.depth * (inverse * other_corner.sunk) - half_step_time
     return time if corner.fresh else 0.0
 
 
 @njit(**INLINE)
-def state_after_step(
+def complete_block_step(
     block: BlockConstants,
     previous_step: AcceptedBlockStep,
-    predicted: PredictedBlock,
-    change: BlockChange,
-    corners: CornerSolutions,
+    predicted_block: PredictedBlock,
+    velocity_change: BlockVelocityChange,
+    corner_solutions: CornerSolutions,
     step_ticks: float,
     with_vertical: bool,
     with_friction: bool,
 ) -> AcceptedBlockStep:
-    """Return the state, peaks and energy account of a block at the end of a step."""
-    (s, peaks, account), (left, right) = previous_step, corners
-    half, turn, tick = predicted.half, predicted.half * change.vw, s.tick + step_ticks
-    x, z, angle = predicted.x + half * change.vx, predicted.z + half * change.vz, predicted.angle + turn
-    c, sn = predicted.cos - predicted.sin * turn, predicted.sin + predicted.cos * turn
+    """Compute the state, peaks and energy account of a block at the end of a step."""
+    (s, peaks, account), (left, right) = previous_step, corner_solutions
+    half, turn, tick = predicted_block.half, predicted_block.half * velocity_change.vw, s.tick + step_ticks
+    x, z, angle = (
+        predicted_block.x + half * velocity_change.vx,
+        predicted_block.z + half * velocity_change.vz,
+        predicted_block.angle + turn,
+    )
+    c, sn = predicted_block.cos - predicted_block.sin * turn, predicted_block.sin + predicted_block.cos * turn
     nl, nr = left.corner.normal, right.corner.normal
     ax, az = (
-        predicted.push - (left.f + right.f) if with_friction else predicted.push,
-        (nl + nr) - (GRAVITY + predicted.lift),
+        predicted_block.push - (left.f + right.f) if with_friction else predicted_block.push,
+        (nl + nr) - (GRAVITY + predicted_block.lift),
     )
     aw = block.inertia * (left.moment + right.moment)
-    vx, vz, vw = predicted.vx + half * ax, predicted.vz + half * az, predicted.vw + half * aw
+    vx, vz, vw = predicted_block.vx + half * ax, predicted_block.vz + half * az, predicted_block.vw + half * aw
     pl, pr = contact_time_beyond_half_step(half, left, right), contact_time_beyond_half_step(half, right, left)
     vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
     vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
     power, loss = (
-        predicted.push * vx - predicted.lift * vz if with_vertical else predicted.push * vx,
+        predicted_block.push * vx - predicted_block.lift * vz if with_vertical else predicted_block.push * vx,
         left.loss + right.loss,
     )
     springs = block.tangential * (left.let_go + right.let_go) + block.stiffness * (left.cut + right.cut)
@@ -202,7 +216,7 @@ def state_after_step(
         ),
         tick if abs(angle) < block.alpha else peaks.last_upright,
     )
-    account = BlockAccount(account.work + half * (account.power + power), lost, power, loss)
+    account = BlockEnergyAccount(account.work + half * (account.power + power), lost, power, loss)
     landing = remaining_landing_time(block, s, 2.0 * half)
     state = BlockState(
         x=x,

@@ -4,11 +4,11 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.block.landing import flat_landing_slip, lands_flat, remaining_landing_time
+from overturning.dem.block.landing import block_lands_flat, flat_landing_slip, remaining_landing_time
 from overturning.dem.block.state import (
     TICKS,
-    BlockAccount,
     BlockConstants,
+    BlockEnergyAccount,
     BlockPeaks,
     BlockShaking,
     BlockState,
@@ -56,9 +56,10 @@ def corner_contact_force(
     dashpot_rate: float,
     flat_landing: tuple[bool, bool, float, float],
 ) -> CornerForce:
-    """Compute the contact force of a corner; `dashpot_rate` is the dashpot over the time step, for displacements.
+    """Compute the contact force of a corner in a step of Cundall's scheme.
 
-    `flat_landing` holds whether the block lands flat, and the results of `flat_landing_slip`.
+    `dashpot_rate` is the dashpot over the time step, which multiplies displacements. `flat_landing` holds whether the
+    block lands flat, and the results of `flat_landing_slip`.
     """
     held, drifts, drift, tilting = flat_landing
     arm, drop = corner_position(side, block, state.cos, state.sin)
@@ -95,10 +96,10 @@ def step_block(
     block: BlockConstants,
     state: BlockState,
     peaks: BlockPeaks,
-    account: BlockAccount,
+    energy_account: BlockEnergyAccount,
     shaking: BlockShaking,
     with_vertical: bool,
-) -> tuple[BlockState, BlockPeaks, BlockAccount]:
+) -> tuple[BlockState, BlockPeaks, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme."""
     dt = block.step * WHOLE
     push, lift = motion_at_tick(shaking.push, state.tick), motion_at_tick(shaking.lift, state.tick)
@@ -107,7 +108,7 @@ def step_block(
         corner_position(-1.0, block, state.cos, state.sin),
         corner_position(1.0, block, state.cos, state.sin),
     )
-    held = lands_flat(
+    held = block_lands_flat(
         block,
         state,
         (drop_left - state.z, state.vz - arm_left * state.vw),
@@ -128,7 +129,7 @@ def step_block(
     let_go = 0.5 * (
         block.stiffness * (left.opened + right.opened) + block.tangential * (left.shortened + right.shortened)
     )
-    lost = account.lost + (
+    lost = energy_account.lost + (
         let_go - dt * (corner_dissipation_power(left, cx, cz, cw) + corner_dissipation_power(right, cx, cz, cw))
     )
     # Velocities half a step later, position one step later.
@@ -161,4 +162,4 @@ def step_block(
         tick=tick,
         landing=remaining_landing_time(block, state, dt),
     )
-    return moved, peaks, BlockAccount(account.work + dt * power, lost, 0.0, 0.0)
+    return moved, peaks, BlockEnergyAccount(energy_account.work + dt * power, lost, 0.0, 0.0)

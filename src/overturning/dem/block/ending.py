@@ -8,8 +8,8 @@ from numba import njit
 from overturning.dem.block.state import (
     ROWS,
     TICKS,
-    BlockAccount,
     BlockConstants,
+    BlockEnergyAccount,
     BlockPeaks,
     BlockShaking,
     BlockState,
@@ -21,7 +21,7 @@ from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (ROWS.access(of).load for of in (BlockConstants, BlockState, BlockPeaks))
-load_account, load_course = ROWS.access(BlockAccount).load, ROWS.access(CaseProgress).load
+load_account, load_course = ROWS.access(BlockEnergyAccount).load, ROWS.access(CaseProgress).load
 load_shaking = ROWS.access(BlockShaking).load
 
 
@@ -58,7 +58,7 @@ def tilt_energy(block: BlockConstants, peak_rotation: float) -> float:
 def outcome_is_final(
     block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
-    """True if a block on a base at rest stands for good, and its peak rotation and slip are final."""
+    """True if a block on a base at rest can no longer fall, and its peak rotation and slip are final."""
     now = block_energy(block, state, velocity_lag)
     if not (now < energy_barrier and abs(state.angle) < block.alpha):
         return False
@@ -75,7 +75,7 @@ def outcome_is_final(
 def case_status(
     state: Any, lane: int, velocity_lag: float, ticks_per_sample: float, last_sample: float, max_penetration: float
 ) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON`."""
+    """Return the `Status` of the case in a lane at the end of a sample; `GOES_ON` if it has not ended."""
     block, s, peaks, course = (
         load_block(state, lane),
         load_state(state, lane),
@@ -105,28 +105,28 @@ def case_status(
 
 
 @njit(**INNER)
-def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, case_result: Any) -> None:
-    """Write the results of the case in a lane."""
+def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, result_row: Any) -> None:
+    """Write the results of the case in a lane into a row of the table of results."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course = load_account(state, lane), load_course(state, lane)
     fallen = status == Status.SIMULATED and s.cos <= 0.0
-    case_result.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
-    case_result.overturning_time = course.upright_until if fallen else np.nan
+    result_row.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
+    result_row.overturning_time = course.upright_until if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
-    case_result.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
-    case_result.peak_slip, case_result.residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
-    case_result.peak_penetration = peaks.depth
+    result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
+    result_row.peak_slip, result_row.residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
+    result_row.peak_penetration = peaks.depth
     balance = (block_energy(block, s, velocity_lag) - course.energy) - account.work + account.lost
-    case_result.energy_error = abs(balance) / max(account.work, course.barrier)
+    result_row.energy_error = abs(balance) / max(account.work, course.barrier)
 
 
 @njit(**INNER)
 def record_block_motion(
-    state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, path_row: Any
+    state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write the motion of the block in a lane into a row of its trajectory."""
     block, s, push = load_block(state, lane), load_state(state, lane), load_shaking(state, lane).push
-    path_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
-    path_row.x, path_row.z, path_row.angle = s.x, s.z, s.angle
-    path_row.vx, path_row.vz, path_row.vw = velocities_at_whole_step(block, s, velocity_lag)
-    path_row.ground = -(push.value + push.slope * s.tick)
+    trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
+    trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
+    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_at_whole_step(block, s, velocity_lag)
+    trajectory_row.ground = -(push.value + push.slope * s.tick)

@@ -6,38 +6,44 @@ from numba import njit
 
 from overturning.dem.block.state import BlockConstants, BlockState
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import slides_flat, touches_soon
+from overturning.dem.kernel.mechanics import end_touches_soon, slides_in_flat_landing
 
 
 @njit(**INLINE)
-def is_airborne(state: BlockState) -> bool:
-    """True if no corner touched the base at the end of the last step."""
+def block_is_airborne(state: BlockState) -> bool:
+    """True if no corner of a block touched the base at the end of the last step."""
     return (state.left.depth <= 0.0) & (state.right.depth <= 0.0)
 
 
 @njit(**INLINE)
 def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
     """Return the remaining time of a flat landing after a step, s; a landing starts only from free flight."""
-    return block.landing if is_airborne(state) else state.landing - time_step
+    return block.landing if block_is_airborne(state) else state.landing - time_step
 
 
 @njit(**INLINE)
-def lands_flat(block: BlockConstants, state: BlockState, left: tuple[float, float], right: tuple[float, float]) -> bool:
-    """True if both corners land in one impact, from their penetrations (m) and upward velocities (m/s) after the step.
+def block_lands_flat(
+    block: BlockConstants, state: BlockState, left_corner: tuple[float, float], right_corner: tuple[float, float]
+) -> bool:
+    """True if both corners of a block land in one impact.
+
+    `left_corner` and `right_corner` are the penetration (m) and upward velocity (m/s) of a corner after the step.
 
     In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
     positive as long as the corner is in the ground, so the dashpot may pull.
     """
-    both = touches_soon(block.together, left[0], left[1]) & touches_soon(block.together, right[0], right[1])
-    return ((state.landing > 0.0) | is_airborne(state)) & both
+    both = end_touches_soon(block.together, left_corner[0], left_corner[1]) & end_touches_soon(
+        block.together, right_corner[0], right_corner[1]
+    )
+    return ((state.landing > 0.0) | block_is_airborne(state)) & both
 
 
 @njit(**INLINE)
 def flat_landing_slip(block: BlockConstants, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float, float]:
-    """Return if a block that lands flat slides (`slides_flat`), ±μ, and the share of friction's moment that acts.
+    """Return True if a block slides in a flat landing, ±μ, and the share of the moment of friction that acts.
 
     The velocity of the centre decides. If μ ≤ B/H, the resultant impulse passes through the base, which
     therefore takes the whole moment of friction.
     """
-    slides = is_flat_landing & slides_flat(block.friction, vx, vz)
+    slides = is_flat_landing & slides_in_flat_landing(block.friction, vx, vz)
     return slides, math.copysign(block.friction, vx), (block.tilting if slides else 1.0)

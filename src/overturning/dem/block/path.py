@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.path import PlanePath
+from overturning.dem.path import PlanarTrajectory
 from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
@@ -12,19 +12,19 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
-def convert_block_path(
-    scene: Scene, motion: Motion, cases: Cases, path_rows: NDArray[np.void], critical_angle: float
-) -> PlanePath:
-    """Convert the rows of a single block to a `PlanePath` of block and ground; `critical_angle` is α, rad."""
+def convert_block_trajectory(
+    scene: Scene, motion: Motion, cases: Cases, trajectory_rows: NDArray[np.void], critical_angle: float
+) -> PlanarTrajectory:
+    """Convert the rows of a single block to a `PlanarTrajectory` of block and ground; `critical_angle` is α, rad."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
     placed = place_elements(scene, height, ratio)
     ground, block = placed
-    time = path_rows["time"]
-    poses = np.zeros((len(path_rows), 2, 6))
+    time = trajectory_rows["time"]
+    poses = np.zeros((len(trajectory_rows), 2, 6))
     poses[:, 0, :2] = ground.x, ground.z
-    poses[:, 1] = np.stack([path_rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
+    poses[:, 1] = np.stack([trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
     along, lift = (
         _mean_acceleration_between(time, amplitude * values, motion.sampling_interval)
         for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
@@ -34,12 +34,12 @@ def convert_block_path(
     origin = np.array([ground.x, float(ground.points[:, 1].max())])
     poses[:, 1, :2] += origin
     names = (block.element.name, ground.element.name)
-    return PlanePath(
+    return PlanarTrajectory(
         scene=scene,
         placed=placed,
         critical=np.array([np.nan, critical_angle]),
         time=time,
-        ground=path_rows["ground"],
+        ground=trajectory_rows["ground"],
         poses=poses,
         force=force * block.mass,
         place=point + origin,
@@ -54,7 +54,7 @@ def corner_forces(
     vertical_acceleration: FloatArray,
     half_sizes: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the positions of the lower corners, and the mean forces at them between two rows, per mass.
+    """Compute the positions of the lower corners, and the mean contact forces between two times, per mass.
 
     The forces follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which lasts a few
     milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the friction limit
@@ -67,7 +67,7 @@ def corner_forces(
         Time of each row, s, shape (rows,).
     poses : ndarray
         x, z above the ground (m), rotation (rad) and their rates, shape (rows, 6).
-    ground_acceleration, lift : ndarray
+    ground_acceleration, vertical_acceleration : ndarray
         Mean horizontal and vertical acceleration of the base between two rows, m/s², shape (rows − 1,).
     half_sizes : ndarray
         B/2 and H/2, m, shape (2,).
@@ -85,41 +85,41 @@ def corner_forces(
                    -half_sizes[1] * cosine - side * half_sizes[0] * sine], axis=1)
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
-    along = _mean_rate(vx, time) + ground_acceleration
+    along = _mean_rate_between_rows(vx, time) + ground_acceleration
     # In flight the difference is zero except for rounding, which may be negative.
-    upward = np.maximum(_mean_rate(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
+    upward = np.maximum(_mean_rate_between_rows(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
-    down, arm = down[1:] | down[:-1], _mean_of_neighbours(arm)
+    down, arm = down[1:] | down[:-1], _mean_between_rows(arm)
     # Clockwise moment about the centre per unit normal force at each corner, including the horizontal force.
     lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
-    moment = _mean_rate(vw, time) * (half_sizes**2).sum() / 3.0
+    moment = _mean_rate_between_rows(vw, time) * (half_sizes**2).sum() / 3.0
     apart = lever[:, 0] - lever[:, 1]
     left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
     left = np.where(down[:, 0] & down[:, 1], np.clip(left, 0.0, upward), np.where(down[:, 0], upward, 0.0))
     right = np.where(down.any(axis=1), upward - left, 0.0)
     normal = np.stack([left, right], axis=1)
     force = np.stack([normal * inclination[:, None], normal], axis=2)
-    point = np.where(down[:, :, None], _mean_of_neighbours(np.stack([x, z], axis=1))[:, None, :] + arm, np.nan)
+    point = np.where(down[:, :, None], _mean_between_rows(np.stack([x, z], axis=1))[:, None, :] + arm, np.nan)
     return tuple(np.concatenate([values, values[-1:]]) for values in (point, force))  # type: ignore[return-value]
 
 
-def _mean_rate(values: FloatArray, time: FloatArray) -> FloatArray:
-    """Return the mean rate of change between two rows; 0 if they have the same time."""
+def _mean_rate_between_rows(quantity: FloatArray, time: FloatArray) -> FloatArray:
+    """Return the mean rate of change of a quantity between successive times; 0 if they are equal."""
     span = np.diff(time)
-    return np.divide(np.diff(values), span, out=np.zeros_like(span), where=span > 0)
+    return np.divide(np.diff(quantity), span, out=np.zeros_like(span), where=span > 0)
 
 
-def _mean_of_neighbours(values: FloatArray) -> FloatArray:
-    """Return the mean between two rows of values that are linear in time."""
-    return np.asarray(0.5 * (values[1:] + values[:-1]))
+def _mean_between_rows(quantity: FloatArray) -> FloatArray:
+    """Return the mean of a quantity between successive rows, between which it is linear in time."""
+    return np.asarray(0.5 * (quantity[1:] + quantity[:-1]))
 
 
 def _mean_acceleration_between(time: FloatArray, acceleration: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return the mean between two times of an acceleration that is linear between samples and 0 after the record."""
+    """Return the mean between successive times of an acceleration, linear between samples and 0 after the record."""
     padded = np.concatenate([acceleration, np.zeros(2)])
-    velocity = np.concatenate([[0.0], np.cumsum(_mean_of_neighbours(padded))]) * sampling_interval
+    velocity = np.concatenate([[0.0], np.cumsum(_mean_between_rows(padded))]) * sampling_interval
     index = np.minimum((time / sampling_interval + 1e-9).astype(np.int64), acceleration.size)
     past = np.minimum(time - index * sampling_interval, sampling_interval)
     slope = (padded[index + 1] - padded[index]) / sampling_interval
-    return _mean_rate(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)
+    return _mean_rate_between_rows(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.block.loops import SCHEMES
-from overturning.dem.block.path import convert_block_path
+from overturning.dem.block.path import convert_block_trajectory
 from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL, RIGID_TIME_RATIO, TICKS
 from overturning.dem.block.tables import CASE, RESULT, ROW
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
-from overturning.dem.path import PlanePath
+from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, evaluate_rounded, group_equal_cases
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
 from overturning.dem.time_step import (
@@ -36,25 +36,25 @@ from overturning.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, kw_only=True)
-class BlockPlan(SimulationPlan):
-    """Plan for n cases of a single block."""
+class BlockSimulationPlan(SimulationPlan):
+    """Plan of the simulation of a single block in n cases."""
 
     result_dtype: ClassVar[Any] = RESULT
-    path_dtype: ClassVar[Any] = ROW
-    path_numbers: ClassVar[int] = 24
+    trajectory_dtype: ClassVar[Any] = ROW
+    values_per_trajectory_row: ClassVar[int] = 24
 
     model: PlanarModel
     scheme: Scheme
 
     @property
     def queue_group(self) -> NDArray[np.int64]:
-        """Queue index of each case; cases with equal step lengths, all with or all without friction, share one."""
+        """Queue number of each case, shape (n,); cases in a queue have equal step lengths, and all friction or none."""
         return group_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BlockKernelInput:
-        """Return the kernel's input for cases with equal step lengths, all with or all without friction."""
+        """Return the input of the block kernel for cases with equal step lengths, all with or all without friction."""
         scheme, queued = (
             SCHEMES[self.scheme][0],
             self.common_kernel_input(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
@@ -70,25 +70,27 @@ class BlockPlan(SimulationPlan):
     def case_variables(
         self,
         case_numbers: NDArray[np.int64],  # noqa: ARG002, as in other plans
-        filled_tables: dict[str, NDArray[np.void]],
+        result_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
-        """Convert the kernel's results to outcome variables."""
-        return {name: filled_tables["results"][name] for name in RESULT.names or ()}
+        """Return the outcome variables by name: the columns of the kernel's table of results."""
+        return {name: result_tables["results"][name] for name in RESULT.names or ()}
 
-    def rest_rows(self, sample_count: int) -> NDArray[np.void]:
-        """Return the first `sample_count` rows of a path with the block at rest."""
-        rows, case = super().rest_rows(sample_count), self.table[0]
+    def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
+        """Return the rows of a trajectory with the block at rest, one for each of the first `sample_count` samples."""
+        rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
         rows["ground"] = self.ground[0, :sample_count] * case["amplitude"]
         return rows
 
-    def convert_path(self, path_rows: NDArray[np.void]) -> PlanePath:
-        """Convert the rows to the path of the only case."""
-        return convert_block_path(self.model.scene, self.motion, self.cases, path_rows, float(self.table[0]["alpha"]))
+    def convert_trajectory(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
+        """Convert the rows of the only case to its trajectory."""
+        return convert_block_trajectory(
+            self.model.scene, self.motion, self.cases, trajectory_rows, float(self.table[0]["alpha"])
+        )
 
 
-def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
-    """Check the arguments and plan the cases of a single block.
+def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics) -> BlockSimulationPlan:
+    """Check the arguments and plan the simulation of a single block in n cases.
 
     Parameters
     ----------
@@ -133,7 +135,7 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == Scheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
-        steps = steps << np.maximum(halvings - BLOCK.halvings, 0)
+        steps = steps << np.maximum(halvings - BLOCK.max_halvings, 0)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),
         np.full(cases.size, np.inf),
@@ -170,14 +172,14 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
         "rest_limit": rest_limit,
         "gentle": MAX_GENTLE_TRAVEL * finest * width * evaluate_rounded(np.arctan, ratio) / period,
-        "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
+        "finest": np.ldexp(1.0, BLOCK.max_halvings - np.clip(halvings, 0, BLOCK.max_halvings)),
         "standing": TICKS * standing,
-        "dwell": np.round(BLOCK.dwell_steps(square, rate) / shorter),
+        "dwell": np.round(BLOCK.steps_before_doubling(square, rate) / shorter),
         "settled": np.round(BLOCK.settled / shorter),
     }
     for name, values in columns.items():
         table[name] = values
-    return BlockPlan(
+    return BlockSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
         first=first, stays_at_rest=stays_at_rest, table=table,
         too_soft=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),

@@ -26,16 +26,21 @@ from overturning.dem.block.state import (
     corner_position,
 )
 from overturning.dem.kernel.clock import Clock, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
-from overturning.dem.kernel.ground import Ground, count_skippable_samples, is_rest_check_sample, motion_over_sample
+from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, body_is_still, case_cannot_end
+from overturning.dem.kernel.ground import (
+    GroundMotion,
+    count_skippable_samples,
+    is_rest_check_sample,
+    motion_over_sample,
+)
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING, impact_time, normalise_cosine_and_sine
-from overturning.dem.kernel.queue import QueueSettings, path_with_room, register_implementations
+from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class BlockKernelInput(NamedTuple):
-    """Input of the kernel for cases of a single block, all with the same number of steps per sample, also at rest."""
+    """Input of the block kernel for cases with the same number of steps per sample, in motion and at rest."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -43,7 +48,7 @@ class BlockKernelInput(NamedTuple):
     row: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT`, shape (n,)."""
-    ground: Ground
+    ground: GroundMotion
     scheme: Any
     """Constants of the scheme, from `overturning.dem.block.loops.SCHEMES`."""
     with_friction: Any
@@ -53,7 +58,7 @@ class BlockKernelInput(NamedTuple):
 
 
 class BlockWorkspace(NamedTuple):
-    """Working memory of a queue of blocks."""
+    """Array with the state of the blocks of a queue that are computed at the same time."""
 
     state: Any
 
@@ -78,23 +83,32 @@ LENGTH, REST_LIMIT, AT_REST = (
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
-def allocate_workspace(inputs: Any) -> Any:  # noqa: ARG001, its type selects this function
-    """Allocate the rows of all lanes."""
+def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
+    """Allocate the array for the state of all lanes (one lane: one block in progress)."""
     return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
 
 
-def start_case(inputs: Any, workspace: Any, lane: int, case: int) -> None:
+def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case into a lane (column): at static equilibrium on both corners, or tilted on one corner."""
-    initialise_lane(workspace.state, lane, inputs.cases[case], inputs.settings.interval, inputs.settings.ticks)
+    initialise_lane(
+        workspace.state, lane, kernel_input.cases[case], kernel_input.settings.interval, kernel_input.settings.ticks
+    )
 
 
 @njit(**INNER)
-def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, ticks_per_sample: float) -> None:
-    """Load the initial state of a case into a lane."""
+def initialise_lane(
+    state: Any, lane: int, case_parameters: Any, sampling_interval: float, ticks_per_sample: float
+) -> None:
+    """Write the constants and the initial state of a case into a lane."""
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
-    b, h, c, s = 0.5 * case.width, 0.5 * case.height, case.tilt_cos, case.tilt_sin
-    k, ks = case.stiffness, case.tangential
+    b, h, c, s = (
+        0.5 * case_parameters.width,
+        0.5 * case_parameters.height,
+        case_parameters.tilt_cos,
+        case_parameters.tilt_sin,
+    )
+    k, ks = case_parameters.stiffness, case_parameters.tangential
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
         half_width=b,
@@ -103,14 +117,14 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
         stiffness=k,
         tangential=ks,
         compliance=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot=case.dashpot,
-        friction=case.friction,
-        alpha=case.alpha,
+        dashpot=case_parameters.dashpot,
+        friction=case_parameters.friction,
+        alpha=case_parameters.alpha,
         step=sampling_interval / ticks_per_sample,
-        gentle=case.gentle,
-        landing=LANDING * case.dashpot / k,
-        together=impact_time(k, case.dashpot),
-        tilting=0.0 if case.friction * h <= b else 1.0,
+        gentle=case_parameters.gentle,
+        landing=LANDING * case_parameters.dashpot / k,
+        together=impact_time(k, case_parameters.dashpot),
+        tilting=0.0 if case_parameters.friction * h <= b else 1.0,
     )
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -122,7 +136,7 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
     at_rest = BlockState(
         x=x,
         z=z,
-        angle=case.tilt,
+        angle=case_parameters.tilt,
         cos=c,
         sin=s,
         vx=0.0,
@@ -137,23 +151,39 @@ def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, 
         landing=0.0,
     )
     store_block(state, lane, block)
-    store_clock(state, lane, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
+    store_clock(state, lane, Clock(
+        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled,
+    ))  # fmt: skip
     store_state(state, lane, at_rest)
-    store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
+    store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
     store_assumed_slip(state, lane, AssumedSlip(0.0, 0.0))
-    store_peaks(state, lane, BlockPeaks(abs(case.tilt), 0.0, 0.0, -1.0))
+    store_peaks(state, lane, BlockPeaks(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy(block, at_rest, 0.0)
     state[REST_LIMIT + lane], course = (
-        case.rest_limit,
-        CaseProgress(case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, first, barrier),
+        case_parameters.rest_limit,
+        CaseProgress(
+            case_parameters.amplitude,
+            case_parameters.first,
+            case_parameters.calm,
+            case_parameters.after,
+            case_parameters.first * sampling_interval,
+            first,
+            barrier,
+        ),
     )
     store_course(state, lane, course)
 
 
-def load_sample_motion(inputs: Any, workspace: Any, cases: Any, lane_count: int) -> None:
-    """Begin a sample: normalise the rotations and load the base motion."""
+def load_sample_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+    """Load the base motion over the next sample into all lanes, and normalise the rotations of the blocks."""
     load_next_sample(
-        workspace.state, lane_count, inputs.row, cases, inputs.ground.along, inputs.ground.up, inputs.settings
+        workspace.state,
+        lane_count,
+        kernel_input.row,
+        lane_cases,
+        kernel_input.ground.along,
+        kernel_input.ground.up,
+        kernel_input.settings,
     )
 
 
@@ -162,12 +192,12 @@ def load_next_sample(
     state: Any,
     lane_count: int,
     motion_rows: Any,
-    cases: Any,
-    horizontal_ground: Any,
-    vertical_ground: Any,
+    lane_cases: Any,
+    horizontal_acceleration: Any,
+    vertical_acceleration: Any,
     settings: QueueSettings,
 ) -> None:
-    """Scale cosine and sine of the rotation to length 1; load the base motion of the current sample of each lane."""
+    """Load the base motion over the current sample of each lane, and normalise the rotation of its block."""
     ticks, interval, scale = settings.ticks, settings.interval, 1.0 / settings.ticks
     for j in range(lane_count):
         s = load_state(state, j)
@@ -175,79 +205,106 @@ def load_next_sample(
         begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
-    last = horizontal_ground.shape[1] - 3
+    last = horizontal_acceleration.shape[1] - 3
     for j in range(lane_count):
         course = load_course(state, j)
         i = min(int(course.sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
-        store_push(state, j, motion_over_sample(horizontal_ground[motion_rows[cases[j]]], i, -course.amplitude, scale))
-        if vertical_ground is not None:
-            store_lift(state, j, motion_over_sample(vertical_ground, i, course.amplitude, scale))
+        store_push(
+            state,
+            j,
+            motion_over_sample(horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude, scale),
+        )
+        if vertical_acceleration is not None:
+            store_lift(state, j, motion_over_sample(vertical_acceleration, i, course.amplitude, scale))
 
 
-def advance_one_sample(inputs: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
-    """Compute the steps of a sample; record the first lane at its start, and when it reaches the end of its sample."""
+def advance_one_sample(
+    kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
+) -> tuple[Any, int]:
+    """Compute the steps of a sample in all lanes, and record the motion of the first lane.
+
+    It is recorded at the start of the sample, and when it reaches the end of its own sample.
+    """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
-    settings, scheme, state = inputs.settings, inputs.scheme, workspace.state
-    up, with_friction = inputs.ground.up, inputs.with_friction
+    settings, scheme, state = kernel_input.settings, kernel_input.scheme, workspace.state
+    up, with_friction = kernel_input.ground.up, kernel_input.with_friction
     step, ticks, steps_per_check = select_loops(scheme, up, with_friction), settings.ticks, settings.steps_per_check
-    stride = steps_per_check if path.shape[0] == 0 else 1
-    if path.shape[0] > 0:
-        path = path_with_room(path, recorded_rows + steps_per_check, settings.max_rows)
-        if path.shape[0] < recorded_rows + steps_per_check:
-            return path, -1
+    stride = steps_per_check if trajectory.shape[0] == 0 else 1
+    if trajectory.shape[0] > 0:
+        trajectory = extend_trajectory(trajectory, recorded_row_count + steps_per_check, settings.max_rows)
+        if trajectory.shape[0] < recorded_row_count + steps_per_check:
+            return trajectory, -1
     for done in range(0, steps_per_check, stride):
-        if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
-            record_block_motion(state, 0, scheme.lag, settings.interval, ticks, path[recorded_rows])
-            recorded_rows += 1
+        if trajectory.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
+            record_block_motion(state, 0, scheme.lag, settings.interval, ticks, trajectory[recorded_row_count])
+            recorded_row_count += 1
         step((up, with_friction), state, lane_count, stride, ticks)
-    return path, recorded_rows
+    return trajectory, recorded_row_count
 
 
-def mark_ending_lanes(inputs: Any, workspace: Any, active_count: int, marks: Any) -> int:
-    """Mark the lanes whose case may have ended, and count them."""
-    return mark_possibly_ended(
-        workspace.state, active_count, marks, inputs.settings.ticks, float(inputs.settings.samples), inputs.deepest
+def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
+    """Mark the lanes whose case may have ended, and return their number."""
+    return mark_possibly_ended_lanes(
+        workspace.state,
+        active_lane_count,
+        lane_marks,
+        kernel_input.settings.ticks,
+        float(kernel_input.settings.samples),
+        kernel_input.deepest,
     )
 
 
 @njit(**INNER)
-def mark_possibly_ended(
-    state: Any, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float, max_penetration: float
+def mark_possibly_ended_lanes(
+    state: Any,
+    active_lane_count: int,
+    lane_marks: Any,
+    ticks_per_sample: float,
+    last_sample: float,
+    max_penetration: float,
 ) -> int:
-    """Mark and count lanes that fell, failed, or are past the samples in which the motion can move their block."""
+    """Mark lanes whose block has fallen, failed or can no longer be moved by the base; return their number."""
     count = 0
-    for j in range(active_count):
+    for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
         most = max_penetration * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        goes_on = cannot_end_yet(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
-        marks[j] = 0.0 if goes_on else 1.0
+        goes_on = case_cannot_end(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
+        lane_marks[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count
 
 
-def skip_quiet_samples(inputs: Any, workspace: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
+def skip_quiet_samples(
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts: Any
+) -> None:
     """Skip, for blocks at rest, the samples in which the motion cannot move them."""
     skip_samples_at_rest(
-        workspace.state, cases, active_count, inputs.row, inputs.ground, inputs.settings.ticks, skipped_samples
+        workspace.state,
+        lane_cases,
+        active_lane_count,
+        kernel_input.row,
+        kernel_input.ground,
+        kernel_input.settings.ticks,
+        skipped_sample_counts,
     )
 
 
 @njit(**INNER)
 def skip_samples_at_rest(
     state: Any,
-    cases: Any,
-    active_count: int,
+    lane_cases: Any,
+    active_lane_count: int,
     motion_rows: Any,
     ground: Any,
     ticks_per_sample: float,
-    skipped_samples: Any,
+    skipped_sample_counts: Any,
 ) -> None:
     """Skip, for blocks at rest at the start of a sample, the samples in which the motion cannot move them."""
     count = 0
-    for j in range(active_count):
+    for j in range(active_lane_count):
         course, s, length, rest_limit = (
             load_course(state, j),
             load_state(state, j),
@@ -259,7 +316,7 @@ def skip_samples_at_rest(
             load_block(state, j),
             course.sample + s.tick * (1.0 / ticks_per_sample),
         )
-        still = is_still(
+        still = body_is_still(
             largest_motion_component(s.vx, s.vz, s.vw, block),
             largest_motion_component(s.ax, s.az, s.aw, block),
             length * block.step,
@@ -269,20 +326,20 @@ def skip_samples_at_rest(
         resting = (length >= TICKS) & is_rest_check_sample(now) & held & still
         state[AT_REST + j] = 1.0 if resting else 0.0
         count += 1 if resting else 0
-    for j in range(active_count if count > 0 else 0):
+    for j in range(active_lane_count if count > 0 else 0):
         if state[AT_REST + j] > 0.0:
             course = load_course(state, j)
             now = course.sample + state[TICK + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
-                ground, motion_rows[cases[j]], now, course.amplitude, state[REST_LIMIT + j]
+                ground, motion_rows[lane_cases[j]], now, course.amplitude, state[REST_LIMIT + j]
             )
             state[SAMPLE + j] += samples
-            skipped_samples[j] += samples
+            skipped_sample_counts[j] += samples
 
 
 @njit(**INLINE)
 def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: BlockConstants) -> float:
-    """Return the largest component of a velocity or acceleration; rotation counts at half the height."""
+    """Return the largest component of a velocity or acceleration of a block; rotation counts at half its height."""
     turn, most = (
         abs(rotational) * block.half_height,
         abs(horizontal) if abs(horizontal) > abs(vertical) else abs(vertical),
@@ -290,16 +347,21 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
     return most if most > turn else turn
 
 
-def lane_end_status(inputs: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
+def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
     return case_status(
-        workspace.state, lane, inputs.scheme.lag, inputs.settings.ticks, float(inputs.settings.samples), inputs.deepest
+        workspace.state,
+        lane,
+        kernel_input.scheme.lag,
+        kernel_input.settings.ticks,
+        float(kernel_input.settings.samples),
+        kernel_input.deepest,
     )
 
 
-def write_lane_results(inputs: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in a lane into the table of results."""
-    write_case_results(workspace.state, lane, status, inputs.scheme.lag, inputs.results[case])
+    write_case_results(workspace.state, lane, status, kernel_input.scheme.lag, kernel_input.results[case])
 
 
 register_implementations(

@@ -71,7 +71,7 @@ class BlockConstants(NamedTuple):
 
 
 class CornerState(NamedTuple):
-    """Spring, place and normal force of a lower corner at the end of the last step."""
+    """Spring stretch, position, penetration and normal force of a lower corner at the end of the last step."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -83,8 +83,8 @@ class CornerState(NamedTuple):
     """Normal force per mass, m/s² (centred scheme)."""
 
 
-class AssumedCorner(NamedTuple):
-    """Assumptions about a corner in a step of the centred scheme."""
+class AssumedCornerContact(NamedTuple):
+    """Sliding and landing that a step of the centred scheme assumes for a corner."""
 
     slid: float
     """±μ if the corner slides, else 0."""
@@ -142,7 +142,7 @@ class BlockPeaks(NamedTuple):
     last_upright: float
 
 
-class BlockAccount(NamedTuple):
+class BlockEnergyAccount(NamedTuple):
     """Energy account per mass: work of the base and losses so far (m²/s²), their rates at the last step (m²/s³)."""
 
     work: float
@@ -152,7 +152,7 @@ class BlockAccount(NamedTuple):
 
 
 class BlockShaking(NamedTuple):
-    """Inertial accelerations of the moving base in its own frame, m/s²."""
+    """Inertial accelerations of a block due to the motion of the base, in the frame of the base, m/s²."""
 
     push: LinearMotion
     """−a along s."""
@@ -173,7 +173,7 @@ class DriftedBlock(NamedTuple):
 
 
 class PredictedCorner(NamedTuple):
-    """Corner of a block at the predicted end of a step."""
+    """Predicted position, velocity and spring of a corner of a block at the end of a step."""
 
     arm: float
     """Position from the centre along s, m."""
@@ -190,7 +190,7 @@ class PredictedCorner(NamedTuple):
 
 
 class PredictedBlock(NamedTuple):
-    """Predicted state at the end of a step of the centred scheme, before the equations are solved.
+    """Predicted state of a block at the end of a step of the centred scheme, before its equations are solved.
 
     Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `vw`) and at its end (`ex`,
     `ez`, `ew`), as in `BlockState`.
@@ -217,8 +217,8 @@ class PredictedBlock(NamedTuple):
     right: PredictedCorner
 
 
-class BlockChange(NamedTuple):
-    """Correction of the predicted velocities by the solution (m/s, rad/s), and ±μ of sliding corners in it."""
+class BlockVelocityChange(NamedTuple):
+    """Corrections of the predicted velocities of a block (m/s, rad/s), and ±μ of each sliding corner."""
 
     vx: float
     vz: float
@@ -228,7 +228,7 @@ class BlockChange(NamedTuple):
 
 
 class TangentialState(NamedTuple):
-    """Friction and sliding of a corner that the equations of a step assume."""
+    """Friction and sliding that the equations of a step assume for a corner."""
 
     f: float
     """Predicted tangential force per mass, m/s²."""
@@ -259,7 +259,7 @@ class CornerEquationTerms(NamedTuple):
 
 
 class CornerSolution(NamedTuple):
-    """State of a corner at the solution of the equations."""
+    """State, forces and contact changes of a corner at the end of a solved step."""
 
     corner: CornerState
     """State for the next step."""
@@ -292,7 +292,7 @@ class CornerSolution(NamedTuple):
 
 
 class CornerSolutions(NamedTuple):
-    """State of both corners at the solution of the equations."""
+    """State, forces and contact changes of both corners at the end of a solved step."""
 
     left: CornerSolution
     right: CornerSolution
@@ -303,23 +303,23 @@ class AcceptedBlockStep(NamedTuple):
 
     state: BlockState
     peaks: BlockPeaks
-    account: BlockAccount
+    account: BlockEnergyAccount
 
 
 ROWS: Final = RowLayout(
-    COLUMNS, BlockConstants, Clock, BlockState, StepAttempt, AssumedSlip, BlockPeaks, BlockAccount, BlockShaking,
-    CaseProgress, PredictedBlock, BlockChange, RestState,
+    COLUMNS, BlockConstants, Clock, BlockState, StepAttempt, AssumedSlip, BlockPeaks, BlockEnergyAccount, BlockShaking,
+    CaseProgress, PredictedBlock, BlockVelocityChange, RestState,
 )  # fmt: skip
 
 
 @njit(**INLINE)
 def corner_position(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
-    """Return the position of a lower corner from the centre, along s and downwards, m; side −1 is left, +1 right."""
+    """Return the position of a lower corner (side −1: left, +1: right) from the centre, along s and downwards, m."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 
 @njit(**INLINE)
 def base_displacement(block: BlockConstants, centre_x: float, sine: float) -> float:
-    """Return the displacement of the base midpoint, m, from that of the centre and the sine of θ."""
+    """Return the displacement of the midpoint of a block's base, m, given that of its centre and sin θ."""
     return centre_x - block.half_height * sine

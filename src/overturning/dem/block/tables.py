@@ -7,7 +7,7 @@ from overturning.dem.kernel.tuples import table_dtype
 
 
 class BlockCaseColumns(NamedTuple):
-    """Columns of the table of cases, followed by those of `Clock`."""
+    """Columns of the block kernel's table of cases, followed by those of `Clock`."""
 
     width: float
     """Width, m."""
@@ -44,7 +44,7 @@ class BlockCaseColumns(NamedTuple):
 
 
 class BlockResultColumns(NamedTuple):
-    """Columns of the table of results."""
+    """Columns of the block kernel's table of results."""
 
     status: float
     """`Status` as a number."""
@@ -68,8 +68,8 @@ class BlockResultColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-class BlockPathColumns(NamedTuple):
-    """Columns of a trajectory."""
+class BlockTrajectoryColumns(NamedTuple):
+    """Columns of the trajectory of a block."""
 
     time: float
     """Time since the first sample, s."""
@@ -91,4 +91,4 @@ class BlockPathColumns(NamedTuple):
 
 CASE: Final = table_dtype(BlockCaseColumns, Clock)
 RESULT: Final = table_dtype(BlockResultColumns)
-ROW: Final = table_dtype(BlockPathColumns)
+ROW: Final = table_dtype(BlockTrajectoryColumns)

@@ -131,7 +131,7 @@ def flat_landing_slip(
     """Return the direction in which a contact point slides in a flat landing (unit vector), and True if it slides.
 
     The last value is the share of the moment of its friction that tilts the body. See
-    `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
+    `overturning.dem.kernel.mechanics.slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     x, y = velocity.x - spin.z * lever_arm.y, velocity.y + spin.z * lever_arm.x
     square, least = x * x + y * y, body.friction * velocity.z

@@ -49,7 +49,7 @@ from overturning.dem.body.state import (
     TerminationLimits,
 )
 from overturning.dem.body.vectors import Matrix, matrix_times_vector, rotation_matrix
-from overturning.dem.kernel.clock import BODY, Clock, StepAttempt, next_attempt
+from overturning.dem.kernel.clock import BODY, Clock, StepAttempt, choose_next_attempt
 from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
 
 load_body, load_shaking = ROWS.access(BodyConstants).load, ROWS.access(BodyShaking).load
@@ -233,7 +233,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         fast = rim_contact_turns_fast(s, w, most) if has_rim else False
         steady = shaking_stays_weak(load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady)
         findings = step_findings(most, t.force.z, fast, steady)
-        again, sooner, following = next_attempt(
+        again, sooner, following = choose_next_attempt(
             BODY, load_clock(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
         )
         accepted = AcceptedBodyStep(s, load_peaks(state, j), load_account(state, j))

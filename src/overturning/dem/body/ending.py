@@ -29,7 +29,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
 )
 from overturning.dem.kernel.clock import StepAttempt
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, is_still
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, body_is_still
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
@@ -183,7 +183,7 @@ def body_is_at_rest(
     w, turning = s.spin, matrix_times_vector(full_matrix(body.inverse), s.moment)
     speed = vector_length(s.velocity) + body.foot * vector_length(w)
     step = body.step * state[LENGTH + lane]
-    if not is_still(speed, vector_length(s.acceleration) + body.foot * vector_length(turning), step, rest_limit):
+    if not body_is_still(speed, vector_length(s.acceleration) + body.foot * vector_length(turning), step, rest_limit):
         return False
     for i in range(vertex_count):
         one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)

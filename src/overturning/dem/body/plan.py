@@ -42,9 +42,9 @@ class BodySimulationPlan(SimulationPlan):
 
     split_long_queues: ClassVar[bool] = True
     result_dtype: ClassVar[Any] = RESULT
-    path_dtype: ClassVar[Any] = ROW
+    trajectory_dtype: ClassVar[Any] = ROW
     ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
-    path_numbers: ClassVar[int] = 19
+    values_per_trajectory_row: ClassVar[int] = 19
     step_cost: ClassVar[int] = BODY_STEP
 
     model: Body
@@ -64,9 +64,9 @@ class BodySimulationPlan(SimulationPlan):
         return RimBodyMarker() if self.solids[0].radius > 0 else VertexBodyMarker()
 
     @property
-    def vertical_ground(self) -> FloatArray:
+    def vertical_base_acceleration(self) -> FloatArray:
         """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if there is none."""
-        up = super().vertical_ground
+        up = super().vertical_base_acceleration
         return np.zeros(self.motion.samples + 3) if up is None else up
 
     def kernel_input(
@@ -88,27 +88,27 @@ class BodySimulationPlan(SimulationPlan):
         )
 
     def case_variables(
-        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name, each of shape (cases,), from the kernel's results."""
         faces = [self.solids[index].faces for index in self.table["body"][case_numbers]]
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
-        return outcome_variables(filled_tables["results"], orientation, self.cosines[case_numbers], faces)
+        return outcome_variables(result_tables["results"], orientation, self.cosines[case_numbers], faces)
 
-    def rest_rows(self, sample_count: int) -> NDArray[np.void]:
+    def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return the trajectory of a body at rest in the first `sample_count` samples, one row per sample."""
-        rows, case = super().rest_rows(sample_count), self.table[0]
+        rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
         rows["ground_x"], rows["ground_y"] = self.ground[0, :, :sample_count] * case["amplitude"]
-        rows["ground_z"] = self.vertical_ground[:sample_count] * case["amplitude"]
+        rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude"]
         return rows
 
-    def convert_path(self, path_rows: NDArray[np.void]) -> BodyTrajectory:
+    def convert_trajectory(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
         """Convert the rows that the kernel recorded for the only case to its trajectory."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
-        return BodyTrajectory(path_rows, (cosine, sine), *self.model.shape.outline(*size))
+        return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.outline(*size))
 
 
 def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodySimulationPlan:
@@ -257,7 +257,7 @@ def _clock_settings(
     return steps, {
         "finest": finest,
         "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),
-        "dwell": np.round(PACE.dwell_steps(squared_frequency, damping_rate) * steps / usual),
+        "dwell": np.round(PACE.steps_before_doubling(squared_frequency, damping_rate) * steps / usual),
         "settled": np.round(PACE.settled * steps / usual),
     }
 

@@ -51,17 +51,17 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import Clock, StepAttempt
-from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, cannot_end_yet
+from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, case_cannot_end
 from overturning.dem.kernel.ground import (
-    Ground,
-    below_rest_threshold,
+    GroundMotion,
     count_skippable_samples,
     is_rest_check_sample,
+    motion_below_rest_threshold,
     motion_over_sample,
 )
 from overturning.dem.kernel.lanes import INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING
-from overturning.dem.kernel.queue import QueueSettings, lookup_by_type, path_with_room, register_implementations
+from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, lookup_by_type, register_implementations
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -90,7 +90,7 @@ class BodyKernelInput(NamedTuple):
     row: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT`, shape (n,)."""
-    ground: Ground
+    ground: GroundMotion
     body_marker: Any
     """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
@@ -309,7 +309,7 @@ def advance_one_sample(
         kernel_input.base,
     )
     if trajectory.shape[0] > 0:
-        trajectory = path_with_room(trajectory, recorded_row_count + 1, settings.max_rows)
+        trajectory = extend_trajectory(trajectory, recorded_row_count + 1, settings.max_rows)
         if trajectory.shape[0] == recorded_row_count:
             return trajectory, -1
         record_body_motion(workspace.state, 0, settings.interval, settings.ticks, trajectory[recorded_row_count])
@@ -346,7 +346,7 @@ def mark_possibly_ended_lanes(
         sound = (rotation_matrix(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
         lane_marks[j] = (
             0.0
-            if cannot_end_yet(load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound)
+            if case_cannot_end(load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound)
             else 1.0
         )
     for j in range(active_lane_count):
@@ -389,7 +389,7 @@ def skip_quiet_samples(
         now = course.sample + over
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
-        quiet = quiet and below_rest_threshold(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
+        quiet = quiet and motion_below_rest_threshold(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
         if quiet and body_is_at_rest(state, workspace.vertices, count, base, j, rest_limit):
             samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples

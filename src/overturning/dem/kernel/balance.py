@@ -19,21 +19,21 @@ MAX_RERUNS: Final = 2
 
 
 def rerun_until_balanced(
-    run_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
+    run_case_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
 ) -> None:
-    """Run cases; rerun with finer steps those whose energy does not balance, and mark the remaining ones unstable.
+    """Simulate cases; rerun those whose energy does not balance with finer steps, and mark the others unstable.
 
     Parameters
     ----------
-    run_rows : callable
-        ``run(rows, finer)`` fills rows of the results, with planned steps divided by ``finer``. It adds to the number
-        of steps in these rows, so that the budget of a case covers all its runs.
-    status, error : ndarray, shape (n,)
+    run_case_rows : callable
+        ``run_case_rows(rows, step_divisor)`` fills rows of the results, with steps divided by ``step_divisor``. It adds
+        to the number of steps in these rows, so that the budget of a case covers all its runs.
+    status, energy_error : ndarray, shape (n,)
         Views of the results: `Status` and energy error.
     """
     rows = np.arange(status.size)
     for again in range(1 + MAX_RERUNS):
-        run_rows(rows, RERUN_REFINEMENT**again)
+        run_case_rows(rows, RERUN_REFINEMENT**again)
         rows = rows[(status[rows] == Status.SIMULATED) & ~(energy_error[rows] <= ENERGY_BOUND)]
         if not rows.size:
             return

@@ -14,11 +14,13 @@ _COMPILED = (_PACKAGE / "units.py", *(path for room in ("dem", "model") for path
 """Modules whose functions or constants are compiled into the kernels."""
 
 
-def sources_digest(folder: Path) -> str:
-    """Return the first 16 hex digits of the SHA-256 of names and contents of `_COMPILED` and a folder's modules."""
+def sources_digest(source_folder: Path) -> str:
+    """Return a digest, 16 hex digits, of all source files that are compiled into the kernels of a folder."""
     digest = hashlib.sha256()
-    for path in sorted({*_COMPILED, *folder.rglob("*.py")}):
-        digest.update(path.relative_to(_PACKAGE if path.is_relative_to(_PACKAGE) else folder).as_posix().encode())
+    for path in sorted({*_COMPILED, *source_folder.rglob("*.py")}):
+        digest.update(
+            path.relative_to(_PACKAGE if path.is_relative_to(_PACKAGE) else source_folder).as_posix().encode()
+        )
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -30,7 +32,7 @@ _IMPORTED = {Path(__file__).parents[1]: sources_digest(Path(__file__).parents[1]
 
 
 def cache_directory(source_folder: Path | None = None) -> Path:
-    """Return the cache folder of the compiled kernels of the layer in the folder `source_folder` (default: `dem`).
+    """Return the cache folder for the compiled kernels of a source folder (default: `dem`).
 
     Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
     folder is therefore named after a digest of every module of the layer, subfolders included. It lies below
@@ -45,37 +47,43 @@ def cache_directory(source_folder: Path | None = None) -> Path:
 
 
 def layer_folder(module: Path) -> Path:
-    """Return the folder of the package's layer that a module belongs to; its own folder for other modules."""
+    """Return the top folder of the package that contains a module; for a module elsewhere, the folder that it is in."""
     return _PACKAGE / module.relative_to(_PACKAGE).parts[0] if module.is_relative_to(_PACKAGE) else module.parent
 
 
-def _verify_checksums_of_cache(file: Any) -> None:
-    """Make a Numba cache file store and check the SHA-256 of its content, so that damaged code is never run."""
-    dump, load_index, load_data = file._dump, file._load_index, file._load_data
+def _verify_checksums_of_cache(cache_file: Any) -> None:
+    """Make a Numba cache file store the SHA-256 of its content and verify it, so that damaged code is never run."""
+    dump, load_index, load_data = cache_file._dump, cache_file._load_index, cache_file._load_data
 
-    def sealed(content: Any) -> bytes:
+    def append_checksum(content: Any) -> bytes:
         data: bytes = dump(content)  # unpickling ignores the digest that follows
         return data + hashlib.sha256(data).digest()
 
-    def check(data: bytes) -> None:
+    def verify_checksum(data: bytes) -> None:
         if hashlib.sha256(data[:-_DIGEST]).digest() != data[-_DIGEST:]:
             raise ValueError("damaged")
 
-    def checked_index() -> Any:
-        with suppress(FileNotFoundError), open(file._index_path, "rb") as index:
+    def load_checked_index() -> Any:
+        with suppress(FileNotFoundError), open(cache_file._index_path, "rb") as index:
             pickle.load(index)  # Numba's version, written before the sealed content
-            check(index.read())
+            verify_checksum(index.read())
         return load_index()
 
-    def checked_data(name: str) -> Any:
-        check(Path(file._data_path(name)).read_bytes())
-        return load_data(name)
+    def load_checked_data(data_name: str) -> Any:
+        verify_checksum(Path(cache_file._data_path(data_name)).read_bytes())
+        return load_data(data_name)
 
-    file._dump, file._load_index, file._load_data = sealed, checked_index, checked_data
+    cache_file._dump, cache_file._load_index, cache_file._load_data = (
+        append_checksum,
+        load_checked_index,
+        load_checked_data,
+    )
 
 
 def cache_compiled_kernel(dispatcher: Any) -> Any:
-    """Cache a function jitted without ``cache=True`` in `cache_directory`; return the same function.
+    """Cache the machine code of a compiled function in `cache_directory`; return the same function.
+
+    The function is compiled without ``cache=True``.
 
     With a damaged index or code file, Numba raises the same error in every run, or runs damaged code. Here such a file
     is removed and the kernel compiled again. If the folder cannot be written, the kernel is compiled in every process.
@@ -95,15 +103,15 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def use_index_of_model(signature: Any) -> None:
+    def select_index_of_model(signature: Any) -> None:
         # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
         model = getattr(next(iter(signature), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
         file._index_path, file._data_name_pattern = str(folder / f"{base}.nbi"), f"{base}.{{number:d}}.nbc"
 
-    def load_or_miss(signature: Any, target_context: Any) -> Any:
+    def load_kernel_or_none(signature: Any, target_context: Any) -> Any:
         try:
-            use_index_of_model(signature)
+            select_index_of_model(signature)
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -111,14 +119,14 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
                 path.unlink(missing_ok=True)
             return None
 
-    def save_if_possible(signature: Any, data: Any) -> None:
+    def save_kernel_if_possible(signature: Any, data: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            use_index_of_model(signature)
+            select_index_of_model(signature)
             with suppress(OSError):
                 save(signature, data)
 
     _verify_checksums_of_cache(file)
-    cache.load_overload = load_or_miss
-    cache.save_overload = save_if_possible
+    cache.load_overload = load_kernel_or_none
+    cache.save_overload = save_kernel_if_possible
     return dispatcher

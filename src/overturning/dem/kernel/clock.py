@@ -17,7 +17,7 @@ from overturning.dem.time_step import MAX_ROCKING_STEP
 
 
 class StepControl(NamedTuple):
-    """Constants of the step control of a model."""
+    """Constants of the step control of a kernel: limits of its step lengths, and numbers of steps and repetitions."""
 
     longest: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
@@ -37,14 +37,16 @@ class StepControl(NamedTuple):
     """Steps of each length above `settled_above`, and of a length to which a step was shortened."""
 
     @property
-    def halvings(self) -> int:
+    def max_halvings(self) -> int:
         """Largest number of halvings of a whole step."""
         return int(self.whole).bit_length() - 1
 
-    def dwell_steps(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
-        """Return the steps of a length after a contact change, for ω² (1/s²) and twice the damping rate (1/s).
+    def steps_before_doubling(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
+        """Return the number of steps after a contact change before the step length doubles.
 
-        The number grows if the damping ratio is below one half.
+        Arguments are ω² (1/s²) and twice the damping rate (1/s) of the highest mode, arrays of the same shape.
+
+            The number grows if the damping ratio is below one half.
         """
         return np.asarray(self.dwell * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0))
 
@@ -75,7 +77,7 @@ INTEGER_ROUNDING: Final = 2.0**52
 
 
 class Clock(NamedTuple):
-    """Step lengths and counts of a case; lengths in ticks."""
+    """Step lengths of a case (ticks), and numbers of steps of one length before the length doubles."""
 
     finest: float
     """Finest step, ticks."""
@@ -88,7 +90,7 @@ class Clock(NamedTuple):
 
 
 class StepAttempt(NamedTuple):
-    """Length of the next step to attempt, steps left at this length, and tries so far."""
+    """Length of the next step to attempt, number of steps left at this length, and number of repetitions so far."""
 
     length: float
     """Length, ticks."""
@@ -99,7 +101,7 @@ class StepAttempt(NamedTuple):
 
 
 class StepFindings(NamedTuple):
-    """Result of an attempted step."""
+    """Contact changes and sliding in an attempted step; they decide whether it is accepted."""
 
     changed: bool
     """True if a contact opens or closes."""
@@ -120,47 +122,50 @@ class StepFindings(NamedTuple):
 
 
 @njit(**INLINE)
-def next_attempt(
-    pace: StepControl,
+def choose_next_attempt(
+    step_control: StepControl,
     clock: Clock,
-    attempt: StepAttempt,
-    findings: StepFindings,
+    step_attempt: StepAttempt,
+    step_findings: StepFindings,
     end_tick: float,
     ticks_per_sample: float,
 ) -> tuple[bool, bool, StepAttempt]:
-    """Accept or reject an attempted step and choose the next. Returns (rejected, keep assumed contacts, next attempt).
+    """Accept or reject an attempted step, and choose the next attempt.
 
-    `end_tick` is the end of the attempt. A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP` of a
-    sample, and friction may change its sign in one of up to `MAX_FRICTION_REVERSAL_STEP`. If a step in which a body
-    begins to slide is halved, the points that stuck are assumed to stick again.
+    Returns (True if rejected, True if the assumed sliding is kept, next attempt). `end_tick` is the end of the attempt.
+    A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP` of a sample, and friction may change its sign in
+    one of up to `MAX_FRICTION_REVERSAL_STEP`. If a step in which a body begins to slide is halved, the points that
+    stuck are assumed to stick again.
     """
-    length = attempt.length
-    shorter = (findings.changed | findings.fast) & (length > clock.finest) & (not findings.gentle)
-    wrong = findings.wrong & (not shorter)
-    onset = findings.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
-    back = findings.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
-    halved = ((findings.reversed | back) & (not shorter)) | (wrong & (onset | (attempt.tries >= pace.tries)))
-    retry, sooner = wrong & (not halved), wrong & onset & (not findings.reversed)
+    length = step_attempt.length
+    shorter = (step_findings.changed | step_findings.fast) & (length > clock.finest) & (not step_findings.gentle)
+    wrong = step_findings.wrong & (not shorter)
+    onset = step_findings.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
+    back = step_findings.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
+    halved = ((step_findings.reversed | back) & (not shorter)) | (
+        wrong & (onset | (step_attempt.tries >= step_control.tries))
+    )
+    retry, sooner = wrong & (not halved), wrong & onset & (not step_findings.reversed)
     shorter = shorter | halved
-    longest = clock.standing if findings.stands else pace.whole
-    above = 2.0 * length if length < pace.whole else clock.standing
+    longest = clock.standing if step_findings.stands else step_control.whole
+    above = 2.0 * length if length < step_control.whole else clock.standing
     times = end_tick / above
     fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
     longer = (
-        (attempt.left <= 1.0)
+        (step_attempt.left <= 1.0)
         & (length < longest)
         & fits
-        & (not (findings.slides & (above > MAX_SLIDING_STEP * ticks_per_sample)))
+        & (not (step_findings.slides & (above > MAX_SLIDING_STEP * ticks_per_sample)))
     )
     left = (
-        (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell)
+        (clock.settled if length >= step_control.settled_above * clock.finest else clock.dwell)
         if longer
-        else attempt.left - 1.0
+        else step_attempt.left - 1.0
     )
-    left = clock.dwell if findings.changed else left
+    left = clock.dwell if step_findings.changed else left
     left = clock.settled if shorter else left
-    left = attempt.left if retry else left
-    then = above if longer & (not (findings.changed | retry)) else length
+    left = step_attempt.left if retry else left
+    then = above if longer & (not (step_findings.changed | retry)) else length
     then = 0.5 * length if shorter else then
-    then = pace.whole if (length > pace.whole) & (shorter | (not findings.stands)) else then
-    return shorter | retry, sooner, StepAttempt(then, left, attempt.tries + 1.0 if retry else 0.0)
+    then = step_control.whole if (length > step_control.whole) & (shorter | (not step_findings.stands)) else then
+    return shorter | retry, sooner, StepAttempt(then, left, step_attempt.tries + 1.0 if retry else 0.0)

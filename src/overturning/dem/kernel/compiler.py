@@ -19,18 +19,18 @@ MESSAGE: Final = "this function is called by compiled code only; call its `.py_f
 
 
 class KernelLower(Lower):
-    """Translation to LLVM with an aligned stack and, for inner functions, without an entry for Python."""
+    """Translation of a function to LLVM, with an aligned stack."""
 
     def setup_function(self, fndesc: Any) -> None:
-        """Declare the function and set its attributes."""
+        """Declare the function in LLVM and set the alignment of its stack."""
         super().setup_function(fndesc)
         # Spilled vectors lie on the stack. At LLVM's 16 bytes they can straddle two cache lines, which is slow.
         self.function.attributes.alignstack = STACK
         self.function.attributes.add("nounwind")  # llvmlite writes no alignment alone
 
 
-class InnerLower(KernelLower):
-    """Translation of a function that only compiled code calls."""
+class InnerFunctionLower(KernelLower):
+    """Translation to LLVM of a function that only compiled code calls, without an entry for Python."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:  # noqa: ARG002
         """Write an entry for Python that raises TypeError: unpacking nested tuples takes long to compile."""
@@ -51,27 +51,28 @@ class KernelLowering(NativeLowering):
 
     @property
     def lowering_class(self) -> Any:
-        """Class that translates a function."""
+        """Class that translates functions to LLVM in this pass."""
         return KernelLower
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class InnerLowering(NativeLowering):
-    """Lowering pass for inner functions."""
+class InnerFunctionLowering(NativeLowering):
+    """Lowering pass for functions that only compiled code calls."""
 
     _name = "inner_lowering"
 
     @property
     def lowering_class(self) -> Any:
-        """Class that translates a function."""
-        return InnerLower
+        """Class that translates functions to LLVM in this pass."""
+        return InnerFunctionLower
 
 
-def _pipeline(state: Any, lowering: type) -> Any:
-    passes = DefaultPassBuilder.define_nopython_pipeline(state)
+def _build_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
+    """Return Numba's pipeline of compiler passes, with another lowering pass and without array expressions."""
+    passes = DefaultPassBuilder.define_nopython_pipeline(compiler_state)
     # No kernel has array expressions; searching for them takes a tenth of the time.
     passes.passes = [
-        (lowering, text) if one is NativeLowering else (one, text)
+        (lowering_pass, text) if one is NativeLowering else (one, text)
         for one, text in passes.passes
         if one is not NopythonRewrites
     ]
@@ -80,25 +81,25 @@ def _pipeline(state: Any, lowering: type) -> Any:
 
 
 class KernelCompiler(CompilerBase):
-    """Compiler of functions that Python calls."""
+    """Compiler of kernel functions that Python calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's pipeline with `KernelLowering`."""
-        return [_pipeline(self.state, KernelLowering)]
+        """Return Numba's pipeline of compiler passes, with `KernelLowering` as its lowering pass."""
+        return [_build_pipeline(self.state, KernelLowering)]
 
 
-class InnerCompiler(CompilerBase):
-    """Compiler of functions that only compiled code calls."""
-
-    def define_pipelines(self) -> list[Any]:
-        """Return Numba's pipeline with `InnerLowering`."""
-        return [_pipeline(self.state, InnerLowering)]
-
-
-class ApartCompiler(InnerCompiler):
-    """Compiler of inner functions whose array arguments never overlap."""
+class InnerFunctionCompiler(CompilerBase):
+    """Compiler of kernel functions that only compiled code calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Mark the arrays as ``noalias``: else each loop is compiled twice, behind tests for overlap."""
+        """Return Numba's pipeline of compiler passes, with `InnerFunctionLowering` as its lowering pass."""
+        return [_build_pipeline(self.state, InnerFunctionLowering)]
+
+
+class NoAliasCompiler(InnerFunctionCompiler):
+    """Compiler of kernel functions that only compiled code calls, with array arguments that never overlap."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the pipeline, and mark array arguments as ``noalias``, so that LLVM omits its overlap tests."""
         self.state.flags.noalias = True
         return super().define_pipelines()

@@ -24,7 +24,7 @@ STILL_TO_SLIDE: Final = 1e-6
 
 
 class CaseProgress(NamedTuple):
-    """Progress of the case of a single body and its limits; read once per sample."""
+    """Progress of a case of a single body, and the samples and energies that decide when it ends."""
 
     amplitude: float
     """Factor on the motion."""
@@ -43,54 +43,58 @@ class CaseProgress(NamedTuple):
 
 
 class RestState(NamedTuple):
-    """Rest state of a case."""
+    """Acceleration up to which the body of a case stays at rest, and its state of rest."""
 
     rest_limit: float
-    """Horizontal acceleration up to which it stays at rest, as a share of its weight; 0 if it is simulated anyway."""
+    """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
     at_rest: float
-    """1 if it was at rest at the beginning of a sample."""
+    """1 if the body was at rest at the beginning of the sample, else 0."""
 
 
 @njit(**INLINE)
 def begin_sample(
-    progress: CaseProgress, tick: float, last_upright_tick: float, ticks_per_sample: float, sampling_interval: float
+    case_progress: CaseProgress,
+    tick: float,
+    last_upright_tick: float,
+    ticks_per_sample: float,
+    sampling_interval: float,
 ) -> tuple[float, float, float]:
-    """Return the sample, the tick in it and the last upright time after a sample has ended.
+    """Return, after the end of a sample, the current sample, the tick in it, and the last time upright (s).
 
     `last_upright_tick` is the last upright tick in the sample that ended; negative if there is none.
     """
-    then = (progress.sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
+    then = (case_progress.sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
     over = (1.0 if tick >= ticks_per_sample else 0.0) + (1.0 if tick >= 2.0 * ticks_per_sample else 0.0)
     return (
-        progress.sample + over,
+        case_progress.sample + over,
         tick - over * ticks_per_sample,
-        then if last_upright_tick >= 0.0 else progress.upright_until,
+        then if last_upright_tick >= 0.0 else case_progress.upright_until,
     )
 
 
 @njit(**INLINE)
-def cannot_end_yet(
-    progress: CaseProgress,
+def case_cannot_end(
+    case_progress: CaseProgress,
     tick: float,
     ticks_per_sample: float,
     last_sample: float,
     check_sum: float,
     is_within_limits: bool,
 ) -> bool:
-    """True if the case cannot have ended: finite, within limits, and strong shaking still to come.
+    """True if a case cannot have ended: its state is finite and within limits, and strong shaking is still to come.
 
     `check_sum` is the sum of all values that must be finite.
     """
     sample, until = (
-        progress.sample + tick * (1.0 / ticks_per_sample),
-        progress.calm if progress.calm < last_sample else last_sample,
+        case_progress.sample + tick * (1.0 / ticks_per_sample),
+        case_progress.calm if case_progress.calm < last_sample else last_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
     return (check_sum - check_sum == 0.0) & is_within_limits & (sample < until)
 
 
 @njit(**INLINE)
-def is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
+def body_is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
     """True if a body on its contacts neither moves nor vibrates.
 
     The speed (m/s), the acceleration (m/s²) and the length of the last step (s) decide.

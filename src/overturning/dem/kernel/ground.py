@@ -24,8 +24,8 @@ UNLOADED: Final = 2.0
 """Factor on vertical acceleration in the rest test: 1 for the lower weight, and 1 for vibration."""
 
 
-class Ground(NamedTuple):
-    """Motion of the base, padded with zeros after the record."""
+class GroundMotion(NamedTuple):
+    """Acceleration of the base at each sample, with zeros after the record, and its largest values ahead."""
 
     along: FloatArray
     """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a 3-D body,
@@ -39,7 +39,7 @@ class Ground(NamedTuple):
 
 
 class LinearMotion(NamedTuple):
-    """Component of the base acceleration over one sample, m/s²."""
+    """Component of the base acceleration over one sample, linear in time, m/s²."""
 
     value: float
     """Value at the start of the sample."""
@@ -50,33 +50,39 @@ class LinearMotion(NamedTuple):
 
 
 @njit(**INNER)
-def motion_over_sample(acceleration: Any, sample: int, factor: float, samples_per_tick: float) -> LinearMotion:
-    """Return the base acceleration over one sample, times `factor`."""
-    a0, a1, a2 = acceleration[sample] * factor, acceleration[sample + 1] * factor, acceleration[sample + 2] * factor
+def motion_over_sample(
+    acceleration: Any, sample: int, amplitude_factor: float, samples_per_tick: float
+) -> LinearMotion:
+    """Return a component of the base acceleration over one sample, multiplied by a factor."""
+    a0, a1, a2 = (
+        acceleration[sample] * amplitude_factor,
+        acceleration[sample + 1] * amplitude_factor,
+        acceleration[sample + 2] * amplitude_factor,
+    )
     return LinearMotion(a0, (a1 - a0) * samples_per_tick, ((a2 - a1) - (a1 - a0)) * samples_per_tick)
 
 
 @njit(**INLINE)
-def motion_at_tick(line: LinearMotion, tick: float) -> float:
-    """Return the base acceleration at a tick of its sample."""
-    return line.value + line.slope * tick
+def motion_at_tick(linear_motion: LinearMotion, tick: float) -> float:
+    """Return a component of the base acceleration at a tick of the sample, m/s²."""
+    return linear_motion.value + linear_motion.slope * tick
 
 
 @njit(**INLINE)
-def motion_at_tick_or_beyond(line: LinearMotion, tick: float, ticks_beyond_sample: float) -> float:
-    """Return the base acceleration at a tick that may lie `ticks_beyond_sample` ticks after the end of its sample."""
-    return (line.value + line.slope * tick) + line.bend * ticks_beyond_sample
+def motion_at_tick_or_beyond(linear_motion: LinearMotion, tick: float, ticks_beyond_sample: float) -> float:
+    """Return a component of the base acceleration (m/s²) at a tick up to one sample after the end of its sample."""
+    return (linear_motion.value + linear_motion.slope * tick) + linear_motion.bend * ticks_beyond_sample
 
 
-def largest_acceleration_ahead(magnitude: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return the largest acceleration in a window of `REST_CHECK_BLOCK` samples and `LEAD` after a sample.
+def largest_acceleration_ahead(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
+    """Return the largest acceleration ahead of a sample, within `REST_CHECK_BLOCK` samples and the time `LEAD`.
 
     Infinite if the block ends after the record. The maximum of each block is shared by all windows that contain it;
     sample by sample, this took half of the time of a sweep for long records.
 
     Parameters
     ----------
-    magnitude : ndarray, shape (…, samples + 3)
+    acceleration_magnitude : ndarray, shape (…, samples + 3)
         Magnitude of the acceleration, m/s², with zeros after the record.
     sampling_interval : float
         Time between samples, s.
@@ -86,13 +92,13 @@ def largest_acceleration_ahead(magnitude: FloatArray, sampling_interval: float) 
     ndarray, shape (…, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
         Values for the first samples of each block, m/s².
     """
-    samples = magnitude.shape[-1] - 3
+    samples = acceleration_magnitude.shape[-1] - 3
     window, count = REST_CHECK_BLOCK + int(np.ceil(LEAD / sampling_interval)) + 1, samples // REST_CHECK_BLOCK + 1
     padded = np.zeros((count + window // REST_CHECK_BLOCK + 1, REST_CHECK_BLOCK))
     late = [
         REST_CHECK_BLOCK * np.arange(count) + look > samples - REST_CHECK_BLOCK for look in range(REST_CHECKS_PER_BLOCK)
     ]
-    rows = magnitude.reshape(-1, magnitude.shape[-1])
+    rows = acceleration_magnitude.reshape(-1, acceleration_magnitude.shape[-1])
     ahead = np.empty((len(rows), count, REST_CHECKS_PER_BLOCK))
     # One direction at a time: its samples fit into the processor's cache.
     for row, found in zip(rows, ahead, strict=True):
@@ -105,7 +111,7 @@ def largest_acceleration_ahead(magnitude: FloatArray, sampling_interval: float) 
             parts = [*by_place[look:, :count], *(whole[block : block + count] for block in range(1, 1 + further))]
             parts += [*by_place[:left, 1 + further : 1 + further + count]]
             found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
-    return ahead.reshape(*magnitude.shape[:-1], count, REST_CHECKS_PER_BLOCK)
+    return ahead.reshape(*acceleration_magnitude.shape[:-1], count, REST_CHECKS_PER_BLOCK)
 
 
 @njit(**INLINE)
@@ -116,8 +122,10 @@ def is_rest_check_sample(sample: float) -> bool:
 
 
 @njit(**INLINE)
-def below_rest_threshold(ground: Ground, ground_row: int, sample: float, amplitude: float, rest_limit: float) -> bool:
-    """True if no acceleration up to the end of the next block, or within `LEAD` after it, can move a body at rest.
+def motion_below_rest_threshold(
+    ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
+) -> bool:
+    """True if the base motion of the next samples (a block, and the time `LEAD`) cannot move a body at rest.
 
     `amplitude` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration
     is linear between samples, so it is largest at one of them.
@@ -128,9 +136,11 @@ def below_rest_threshold(ground: Ground, ground_row: int, sample: float, amplitu
 
 
 @njit(**INNER)
-def count_skippable_samples(ground: Ground, ground_row: int, sample: float, amplitude: float, rest_limit: float) -> int:
+def count_skippable_samples(
+    ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
+) -> int:
     """Return the number of samples during which a body at rest stays at rest, in whole blocks."""
     count = 0
-    while below_rest_threshold(ground, ground_row, sample + count, amplitude, rest_limit):
+    while motion_below_rest_threshold(ground, ground_row, sample + count, amplitude, rest_limit):
         count += REST_CHECK_BLOCK
     return count

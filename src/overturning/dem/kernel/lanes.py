@@ -25,11 +25,11 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from overturning.dem.kernel.compiler import ApartCompiler, InnerCompiler, KernelCompiler
+from overturning.dem.kernel.compiler import InnerFunctionCompiler, KernelCompiler, NoAliasCompiler
 from overturning.dem.kernel.tuples import (
     conditional_tuple_storer,
     elementwise_function,
-    number_paths,
+    number_field_paths,
     select_frozen,
     tuple_loader,
     tuple_storer,
@@ -52,7 +52,7 @@ OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cfunc_wrapper": True, "forceinlin
 
 INNER: Final[dict[str, Any]] = {
     **OPTIONS,
-    "pipeline_class": InnerCompiler,
+    "pipeline_class": InnerFunctionCompiler,
     "no_cfunc_wrapper": True,
     "_nrt": False,
     "forceinline": False,
@@ -63,7 +63,7 @@ Without reference counts (``_nrt``). `forceinline` is set explicitly: unset, Num
 whole kernel becomes one function, and compilation takes twice as long.
 """
 
-APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": ApartCompiler}
+APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": NoAliasCompiler}
 """Options of loops over the lanes whose array arguments never overlap, so that LLVM omits its overlap tests.
 
 With `INNER`, LLVM compiles each such loop twice and tests for overlap in every call.
@@ -84,75 +84,77 @@ def aligned_zeros(length: int) -> Any:
     return numbers[skip : skip + length]
 
 
-def _borrowed(_: Any, value: Any) -> Any:
-    """Return an array, or nested tuples of arrays, as views without owner, whose references are not counted.
+def _borrow_arrays(_typing_context: Any, array_type: Any) -> Any:
+    """Generate a view of an array, or of nested tuples of arrays, whose references are not counted.
 
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
 
-    def without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-        if isinstance(kind, types.Array):
-            view = context.make_array(kind)(context, builder, value=value)
+    def remove_owner(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
+        if isinstance(value_type, types.Array):
+            view = context.make_array(value_type)(context, builder, value=value)
             view.meminfo, view.parent = view.meminfo.type(None), view.parent.type(None)
             return view._getvalue()
-        inners: Any = kind if isinstance(kind, types.BaseTuple) else ()
+        inners: Any = value_type if isinstance(value_type, types.BaseTuple) else ()
         for number, inner in enumerate(inners):
-            one = without_owner(context, builder, inner, builder.extract_value(value, number))
+            one = remove_owner(context, builder, inner, builder.extract_value(value, number))
             value = builder.insert_value(value, one, number)
         return value
 
-    def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return without_owner(context, builder, signature.args[0], values[0])
+    def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return remove_owner(context, builder, signature.args[0], arguments[0])
 
-    return value(value), make
-
-
-borrowed: Final[Any] = intrinsic(_borrowed)
+    return array_type(array_type), generate_call
 
 
-def window_slicer(window_length: int, first: int = 0, stride: int | None = None) -> Any:
-    """Return a compiled function ``window(array, k)``: `window_length` values from ``first + k * stride`` on.
+borrowed: Final[Any] = intrinsic(_borrow_arrays)
 
-    `stride` defaults to `window_length`. The array is flat and borrowed. Unlike an ordinary slice it has no bounds
-    checks, which take long to compile.
+
+def window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
+    """Return a compiled function ``window(array, k)`` that returns the k-th window of an array.
+
+    It has `window_length` values from ``first_index + k * stride`` on; `stride` defaults to `window_length`. The array
+    is flat and borrowed. Unlike an ordinary slice it has no bounds checks, which take long to compile.
     """
 
-    def window(_: Any, array: Any, k: Any) -> Any:  # noqa: ARG001
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def slice_window(_typing_context: Any, array: Any, window_index: Any) -> Any:  # noqa: ARG001
+        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             length, begin, apart = (
-                context.get_constant(types.intp, n) for n in (window_length, first, stride or window_length)
+                context.get_constant(types.intp, n) for n in (window_length, first_index, stride or window_length)
             )
-            view = context.make_array(signature.args[0])(context, builder, value=values[0])
-            view.data = builder.gep(view.data, [builder.add(builder.mul(values[1], apart), begin)])
+            view = context.make_array(signature.args[0])(context, builder, value=arguments[0])
+            view.data = builder.gep(view.data, [builder.add(builder.mul(arguments[1], apart), begin)])
             view.nitems, view.shape = length, cgutils.pack_array(builder, [length])
             return view._getvalue()
 
-        return array(array, types.intp), make
+        return array(array, types.intp), generate_call
 
-    return intrinsic(window)
-
-
-def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:
-    """Return `first` if the condition holds, else `second`, without a branch (see `select_frozen`)."""
-
-    def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        return select_frozen(builder, *values)
-
-    return second(condition, first, second), make
+    return intrinsic(slice_window)
 
 
-select: Final[Any] = intrinsic(_select)
+def _select_value(_typing_context: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+    """Generate the selection of one of two values by a condition, without a branch (see `select_frozen`)."""
+
+    def generate_call(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return select_frozen(builder, *arguments)
+
+    return second_value(condition, first_value, second_value), generate_call
 
 
-def _unknown(_: Any, number: Any) -> Any:
-    def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        kind = ir.FunctionType(values[0].type, [values[0].type])
-        return builder.asm(kind, "", "=r,0", [values[0]], side_effect=False)
-
-    return number(number), make
+select: Final[Any] = intrinsic(_select_value)
 
 
-unknown: Final[Any] = intrinsic(_unknown)
+def _hide_number(_typing_context: Any, number: Any) -> Any:
+    """Return a number unchanged, hidden from LLVM, which therefore assumes nothing about it."""
+
+    def generate_call(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(arguments[0].type, [arguments[0].type])
+        return builder.asm(kind, "", "=r,0", [arguments[0]], side_effect=False)
+
+    return number(number), generate_call
+
+
+unknown: Final[Any] = intrinsic(_hide_number)
 """``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
@@ -182,27 +184,29 @@ class TupleArithmetic(NamedTuple):
 
 @cache
 def tuple_arithmetic(tuple_type: type) -> TupleArithmetic:
-    """Return the arithmetic of a named tuple of numbers or of further such tuples."""
+    """Return the compiled arithmetic of a named tuple, whose fields are numbers or further such tuples."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
-    def larger(builder: Any, x: Any, y: Any) -> Any:
-        return select_frozen(builder, builder.fcmp_ordered(">", x, y), x, y)
+    def larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
+        return select_frozen(
+            builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
+        )
 
     return TupleArithmetic(
         zero_tuple_maker(tuple_type),
         elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
         elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
-        elementwise_function(tuple_type, f"largest.{name}", larger),
+        elementwise_function(tuple_type, f"largest.{name}", larger_number),
     )
 
 
 class RowLayout:
-    """Layout of named tuples in an array: the row of each of their numbers.
+    """Layout of named tuples in an array: the row in which each number of the tuples is stored.
 
     Parameters
     ----------
     lanes : int
-        Values in a row.
+        Number of values in a row: one for each lane.
     *tuples : type
         Named tuples of numbers or of further such tuples; rows are assigned in the order of the fields.
 
@@ -212,19 +216,19 @@ class RowLayout:
     rows of one of many bodies or pairs.
     """
 
-    def __init__(self, lanes: int, *tuples: type) -> None:
-        numbers = [(of, path) for of in tuples for path in number_paths(of)]
+    def __init__(self, lane_count: int, *tuple_types: type) -> None:
+        numbers = [(of, path) for of in tuple_types for path in number_field_paths(of)]
         self.count: Final = len(numbers)
-        self.size: Final = lanes * self.count
-        self._rows = {number: lanes * row for row, number in enumerate(numbers)}
+        self.size: Final = lane_count * self.count
+        self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
         self._made: dict[tuple[object, ...], LaneAccess] = {}
 
     def row(self, tuple_type: type, field_path: str) -> int:
-        """Return the index at which the row of a number starts; `field_path` joins field names: ``left.spring``."""
+        """Return the index in the array at which the row of a number starts; its field path is like ``left.spring``."""
         return self._rows[tuple_type, field_path]
 
     def access(self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()) -> LaneAccess:
-        """Return the functions that load and store a tuple.
+        """Return the functions that load a named tuple from a lane, and store it there.
 
         Parameters
         ----------
@@ -238,16 +242,19 @@ class RowLayout:
         kind, prefix = tuple_type, ""
         for name in field_path.split(".") if field_path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
-        inner = [inner for inner in number_paths(kind) if not set(inner.split(".")) & set(unused_fields)]
+        inner = [inner for inner in number_field_paths(kind) if not set(inner.split(".")) & set(unused_fields)]
         key = (tuple_type, field_path, *inner)
         if key not in self._made:
-            self._made[key] = self._make_access(tuple_type, kind, prefix, inner)
+            self._made[key] = self._create_lane_access(tuple_type, kind, prefix, inner)
         return self._made[key]
 
-    def _make_access(self, tuple_type: type, inner_type: type, path_prefix: str, stored_paths: list[str]) -> LaneAccess:
+    def _create_lane_access(
+        self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
+    ) -> LaneAccess:
+        """Return the functions that load and store a tuple that may be nested in another one."""
         rows = [
-            self._rows[tuple_type, path_prefix + path] if path in stored_paths else None
-            for path in number_paths(inner_type)
+            self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
+            for path in number_field_paths(inner_type)
         ]
         # The rows are part of the name: functions of one name in the machine code must be identical.
         name = (

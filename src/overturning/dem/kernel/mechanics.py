@@ -19,7 +19,7 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 @njit(**INLINE)
 def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[float, float]:
-    """Rotate the cosine and sine of an angle by a further small angle, rad; series to the fifth order."""
+    """Return cosine and sine of the sum of two angles, from those of the first; the second is small, rad."""
     square = angle * angle
     angle_sine = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
@@ -28,19 +28,19 @@ def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[fl
 
 @njit(**INLINE)
 def normalise_cosine_and_sine(cosine: float, sine: float) -> tuple[float, float]:
-    """Scale a pair (c, s) of nearly unit length to length 1: one Newton step for the inverse square root."""
+    """Scale cosine and sine of an angle so that their squares sum to 1, against accumulated rounding."""
     unit = 1.5 - 0.5 * (cosine * cosine + sine * sine)
     return cosine * unit, sine * unit
 
 
 @njit(**INLINE)
 def clamp_magnitude(force: float, limit: float) -> float:
-    """Limit a force, or the stretch of a spring, to ±limit; the sign is kept, also of zero."""
+    """Return a force, or the stretch of a spring, limited to ±limit; the sign is kept, also of zero."""
     return math.copysign(limit, force) if abs(force) > limit else force
 
 
 @njit(**INLINE)
-def slides_flat(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
+def slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
     """True if a base that lands flat slides, from its velocities along the ground and off it without rotation, m/s.
 
     The dashpots stop the heave first, and the contribution of the rotation to the slip only later. Friction in a
@@ -51,27 +51,28 @@ def slides_flat(friction: float, slip_velocity: float, opening_velocity: float) 
 
 @njit(**INLINE)
 def impact_time(stiffness: float, dashpot: float) -> float:
-    """Return the time within which the touches of both ends of a base are one impact, s; arguments per mass.
+    """Return the time within which the touches of both ends of a base count as one impact, s.
 
-    It is m/h, in which the dashpot of one end alone stops the mass: the other end touches before the first one has
-    stopped the body. A spring with a weaker dashpot (h² < K m) has no such short time; h/K is then shorter.
+    Stiffness and dashpot are per mass. The time is m/h, in which the dashpot of one end alone stops the mass: the other
+    end touches before the first one has stopped the body. A spring with a weaker dashpot (h² < K m) has no such short
+    time; h/K is then shorter.
     """
     return min(1.0 / dashpot, dashpot / stiffness) if dashpot > 0.0 else 0.0
 
 
 @njit(**INLINE)
-def touches_soon(time: float, depth: float, opening: float) -> bool:
-    """True if an end is in contact, or comes into contact within a time (s) at its present velocity.
+def end_touches_soon(time: float, depth: float, opening_velocity: float) -> bool:
+    """True if an end of a base is in contact, or comes into contact within a time (s) at its present velocity.
 
-    `depth` is the penetration, m, `opening` the velocity at which the end rises, m/s.
+    `depth` is the penetration, m, `opening_velocity` the velocity at which the end rises, m/s.
     """
-    return depth > time * (opening if opening < 0.0 else 0.0)
+    return depth > time * (opening_velocity if opening_velocity < 0.0 else 0.0)
 
 
 @njit(**INLINE)
-def updated_maximum(peak: float, value: float) -> float:
-    """Return the larger of a peak and a value; NaN leaves the peak unchanged."""
-    return select(value > peak, value, peak)
+def updated_maximum(peak: float, new_value: float) -> float:
+    """Return the larger of the peak so far and a new value; NaN leaves the peak unchanged."""
+    return select(new_value > peak, new_value, peak)
 
 
 @njit(**INLINE)
@@ -84,10 +85,10 @@ def clamp_friction(
     compliance: float,
     flat_landing: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
-    """Limit a two-component friction force (N) and the stretch of its spring (m); return both, and True if it slips.
+    """Limit a two-component friction force and the stretch of its spring; return both, and True if the point slips.
 
     Force and stretch keep their directions. `flat_landing` is (True if the point is in a flat landing, True
-    if it slides meanwhile; see `slides_flat`).
+    if it slides meanwhile; see `slides_in_flat_landing`).
     """
     (held, drifts), square, stretch = (
         flat_landing,

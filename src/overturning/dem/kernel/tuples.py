@@ -17,13 +17,13 @@ from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 
-def number_paths(tuple_type: type, prefix: str = "") -> Iterator[str]:
-    """Yield the paths of field names to the numbers of a tuple type, depth first."""
+def number_field_paths(tuple_type: type, path_prefix: str = "") -> Iterator[str]:
+    """Yield the field path of each number of a tuple type, such as ``left.spring``, depth first."""
     for name, kind in get_type_hints(tuple_type).items():
         if hasattr(kind, "_fields"):
-            yield from number_paths(kind, f"{prefix}{name}.")
+            yield from number_field_paths(kind, f"{path_prefix}{name}.")
         else:
-            yield prefix + name
+            yield path_prefix + name
 
 
 @cache
@@ -36,29 +36,29 @@ def numba_tuple_type(tuple_type: type) -> Any:
     )
 
 
-def extract_numbers(builder: Any, tuple_type: type, value: Any) -> list[Any]:
-    """Return the numbers of a tuple value, in the order of `number_paths`."""
+def extract_numbers(builder: Any, tuple_type: type, tuple_value: Any) -> list[Any]:
+    """Return the numbers of a tuple, as values of LLVM, in the order of `number_field_paths`."""
     inners = get_type_hints(tuple_type).values() if hasattr(tuple_type, "_fields") else ()
-    parts = (extract_numbers(builder, inner, builder.extract_value(value, at)) for at, inner in enumerate(inners))
-    return [number for part in parts for number in part] if inners else [value]
+    parts = (extract_numbers(builder, inner, builder.extract_value(tuple_value, at)) for at, inner in enumerate(inners))
+    return [number for part in parts for number in part] if inners else [tuple_value]
 
 
 def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[Any]) -> Any:
-    """Return a tuple value built from numbers in the order of `number_paths`."""
+    """Return a tuple, as a value of LLVM, built from numbers in the order of `number_field_paths`."""
     if not hasattr(tuple_type, "_fields"):
         return next(numbers)
     parts = [build_tuple(context, builder, inner, numbers) for inner in get_type_hints(tuple_type).values()]
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def select_frozen(builder: Any, condition: Any, first: Any, second: Any) -> Any:
-    """Return `first` if the condition holds, else `second`, so that a store of the result stays unconditional.
+def select_frozen(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+    """Return one of two values, selected by a condition, so that a store of the result stays unconditional.
 
     LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
     that the values are equal.
     """
     # The builder has no method for this instruction.
-    frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in (first, second)]
+    frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in (first_value, second_value)]
     for one in frozen:
         builder._insert(one)
     return builder.select(condition, *frozen)
@@ -69,32 +69,33 @@ class GeneratedFunction:
 
     Parameters
     ----------
-    name : str
+    function_name : str
         Name in the machine code; functions of one name must be identical.
-    write : callable
-        ``write(context, builder, *values)`` emits the instructions and returns the result, or None.
+    generate_instructions : callable
+        ``generate_instructions(context, builder, *values)`` emits the instructions and returns the result, or None.
     """
 
-    def __init__(self, name: str, write: Callable[..., Any]) -> None:
-        self._name, self._write, self._library = name, write, None
+    def __init__(self, function_name: str, generate_instructions: Callable[..., Any]) -> None:
+        self._name, self._generate_instructions, self._library = function_name, generate_instructions, None
 
-    def __call__(self, context: Any, builder: Any, returns: Any, *values: Any) -> Any:
-        """Emit a call with numbers and addresses as arguments; return its result, of type `returns`."""
-        into = None if returns == types.void else cgutils.alloca_once(builder, context.get_value_type(returns))
-        values = values if into is None else (into, *values)
-        kind = ir.FunctionType(ir.VoidType(), [value.type for value in values])
-        self._library = self._library or self._generate(context, kind, into is not None)
+    def __call__(self, context: Any, builder: Any, return_type: Any, *arguments: Any) -> Any:
+        """Emit a call of the function, with numbers and addresses as arguments; return its result."""
+        into = None if return_type == types.void else cgutils.alloca_once(builder, context.get_value_type(return_type))
+        arguments = arguments if into is None else (into, *arguments)
+        kind = ir.FunctionType(ir.VoidType(), [value.type for value in arguments])
+        self._library = self._library or self._generate_library(context, kind, into is not None)
         context.add_linking_libs([self._library])
-        builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), values)
+        builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), arguments)
         return context.get_dummy_value() if into is None else builder.load(into)
 
-    def _generate(self, context: Any, kind: Any, has_result: bool) -> Any:
+    def _generate_library(self, context: Any, function_type: Any, has_result: bool) -> Any:
+        """Generate the function in a library of its own, to which its callers are linked."""
         library = context.codegen().create_library(self._name)
         module = library.create_ir_module(self._name)
-        function = ir.Function(module, kind, self._name)
+        function = ir.Function(module, function_type, self._name)
         function.attributes.add("alwaysinline")
         builder = ir.IRBuilder(function.append_basic_block())
-        result = self._write(context, builder, *function.args[has_result:])
+        result = self._generate_instructions(context, builder, *function.args[has_result:])
         if has_result:
             function.args[0].add_attribute("noalias")
             builder.store(result, function.args[0])
@@ -103,13 +104,13 @@ class GeneratedFunction:
         return library
 
 
-def _to_float64(context: Any, builder: Any, tuple_type: type, actual: Any, value: Any) -> Any:
+def _to_float64(context: Any, builder: Any, tuple_type: type, actual_type: Any, value: Any) -> Any:
     """Convert a tuple, or a number, of any numeric types to float64."""
-    if actual == numba_tuple_type(tuple_type):
+    if actual_type == numba_tuple_type(tuple_type):
         return value
     if not hasattr(tuple_type, "_fields"):
-        return context.cast(builder, value, actual, types.float64)
-    inners = zip(get_type_hints(tuple_type).values(), actual, strict=True)
+        return context.cast(builder, value, actual_type, types.float64)
+    inners = zip(get_type_hints(tuple_type).values(), actual_type, strict=True)
     parts = [
         _to_float64(context, builder, inner, of, builder.extract_value(value, at))
         for at, (inner, of) in enumerate(inners)
@@ -117,132 +118,149 @@ def _to_float64(context: Any, builder: Any, tuple_type: type, actual: Any, value
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def _check(tuple_type: type, *given: Any) -> None:
-    for one in given:
+def _check_argument_types(tuple_type: type, *argument_types: Any) -> None:
+    """Raise a `TypingError` if one of the Numba types is not that of the named tuple."""
+    for one in argument_types:
         if getattr(one, "instance_class", None) is not tuple_type:
             raise TypingError(f"expected a {tuple_type.__name__}, got {one}")
 
 
-def _data(context: Any, builder: Any, array: Any, value: Any) -> Any:
+def _array_address(context: Any, builder: Any, array_type: Any, value: Any) -> Any:
+    """Return the address of the first number of an array; raise a `TypingError` for any other type."""
     if not (
-        isinstance(array, types.Array) and array.ndim == 1 and array.layout == "C" and array.dtype == types.float64
+        isinstance(array_type, types.Array)
+        and array_type.ndim == 1
+        and array_type.layout == "C"
+        and array_type.dtype == types.float64
     ):
-        raise TypingError(f"expected a contiguous row of numbers, got {array}")
-    return context.make_array(array)(context, builder, value=value).data
+        raise TypingError(f"expected a contiguous row of numbers, got {array_type}")
+    return context.make_array(array_type)(context, builder, value=value).data
 
 
 def tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``load(array, j)``: the tuple of ``array[row + j]``, with 0 for each row None."""
+    """Return a compiled function ``load(array, j)`` that returns the tuple of lane j; a number without row is 0."""
 
-    def write(context: Any, builder: Any, data: Any, j: Any) -> Any:
+    def generate_instructions(context: Any, builder: Any, data_address: Any, lane: Any) -> Any:
         zero = ir.Constant(ir.DoubleType(), 0.0)
-        numbers = [zero if row is None else builder.load(_at(builder, data, row, j)) for row in row_offsets]
+        numbers = [
+            zero if row is None else builder.load(_number_address(builder, data_address, row, lane))
+            for row in row_offsets
+        ]
         return build_tuple(context, builder, tuple_type, iter(numbers))
 
-    generated = GeneratedFunction(f"load.{function_name}", write)
+    generated = GeneratedFunction(f"load.{function_name}", generate_instructions)
 
-    def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            data = _data(context, builder, signature.args[0], values[0])
-            return generated(context, builder, signature.return_type, data, values[1])
+    def load_tuple(_typing_context: Any, array: Any, lane: Any) -> Any:  # noqa: ARG001
+        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = _array_address(context, builder, signature.args[0], arguments[0])
+            return generated(context, builder, signature.return_type, data, arguments[1])
 
-        return numba_tuple_type(tuple_type)(array, types.uintp), make
+        return numba_tuple_type(tuple_type)(array, types.uintp), generate_call
 
-    return intrinsic(load)
+    return intrinsic(load_tuple)
 
 
 def tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``store(array, j, value)`` that writes to ``array[row + j]``, except for row None."""
+    """Return a compiled function ``store(array, j, value)`` that writes the numbers of a tuple that have a row."""
 
-    def write(_: Any, builder: Any, data: Any, j: Any, *numbers: Any) -> None:
+    def generate_instructions(_: Any, builder: Any, data_address: Any, lane: Any, *numbers: Any) -> None:
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
-                builder.store(number, _at(builder, data, row, j))
+                builder.store(number, _number_address(builder, data_address, row, lane))
 
-    generated = GeneratedFunction(f"store.{function_name}", write)
+    generated = GeneratedFunction(f"store.{function_name}", generate_instructions)
 
-    def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
-        _check(tuple_type, value)
+    def store_tuple(_typing_context: Any, array: Any, lane: Any, value_type: Any) -> Any:  # noqa: ARG001
+        _check_argument_types(tuple_type, value_type)
 
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            data = _data(context, builder, signature.args[0], values[0])
-            numbers = _to_float64(context, builder, tuple_type, signature.args[2], values[2])
+        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = _array_address(context, builder, signature.args[0], arguments[0])
+            numbers = _to_float64(context, builder, tuple_type, signature.args[2], arguments[2])
             return generated(
-                context, builder, types.void, data, values[1], *extract_numbers(builder, tuple_type, numbers)
+                context, builder, types.void, data, arguments[1], *extract_numbers(builder, tuple_type, numbers)
             )
 
-        return types.void(array, types.uintp, value), make
+        return types.void(array, types.uintp, value_type), generate_call
 
-    return intrinsic(store)
+    return intrinsic(store_tuple)
 
 
 def conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``store_unless(array, j, keep, value)``: a store unless `keep`, without a branch."""
+    """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true."""
 
-    def write(_: Any, builder: Any, data: Any, j: Any, keep: Any, *numbers: Any) -> None:
+    def generate_instructions(_: Any, builder: Any, data_address: Any, lane: Any, keep: Any, *numbers: Any) -> None:
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
-                at = _at(builder, data, row, j)
+                at = _number_address(builder, data_address, row, lane)
                 builder.store(select_frozen(builder, keep, builder.load(at), number), at)
 
-    generated = GeneratedFunction(f"store_unless.{function_name}", write)
+    generated = GeneratedFunction(f"store_unless.{function_name}", generate_instructions)
 
-    def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
-        _check(tuple_type, value)
+    def store_tuple_unless(_context: Any, array: Any, lane: Any, keep: Any, value_type: Any) -> Any:  # noqa: ARG001
+        _check_argument_types(tuple_type, value_type)
 
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            data = _data(context, builder, signature.args[0], values[0])
-            numbers = _to_float64(context, builder, tuple_type, signature.args[3], values[3])
+        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = _array_address(context, builder, signature.args[0], arguments[0])
+            numbers = _to_float64(context, builder, tuple_type, signature.args[3], arguments[3])
             return generated(
-                context, builder, types.void, data, values[1], values[2], *extract_numbers(builder, tuple_type, numbers)
+                context,
+                builder,
+                types.void,
+                data,
+                arguments[1],
+                arguments[2],
+                *extract_numbers(builder, tuple_type, numbers),
             )
 
-        return types.void(array, types.uintp, types.boolean, value), make
+        return types.void(array, types.uintp, types.boolean, value_type), generate_call
 
-    return intrinsic(store_unless)
+    return intrinsic(store_tuple_unless)
 
 
-def _at(builder: Any, data: Any, row: int, j: Any) -> Any:
+def _number_address(builder: Any, data_address: Any, row_offset: int, lane: Any) -> Any:
+    """Return the address of the number of a lane in the row that starts at `row_offset`."""
     # Unsigned: LLVM cannot always prove that a signed index is not negative.
-    return builder.gep(data, [builder.add(j, ir.Constant(j.type, row))])
+    return builder.gep(data_address, [builder.add(lane, ir.Constant(lane.type, row_offset))])
 
 
 def zero_tuple_maker(tuple_type: type) -> Any:
-    """Return a compiled function ``zero()``: a tuple of zeros."""
+    """Return a compiled function ``zero()`` that returns a tuple of zeros."""
 
-    def zero(_: Any) -> Any:
-        def make(context: Any, *_: Any) -> Any:
+    def zero_tuple(_typing_context: Any) -> Any:
+        def generate_call(context: Any, *_: Any) -> Any:
             return ir.Constant(context.get_value_type(numba_tuple_type(tuple_type)), None)
 
-        return numba_tuple_type(tuple_type)(), make
+        return numba_tuple_type(tuple_type)(), generate_call
 
-    return intrinsic(zero)
+    return intrinsic(zero_tuple)
 
 
-def elementwise_function(tuple_type: type, function_name: str, combine: Callable[[Any, Any, Any], Any]) -> Any:
+def elementwise_function(tuple_type: type, function_name: str, combine_numbers: Callable[[Any, Any, Any], Any]) -> Any:
     """Return a compiled function ``f(a, b)`` that applies ``combine(builder, x, y)`` to each pair of numbers."""
 
-    def write(context: Any, builder: Any, *numbers: Any) -> Any:
+    def generate_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
         return build_tuple(
-            context, builder, tuple_type, (combine(builder, *two) for two in zip(first, second, strict=True))
+            context, builder, tuple_type, (combine_numbers(builder, *two) for two in zip(first, second, strict=True))
         )
 
-    generated = GeneratedFunction(function_name, write)
+    generated = GeneratedFunction(function_name, generate_instructions)
 
-    def function(_: Any, a: Any, b: Any) -> Any:
-        _check(tuple_type, a, b)
+    def apply_elementwise(_typing_context: Any, first_tuple: Any, second_tuple: Any) -> Any:
+        _check_argument_types(tuple_type, first_tuple, second_tuple)
 
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            two = [_to_float64(context, builder, tuple_type, *one) for one in zip(signature.args, values, strict=True)]
+        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            two = [
+                _to_float64(context, builder, tuple_type, *one) for one in zip(signature.args, arguments, strict=True)
+            ]
             numbers = [number for one in two for number in extract_numbers(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
-        return numba_tuple_type(tuple_type)(a, b), make
+        return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_call
 
-    return intrinsic(function)
+    return intrinsic(apply_elementwise)
 
 
-def table_dtype(*kinds: Any) -> np.dtype[np.void]:
-    """Return the dtype of a table with a column of floats for each field of named tuples, in their order."""
-    return np.dtype([(name, "f8") for kind in kinds for name in kind._fields])
+def table_dtype(*tuple_types: Any) -> np.dtype[np.void]:
+    """Return the dtype of a table with a column of float64 for each field of some named tuples, in their order."""
+    return np.dtype([(name, "f8") for kind in tuple_types for name in kind._fields])

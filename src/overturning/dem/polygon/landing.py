@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import slides_flat
+from overturning.dem.kernel.mechanics import slides_in_flat_landing
 from overturning.dem.polygon.faces import ContactEnd, LeverArms, SharedSegment
 from overturning.dem.polygon.mechanics import ContactEndResult, RelativeVector, opening_and_slip_rates
 from overturning.dem.polygon.state import OPEN, ContactEndHistory, ContactLaw, ElementConstants, PairHistory
@@ -59,7 +59,7 @@ def flat_landing_slip(
     inertia_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return True if a contact end slides in a flat landing (see `slides_flat`), and μ with the sign of its friction.
+    """Return True if a contact end slides in a flat landing, and μ with the sign of its friction.
 
     The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """
@@ -68,7 +68,7 @@ def flat_landing_slip(
         total if total > 0.0 else 1.0
     )
     opening, slipping = opening_and_slip_rates(contact_end, RelativeVector(velocity.x, velocity.z, w, w))
-    return lands_flat & slides_flat(contact_law.friction, slipping, opening), -math.copysign(
+    return lands_flat & slides_in_flat_landing(contact_law.friction, slipping, opening), -math.copysign(
         contact_law.friction, slipping
     )
 

@@ -1,4 +1,4 @@
-"""Trajectory of a scene: columns of its rows, the functions that fill them, and the conversion to a `PlanePath`.
+"""Trajectory of a scene: columns of its rows, the functions that fill them, and the conversion to a `PlanarTrajectory`.
 
 A row holds time and ground acceleration, six columns for each element, and five for each of the two ends of each pair.
 """
@@ -11,7 +11,7 @@ from numba import njit
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.ground import motion_at_tick
 from overturning.dem.kernel.lanes import INNER
-from overturning.dem.path import PlanePath
+from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import end_normal, end_position
 from overturning.dem.polygon.prepare import PreparedScene
@@ -72,8 +72,8 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     return 2 + POSE_COLUMNS * len(prepared_scene.placed) + 2 * FORCE_COLUMNS * len(prepared_scene.pairs)
 
 
-def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanePath:
-    """Convert the rows of a scene's trajectory to a `PlanePath`."""
+def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
+    """Convert the rows of a scene's trajectory to a `PlanarTrajectory`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, FORCE_COLUMNS)
@@ -85,7 +85,7 @@ def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray)
         if on == pair.b:
             force[:, 2 * index : 2 * index + 2] *= -1.0
         contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
-    return PlanePath(
+    return PlanarTrajectory(
         scene=prepared_scene.scene,
         placed=placed,
         critical=prepared_scene.alpha,

@@ -11,8 +11,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
-from overturning.dem.path import PlanePath
-from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, check_path_size
+from overturning.dem.path import PlanarTrajectory
+from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_trajectory_columns, scene_trajectory
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
@@ -82,10 +82,10 @@ class PolygonSimulationPlan(SimulationPlan):
         )
 
     def case_variables(
-        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name; a case with an element past the end of the ground has none."""
-        out, every, variant = filled_tables["results"], filled_tables["each"], self.variant[case_numbers]
+        out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
         edge = np.array([item.slip_to_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
@@ -94,29 +94,31 @@ class PolygonSimulationPlan(SimulationPlan):
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
-    def path_buffer(self, is_recorded: bool) -> FloatArray:
+    def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
         """Return an array of zeros for a trajectory, shape (rows, columns); without rows if it is not recorded."""
         if not is_recorded:
             return np.zeros((0, 0))
         last = int(max(self.table[0]["after"], self.table[0]["kept_until"]))
         rows, columns = last - int(self.first[0]) + 3, count_trajectory_columns(self.variants[0])
-        check_path_size(rows * columns)
+        check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
-    def continued(self, path: FloatArray, aftermath: float) -> FloatArray:
-        """Return a computed path that goes on for `aftermath` s after its case has ended.
+    def continue_trajectory(self, trajectory: FloatArray, aftermath: float) -> FloatArray:
+        """Return a trajectory continued for `aftermath` s after the end of its case.
 
-        The case is computed again; the path is returned unchanged if the longer computation takes other steps.
+        The case is computed again; the trajectory is returned unchanged if the longer computation takes other steps.
         """
         interval, table = self.motion.sampling_interval, self.table.copy()
-        table["kept_until"] = np.ceil((path[-1, TIME] + aftermath) / interval)
+        table["kept_until"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
         plan = replace(self, table=table)
-        _, longer = plan.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), plan.path_buffer(is_recorded=True))
+        _, longer = plan.compute_cases(
+            np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
+        )
         poses = slice(0, 2 + POSE_COLUMNS * len(self.variants[0].placed))
-        same = len(longer) > len(path) and np.array_equal(longer[: len(path), poses], path[:, poses])
-        return longer if same else path
+        same = len(longer) > len(trajectory) and np.array_equal(longer[: len(trajectory), poses], trajectory[:, poses])
+        return longer if same else trajectory
 
-    def rest_rows(self, sample_count: int) -> FloatArray:
+    def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return the trajectory of a scene at rest in the first `sample_count` samples, one row per sample."""
         prepared = self.variants[0]
         rest, poses_end = (
@@ -131,9 +133,9 @@ class PolygonSimulationPlan(SimulationPlan):
             rest[:, 2 + POSE_COLUMNS * index : 5 + POSE_COLUMNS * index] = pose
         return rest
 
-    def convert_path(self, path_rows: FloatArray) -> PlanePath:
+    def convert_trajectory(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
         """Convert the rows that the kernel recorded for the only case to its trajectory."""
-        return scene_trajectory(self.variants[0], path_rows)
+        return scene_trajectory(self.variants[0], trajectory_rows)
 
 
 def plan_scene_simulation(
@@ -163,7 +165,7 @@ def plan_scene_simulation(
     table["after"] = motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["dwell"] = np.round(SCENE.dwell_steps(square, rate) * divided * numerics.refinement)[variant]
+    table["dwell"] = np.round(SCENE.steps_before_doubling(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     stable_from_sample = np.full((cases.size, len(variants[0].parts)), np.inf)
@@ -245,7 +247,9 @@ def scene_time_steps(
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
     )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
-    halvings = np.clip(np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
+    halvings = np.clip(
+        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.max_halvings
+    )
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
 
 

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, is_still
+from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, body_is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_shared_segment_at_poses
@@ -149,7 +149,7 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.w), abs(a.x) + abs(a.z) + height * abs(a.w)
-        if not is_still(speed, change, step, case.rest_limit):
+        if not body_is_still(speed, change, step, case.rest_limit):
             return False
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)

@@ -19,11 +19,11 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Clock, StepAttempt
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import (
-    Ground,
+    GroundMotion,
     LinearMotion,
-    below_rest_threshold,
     count_skippable_samples,
     is_rest_check_sample,
+    motion_below_rest_threshold,
     motion_over_sample,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
@@ -67,7 +67,7 @@ class SceneKernelInput(NamedTuple):
     row: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT`, shape (cases,)."""
-    ground: Ground
+    ground: GroundMotion
     scheme: Any
     """Constants of the scheme, from `SCHEMES`."""
     stable_from_sample: FloatArray
@@ -347,7 +347,7 @@ def skip_quiet_samples(
         now = case.sample + case.shaking.tick * (1.0 / kernel_input.settings.ticks)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
-        quiet = long and below_rest_threshold(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
+        quiet = long and motion_below_rest_threshold(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
         if quiet and all_elements_at_rest(state, j, scene):
             samples = count_skippable_samples(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
             state[rows.SAMPLE + j] += samples

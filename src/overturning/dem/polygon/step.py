@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import SCENE, StepFindings, next_attempt
+from overturning.dem.kernel.clock import SCENE, StepFindings, choose_next_attempt
 from overturning.dem.kernel.ground import motion_at_tick_or_beyond
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
@@ -144,7 +144,9 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
-        again, sooner, then = next_attempt(SCENE, case.clock, case.attempt, step_findings(case), tick, ticks_per_sample)
+        again, sooner, then = choose_next_attempt(
+            SCENE, case.clock, case.attempt, step_findings(case), tick, ticks_per_sample
+        )
         rows.store_decision(case_rows, j, StepDecision(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 

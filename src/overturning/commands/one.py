@@ -228,7 +228,7 @@ def _simulate_body(
 
 
 def _check_output_files(output_options: OutputOptions, body_options: BodyOptions) -> None:
-    """Raise an error if an output file cannot be written, before the simulation."""
+    """Raise an error, before the simulation, if an output file could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path
 

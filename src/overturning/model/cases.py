@@ -1,4 +1,4 @@
-"""Checked cases of a model: one row per case, with named columns."""
+"""Cases to simulate: values of azimuth, sizes, friction and further parameters, checked against their bounds."""
 
 from dataclasses import dataclass, fields
 from typing import Final
@@ -95,7 +95,7 @@ def check_heights(height: ArrayLike) -> None:
 
 
 def checked_height(height: float) -> float:
-    """Return a height (m) after `check_heights`."""
+    """Return a height (m) unchanged; raise an `ArgumentError` if it is outside `LOWEST` to `HIGHEST`."""
     check_heights(height)
     return height
 

@@ -32,7 +32,7 @@ PRECISION_FLOOR: Final = 1e5
 
 
 class ContactSettings(StrictModel):
-    """Springs, dashpots and slider at each corner."""
+    """Settings of the contact law: springs, dashpots and slider at each corner."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
         default="auto",

@@ -18,7 +18,7 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class Material(StrictModel):
-    """Material of an element."""
+    """Material of elements of a scene file."""
 
     density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
@@ -101,7 +101,7 @@ class Element(StrictModel):
 
     @property
     def outline(self) -> FloatArray:
-        """Vertices before rotation and shift, shape (n, 2), m. Raises an ArgumentError if a piece is not convex."""
+        """Vertices of the element before rotation and shift, (n, 2), m; an ArgumentError if a piece is not convex."""
         if self.vertices is not None:
             points = np.array(self.vertices, dtype=np.float64)
         elif self.pieces is not None:
@@ -119,7 +119,7 @@ class Element(StrictModel):
         return points
 
     def rotate(self, points: FloatArray) -> FloatArray:
-        """Return points, shape (n, 2), m, rotated by `rotation_deg`."""
+        """Return points, shape (n, 2), m, rotated by the rotation of the element."""
         if self.rotation_deg:
             # Rounded, since libm differs between processors in the last digit.
             c, s = (round(float(f(np.radians(self.rotation_deg))), 12) for f in (np.cos, np.sin))

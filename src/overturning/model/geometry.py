@@ -44,7 +44,7 @@ class SceneLayout(Protocol):
 
 @dataclass(frozen=True)
 class PlacedElement:
-    """Element at its position in the scene."""
+    """Element at its position in a scene, with mass, inertia and the drop at which it counts as fallen."""
 
     element: Element
     shape: Polygon

@@ -40,7 +40,7 @@ class StoneOutcomes(NamedTuple):
 
 
 class Model(ABC):
-    """Abstract base class of the 2-D and 3-D models.
+    """Abstract base class of the 2-D and 3-D models of the object on the ground.
 
     A subclass must be constructible without arguments, because a cube does not store its parameters.
     """
@@ -84,7 +84,7 @@ class Model(ABC):
     @property
     @abstractmethod
     def cube_attributes(self) -> dict[str, str]:
-        """Attributes that describe the model in a dataset."""
+        """Attributes of a dataset that describe the model: the name of its scene or body."""
 
     @abstractmethod
     def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
@@ -105,7 +105,7 @@ class Model(ABC):
 
     @abstractmethod
     def with_stiffness_factor(self, stiffness_factor: float) -> "Model":
-        """Return the model with contact stiffness × `stiffness_factor`."""
+        """Return a copy of the model whose contact stiffness is multiplied by `stiffness_factor`."""
 
     @property
     def additional_study_variables(self) -> tuple[Variable, ...]:

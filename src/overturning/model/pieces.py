@@ -174,7 +174,7 @@ def _triangulate(points: FloatArray, min_doubled_area: float) -> list[list[int]]
 def _is_ear(
     points: FloatArray, remaining_indices: list[int], triangle_indices: list[int], min_doubled_area: float
 ) -> bool:
-    """True if a triangle of neighbouring vertices has an area and contains no other vertex, not even on its sides."""
+    """True if a triangle of consecutive vertices can be cut off an outline, as it contains no other vertex."""
     a, b, c = points[triangle_indices]
     if doubled_triangle_area(a, b, c) <= min_doubled_area:
         return False

@@ -81,7 +81,7 @@ class EnsembleMembers:
 
     @property
     def size(self) -> int:
-        """Number of members."""
+        """Number of ensemble members."""
         return int(self.scramble.size)
 
     def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleMembers":

@@ -84,7 +84,7 @@ SceneChoice = Annotated[Scene, BeforeValidator(load_scene_by_name, json_schema_i
 
 
 class Variant(StrictModel):
-    """Variant of contact, scene, soil or vertical motion, simulated in addition to the study, with its own cube."""
+    """Variant of a study with another contact, scene, soil or vertical motion; it has a cube of its own."""
 
     scene: SceneChoice | None = Field(
         default=None,

@@ -25,7 +25,7 @@ from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import draw_posterior
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.report.terminal import paragraphs_of
-from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap, unanimous_share_interval
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
@@ -114,7 +114,7 @@ def check_intervals(one: MotionPosterior, truth: Truth) -> dict[str, float]:
         found[f"{name}_ratio"] = (most if high == np.inf else high) / (low or least)
         found[f"{name}_before"] = most / least
     weakest, strongest = one.credible_interval(pga)
-    middle, width = one.axis_arc(everything_fell=all(stone.fell for stone in truth.stones))
+    middle, width = one.credible_axis_arc(everything_fell=all(stone.fell for stone in truth.stones))
     found["axis_holds"] = abs((truth.axis - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
@@ -131,7 +131,7 @@ def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
         logs = inversion.log_likelihood(truth.stones)
         for power in POWERS:
-            one = inversion.posterior(logs, prior=prior, power=power)
+            one = inversion.compute_posterior(logs, prior=prior, power=power)
             checked = power == POWER and number % CHECKED == 0
             about = {
                 "half": events.index(truth.motion.event) % 2, "power": power, "event": truth.motion.event,
@@ -160,9 +160,9 @@ def cross_validated(rows: pd.DataFrame) -> pd.DataFrame:
 def share_interval(rows: pd.DataFrame, name: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
-    Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap`), each with all its
-    surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ for n
-    of n earthquakes).
+    Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
+    its surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ
+    for n of n earthquakes).
     """
     of_event = rows.groupby("event")[name].agg(["sum", "size"]).to_numpy(np.float64)
     exact = unanimous_share_interval(of_event[:, 0] / of_event[:, 1])
@@ -173,7 +173,7 @@ def share_interval(rows: pd.DataFrame, name: str) -> ConfidenceInterval:
         held, surveys = drawn.sum(axis=1).T
         return np.asarray(held / surveys)
 
-    return bootstrap(of_sample, of_event)
+    return bootstrap_interval(of_sample, of_event)
 
 
 def percent(rows: pd.DataFrame, name: str) -> str:

@@ -18,7 +18,7 @@ from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels,
 from overturning.figures.write import save
 from overturning.findings.causes import score_published_criteria
 from overturning.findings.population import population_findings
-from overturning.findings.results import Results, open_results
+from overturning.findings.results import StudyResults, open_results
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_motion
@@ -111,7 +111,7 @@ def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         save(figure, path)
 
 
-def cemetery(results: Results) -> str:
+def cemetery(results: StudyResults) -> str:
     """Return the fall rate of the population as Markdown, and draw its figure for the docs."""
     found = population_findings(results)
     assert found is not None
@@ -144,7 +144,7 @@ def number(one: Estimate) -> str:
     return text.replace("-", "−")
 
 
-def criteria_tables(results: Results) -> dict[str, str]:
+def criteria_tables(results: StudyResults) -> dict[str, str]:
     """Return tables of the skill of published criteria as Markdown, by marker, and copy their figure to the docs."""
     found = score_published_criteria(results)
     assert found is not None
@@ -162,7 +162,7 @@ def criteria_tables(results: Results) -> dict[str, str]:
     }
 
 
-def simulate_each_stone(results: Results) -> str:
+def simulate_each_stone(results: StudyResults) -> str:
     """Compare the rates from the cube with those of stones that are simulated with their own height, B/H and µ."""
     found, population_ = results.populations[NOMINAL], results.study.population
     assert population_ is not None

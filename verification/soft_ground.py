@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from overturning.findings.contrast import SiteFallRates, site_fall_rates, unconverged_soil_analyses
-from overturning.findings.results import Results, open_results
+from overturning.findings.results import StudyResults, open_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, variant_settings
 from overturning.units import STANDARD_GRAVITY
@@ -17,7 +17,7 @@ from verification.tables import RESULTS, ROOT, markdown, publish, wrap_text, wri
 STUDY: Final = ROOT / "results" / "soft-ground"
 
 
-def rates(results: Results) -> pd.DataFrame:
+def rates(results: StudyResults) -> pd.DataFrame:
     """Return fall rate and axis of every record on every ground, for each amplitude."""
     rows = []
     for ground_name, found in results.populations.items():
@@ -27,7 +27,7 @@ def rates(results: Results) -> pd.DataFrame:
     return pd.concat(rows)
 
 
-def periods(results: Results) -> str:
+def periods(results: StudyResults) -> str:
     """Return the fundamental periods of the variants, in order."""
     found = []
     for name in results.study.variants:
@@ -43,7 +43,7 @@ def ground_name(one: SiteFallRates) -> str:
     return " over ".join(layers) or "rock"
 
 
-def bodies(results: Results) -> dict[str, str]:
+def bodies(results: StudyResults) -> dict[str, str]:
     """Return tables and sentences on soft ground as Markdown, by marker."""
     found, failed = site_fall_rates(results), unconverged_soil_analyses(results)
     rows, answers = [], []

@@ -137,12 +137,12 @@ def rose(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
     from overturning.figures.content import check_falls
     from overturning.figures.rose import rose_figure
-    from overturning.statistics.earthquakes import axes_by_group, summarise_axes
+    from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
 
     def draw_rose(sorted_cube: "xr.Dataset") -> "Figure":
         check_falls(sorted_cube, "rose")
         return rose_figure(
-            sorted_cube, {name: summarise_axes(found) for name, found in axes_by_group(sorted_cube).items()}
+            sorted_cube, {name: summarise_fall_axes(found) for name, found in fall_axes_by_group(sorted_cube).items()}
         )
 
     return _figure_of_all_records(cube, draw_rose)
@@ -166,11 +166,11 @@ def axes(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import earthquake_alignment_figure
     from overturning.figures.content import check_axes
-    from overturning.statistics.earthquakes import axes_by_group, summarise_axes
+    from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
 
     def draw_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
-        groups = axes_by_group(sorted_cube)
-        summaries = {name: summarise_axes(found) for name, found in groups.items()}
+        groups = fall_axes_by_group(sorted_cube)
+        summaries = {name: summarise_fall_axes(found) for name, found in groups.items()}
         check_axes(sorted_cube, groups)
         return earthquake_alignment_figure(groups, summaries)
 
@@ -200,14 +200,14 @@ def plane(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_plane
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.labels import element_size_note
-    from overturning.statistics.logistic import fit_overturning
+    from overturning.statistics.logistic import fit_overturning_model
 
     def draw_intensity_plane(sorted_cube: "xr.Dataset") -> "Figure":
         if other := element_size_note(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _intensity_measures(sorted_cube)
         check_plane(sorted_cube, measures)
-        fit = fit_overturning(sorted_cube, measures)
+        fit = fit_overturning_model(sorted_cube, measures)
         return intensity_plane_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_has_direction(cube, "azimuth", "plane")

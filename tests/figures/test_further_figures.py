@@ -31,8 +31,8 @@ from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import overturning_boundary
-from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
-from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_overturning
+from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
+from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_overturning_model
 
 AZIMUTH = np.arange(0, 360, 15)
 
@@ -87,8 +87,8 @@ def hodograph() -> Figure:
 
 
 def axes() -> Figure:
-    found = axes_by_earthquake(cube())
-    return earthquake_alignment_figure({"all records": found}, {"all records": summarise_axes(found)})
+    found = fall_axes_by_earthquake(cube())
+    return earthquake_alignment_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
 
 
 def stations() -> Figure:
@@ -127,7 +127,7 @@ def survey(count: int = 1) -> Figure:
 
 @cache
 def fit():  # type: ignore[no-untyped-def]
-    return fit_overturning(cube(), intensity())
+    return fit_overturning_model(cube(), intensity())
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {

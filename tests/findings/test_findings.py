@@ -14,7 +14,7 @@ import overturning
 from overturning.cli import main
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.lines import finding_lines
-from overturning.findings.results import Results, open_results
+from overturning.findings.results import StudyResults, open_results
 from overturning.findings.values import Estimate
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -132,7 +132,9 @@ def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> No
         for name in ("probability_towards", "probability_away"):
             if name in still:
                 still[name] = xr.zeros_like(still[name])
-        changed = Results(**{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still})
+        changed = StudyResults(
+            **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still}
+        )
         from overturning.findings.direction import fall_direction
 
         direction = fall_direction(changed)

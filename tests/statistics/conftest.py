@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from scipy.stats import norm
 
-from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility
+from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 
 Rule = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
@@ -66,7 +66,7 @@ def lognormal_curve(
 ) -> FittedFragilityCurve:
     """Fall rates of eight earthquakes that follow one fragility curve, from an intensity of 0.1 on."""
     x = np.tile(np.geomspace(0.1, most, 20), 4)
-    return fit_fragility(name, measure, x, norm.cdf(np.log(x / median) / spread), np.repeat(list("abcdefgh"), 10))
+    return fit_fragility_curve(name, measure, x, norm.cdf(np.log(x / median) / spread), np.repeat(list("abcdefgh"), 10))
 
 
 @pytest.fixture

@@ -8,12 +8,12 @@ from scipy import stats
 
 from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
-    bootstrap,
+    bootstrap_interval,
     expanded_tail_share,
+    mean_of_each_sample,
     mean_over_earthquakes,
-    mean_over_sample,
+    mean_share_over_earthquakes,
     means_by_earthquake,
-    share_over_earthquakes,
     unanimous_share_interval,
 )
 
@@ -57,14 +57,16 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     """The plain percentile interval for eight earthquakes covers the mean in 88 %."""
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
-        low, high = bootstrap(mean_over_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed)
+        low, high = bootstrap_interval(
+            mean_of_each_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed
+        )
         held += low <= 0 <= high
     assert held / 1000 == pytest.approx(0.94, abs=0.02)
 
 
 def test_each_end_rests_on_several_resamples() -> None:
     """At 99 % and n = 8, a tail has 1 in 10,000 resamples; with 100 resamples the bounds would be the extremes."""
-    few, many = (bootstrap(mean_over_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
+    few, many = (bootstrap_interval(mean_of_each_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
     assert few == pytest.approx(many, abs=0.03)
 
 
@@ -78,9 +80,9 @@ def test_a_share_on_which_all_earthquakes_agree_has_its_exact_bound() -> None:
     assert unanimous_share_interval(np.array([1.0, 0.9])) is None
     assert unanimous_share_interval(np.zeros(0)) is None
     # Two records of an earthquake are one earthquake.
-    found = share_over_earthquakes(np.ones(16), [*"AABBCCDDEEFFGGHH"])
+    found = mean_share_over_earthquakes(np.ones(16), [*"AABBCCDDEEFFGGHH"])
     assert (found.n, found.value, found.low, found.high) == pytest.approx((8, 1.0, 0.05 ** (1 / 8), 1.0))
-    assert math.isnan(share_over_earthquakes(np.ones(3), [*"ABC"]).low)
+    assert math.isnan(mean_share_over_earthquakes(np.ones(3), [*"ABC"]).low)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7])
@@ -88,4 +90,4 @@ def test_a_statistic_that_most_samples_do_not_have_has_no_interval(share: float)
     def sometimes(drawn: np.ndarray) -> np.ndarray:
         return np.where(np.arange(len(drawn)) < share * len(drawn), drawn.mean(axis=1), np.nan)
 
-    assert math.isnan(bootstrap(sometimes, MEANS).low) == (share < 0.5)
+    assert math.isnan(bootstrap_interval(sometimes, MEANS).low) == (share < 0.5)

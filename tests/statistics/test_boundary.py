@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.boundary import easiest_azimuth, last_crossing, overturning_boundary
+from overturning.statistics.boundary import easiest_azimuth, last_crossing_of_one_half, overturning_boundary
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from overturning.statistics.boundary import easiest_azimuth, last_crossing, over
     ],
 )
 def test_the_last_crossing(probability: list[float], crossing: float, falls: bool) -> None:
-    found = last_crossing(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    found = last_crossing_of_one_half(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 

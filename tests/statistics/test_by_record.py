@@ -7,7 +7,7 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.statistics import by_record
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.earthquakes import axes_by_group, fall_sums_by_record
+from overturning.statistics.earthquakes import fall_axes_by_group, fall_sums_by_record
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_by_pulse_by_word_and_by_number(cube):
 
 
 def test_fall_axes_of_the_groups(cube):
-    axes = axes_by_group(cube, "vs30", [500.0])
+    axes = fall_axes_by_group(cube, "vs30", [500.0])
     assert list(axes) == ["vs30 below 500", "vs30 from 500"]
     assert axes["vs30 below 500"]["axis"].values == pytest.approx([0, 0], abs=1e-6)
     assert axes["vs30 from 500"]["axis"].values == pytest.approx([80])

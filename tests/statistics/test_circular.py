@@ -13,11 +13,11 @@ from overturning.statistics.circular import (
     chi_square_test,
     common_axis_test,
     grouped_watson_test,
-    resultant,
+    mean_angle_and_resultant,
     sector_index,
     sector_shares,
     watson_u2_test,
-    wrap_axis,
+    wrap_axis_difference,
 )
 
 # Mardia & Jupp (2000), Directional Statistics, example 2.1: stops of a roulette wheel.
@@ -47,16 +47,16 @@ def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
     ],
 )
 def test_means(angles, axial, mean, length) -> None:
-    for value, (expected, within) in zip(resultant(angles, axial=axial), (mean, length), strict=True):
+    for value, (expected, within) in zip(mean_angle_and_resultant(angles, axial=axial), (mean, length), strict=True):
         assert value == pytest.approx(expected, abs=within, nan_ok=True)
 
 
 def test_weights_are_repetitions() -> None:
-    assert resultant([20, 100], [2, 1]) == pytest.approx(resultant([20, 20, 100]))
+    assert mean_angle_and_resultant([20, 100], [2, 1]) == pytest.approx(mean_angle_and_resultant([20, 20, 100]))
 
 
 def test_difference_of_axes() -> None:
-    assert wrap_axis([0, 90, -90, 91, 180, 270, -1]).tolist() == [0, 90, 90, -89, 0, 90, -1]
+    assert wrap_axis_difference([0, 90, -90, 91, 180, 270, -1]).tolist() == [0, 90, 90, -89, 0, 90, -1]
 
 
 def test_a_worked_example_of_watson() -> None:

@@ -8,8 +8,13 @@ import pytest
 import xarray as xr
 from scipy.special import iv
 
-from overturning.statistics.bootstrap import Mean
-from overturning.statistics.earthquakes import AxisSummary, axes_by_group, compare_alignment, summarise_axes
+from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.earthquakes import (
+    FallAxisSummary,
+    alignment_difference,
+    fall_axes_by_group,
+    summarise_fall_axes,
+)
 from tests.statistics.conftest import Rule, build_cube
 
 GROUPS = {1: "with a velocity pulse", 0: "without (control)"}
@@ -30,8 +35,8 @@ TOGETHER = 50
 class DataSet(NamedTuple):
     """Summaries of both groups by name, and optionally their difference."""
 
-    groups: dict[str, AxisSummary]
-    difference: Mean | None
+    groups: dict[str, FallAxisSummary]
+    difference: EarthquakeMean | None
 
 
 def rule_of(axes_deg: np.ndarray, half_width: int) -> Rule:
@@ -72,15 +77,15 @@ def data_sets(kappa: float) -> list[DataSet]:
     """Summaries of data sets with one κ, computed as in the report; κ = 0 is isotropic."""
     generator, found = np.random.default_rng(42), list[DataSet]()
     for _ in range(REPLICATES // TOGETHER):
-        groups = axes_by_group(synthetic_cube(generator, kappa))
+        groups = fall_axes_by_group(synthetic_cube(generator, kappa))
         for replicate in range(TOGETHER):
             own = {
                 name: axes.isel(event=np.flatnonzero(np.char.startswith(axes["event"].values, f"{replicate}-")))
                 for name, axes in groups.items()
             }
             pair = (own[name] for name in GROUPS.values())
-            difference = compare_alignment(*pair) if replicate % 25 == 0 else None
-            found.append(DataSet({name: summarise_axes(one) for name, one in own.items()}, difference))
+            difference = alignment_difference(*pair) if replicate % 25 == 0 else None
+            found.append(DataSet({name: summarise_fall_axes(one) for name, one in own.items()}, difference))
     return found
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.statistics.alignment_by_rule import alignment_by_rule
 from overturning.statistics.circular import SECTORS
-from overturning.statistics.earthquakes import axes_by_earthquake, compare_alignment, summarise_axes
+from overturning.statistics.earthquakes import alignment_difference, fall_axes_by_earthquake, summarise_fall_axes
 from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL
 from overturning.statistics.roses import fall_rose
 
@@ -21,7 +21,7 @@ def axes(make_cube, sector):
         normals = [20.0 + 37 * i for i in range(len(offsets))] if normals is None else normals
         rules = [sector(normal + offset, 10) for normal, offset in zip(normals, offsets, strict=True)]
         names = [f"E{i}" for i in range(len(offsets))] if events is None else events
-        return axes_by_earthquake(make_cube(rules, azimuth=range(360), events=names, fault_normal=normals))
+        return fall_axes_by_earthquake(make_cube(rules, azimuth=range(360), events=names, fault_normal=normals))
 
     return of
 
@@ -41,16 +41,16 @@ def test_axis_relative_to_the_fault_normal(axes, offsets, more, expected) -> Non
     found = axes(offsets, **more)
     assert found["axis"].values == pytest.approx(expected, abs=1e-6)
     assert found["records"].values.tolist() == [len(offsets) - len(expected) + 1, *[1] * (len(expected) - 1)]
-    assert summarise_axes(found).alignment.n == len(expected)
+    assert summarise_fall_axes(found).alignment.n == len(expected)
 
 
 def test_n_excludes_records_without_falls_or_fault_normal(make_cube, sector) -> None:
     cube = make_cube([sector(60, 10)] * 4, azimuth=range(360), events="ABCD", fault_normal=[60, 60, 60, math.nan])
     cube["overturned"][{"record": 1}] = 0
-    summary = summarise_axes(axes_by_earthquake(cube))
+    summary = summarise_fall_axes(fall_axes_by_earthquake(cube))
     assert (summary.earthquakes, summary.alignment.n) == (4, 2)
     assert math.isnan(summary.half_width_deg)
-    nothing = summarise_axes(axes_by_earthquake(cube.assign(overturned=0 * cube["overturned"])))
+    nothing = summarise_fall_axes(fall_axes_by_earthquake(cube.assign(overturned=0 * cube["overturned"])))
     assert nothing.alignment.n == 0
     assert np.isnan([nothing.axis_deg, nothing.alignment.value]).all()
 
@@ -79,15 +79,15 @@ def test_only_marginal_blocks_count_and_weights_follow_the_resultant(make_cube) 
         apart = planes - normal
         fell = [one for one in apart if any(abs((one - each + 90) % 180 - 90) <= 14 for each in offset)]
         doubled.append(np.exp(2j * np.radians(fell)).mean())
-    found = axes_by_earthquake(cube)
+    found = fall_axes_by_earthquake(cube)
     assert found["cosine"].values == pytest.approx(np.real(doubled))
     assert found["resultant"].values == pytest.approx(np.abs(doubled))
     assert np.abs(doubled[-1]) < 0.05
     assert np.isfinite(found["axis"].values).tolist() == [True, True, True, False]
-    summary = summarise_axes(found)
+    summary = summarise_fall_axes(found)
     assert (summary.alignment.n, summary.with_axis, summary.closer_to_normal) == (4, 3, 2)
     assert summary.alignment.value == pytest.approx(np.mean(np.real(doubled)))
-    by_shape = axes_by_earthquake(cube, "b_over_h")
+    by_shape = fall_axes_by_earthquake(cube, "b_over_h")
     assert by_shape["falls"].sum("event").values.tolist() == [
         4,
         4,
@@ -95,7 +95,7 @@ def test_only_marginal_blocks_count_and_weights_follow_the_resultant(make_cube) 
     ]  # slender blocks fall everywhere and do not indicate a direction
     assert by_shape["axis"].count("event").values.tolist() == [0, 3, 0]
     # A record without marginal blocks counts with all its falls, which are isotropic.
-    (alone,) = axes_by_earthquake(cube.isel(record=[0], b_over_h=[0]))["resultant"].values
+    (alone,) = fall_axes_by_earthquake(cube.isel(record=[0], b_over_h=[0]))["resultant"].values
     assert alone == pytest.approx(0.0, abs=1e-9)
 
 
@@ -114,7 +114,7 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, sector)
         for offsets in ([0, 0, 0, 0], [0, 90, 30, 60])
     ]  # fmt: skip
     largest = np.mean([(length(10) + length(40)) / 2, length(20), length(30)])
-    along, aside = (summarise_axes(axes_by_earthquake(one)) for one in cube)
+    along, aside = (summarise_fall_axes(fall_axes_by_earthquake(one)) for one in cube)
     assert along.largest == pytest.approx(largest)
     assert along.alignment.value == pytest.approx(largest), "it is reached where all fall along the normal"
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
@@ -168,7 +168,7 @@ def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
     own = alignment_by_rule(many, [MARGINAL])["all records"][0]
-    summary = summarise_axes(axes_by_earthquake(many))
+    summary = summarise_fall_axes(fall_axes_by_earthquake(many))
     assert own.alignment == summary.alignment
     assert own.largest == pytest.approx(summary.largest)
     assert own.alignment.low < own.alignment.value < own.alignment.high
@@ -208,7 +208,7 @@ def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(ma
 
 def test_aligned_and_scattered(axes) -> None:
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
-    aligned = summarise_axes(axes(offsets))
+    aligned = summarise_fall_axes(axes(offsets))
     assert abs(aligned.axis_deg) < 3
     assert aligned.half_width_deg < 10
     assert aligned.alignment.low > 0.8
@@ -217,10 +217,10 @@ def test_aligned_and_scattered(axes) -> None:
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
     assert aligned.axis_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
     assert aligned.alignment.value == pytest.approx(doubled.real)
-    scattered = summarise_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))
+    scattered = summarise_fall_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))
     assert math.isnan(scattered.axis_deg)
     assert scattered.alignment.low < 0 < scattered.alignment.high
-    assert str(summarise_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))) == str(scattered)  # the same each time
+    assert str(summarise_fall_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))) == str(scattered)  # the same each time
 
 
 def test_bootstrap_interval_covers() -> None:
@@ -233,7 +233,7 @@ def test_bootstrap_interval_covers() -> None:
         axes = xr.Dataset(
             {name: ("event", values) for name, values in parts.items()}, {"event": [str(i) for i in range(12)]}
         )
-        summary = summarise_axes(axes, level=0.9, draws=400)
+        summary = summarise_fall_axes(axes, level=0.9, draws=400)
         held += abs((summary.axis_deg - 20 + 90) % 180 - 90) <= summary.half_width_deg
     assert 0.80 <= held / 200 <= 0.97
 
@@ -241,11 +241,11 @@ def test_bootstrap_interval_covers() -> None:
 def test_pulse_against_control(axes) -> None:
     pulse = axes([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
-    difference = compare_alignment(pulse, axes([90, 70, 85, -80, 60, 88, 75, -85], events=names))
+    difference = alignment_difference(pulse, axes([90, 70, 85, -80, 60, 88, 75, -85], events=names))
     assert difference.value > 1.5
     assert difference.low > 1
     assert difference.n == 8
-    same = compare_alignment(pulse, pulse)
+    same = alignment_difference(pulse, pulse)
     assert (same.value, same.low, same.high) == (0, 0, 0)  # the same earthquakes are drawn for both
     few = axes([0, 5, 10, 15, 20, 25, 30])
-    assert np.isnan([compare_alignment(few, few).low, summarise_axes(few).alignment.low]).all()
+    assert np.isnan([alignment_difference(few, few).low, summarise_fall_axes(few).alignment.low]).all()

@@ -10,13 +10,13 @@ from overturning.model.falls import model_of
 from overturning.model.planes import PlanarModel, azimuth_gaps, distinct_plane_positions, fall_probability, plane_weight
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
+    block_overturns,
     count_flag_changes,
     extend_to_full_circle,
     fall_shares,
-    falls_towards,
+    falls_towards_azimuths,
     informative_blocks,
     mean_fall_directions,
-    overturns,
 )
 
 
@@ -36,21 +36,26 @@ def line(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
     ],
 )
 def test_each_fall_is_counted_once_at_its_azimuth(azimuth, flags, expected) -> None:
-    assert falls_towards(line(azimuth, flags)).to_series().to_dict() == expected
-    lazy = falls_towards(line(azimuth, flags).chunk({"azimuth": 2}))
+    assert falls_towards_azimuths(line(azimuth, flags)).to_series().to_dict() == expected
+    lazy = falls_towards_azimuths(line(azimuth, flags).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
     assert lazy.to_series().to_dict() == expected
 
 
 def test_missing_outcomes_stay_missing() -> None:
-    assert np.isnan(falls_towards(line([0, 180], [np.nan, np.nan]))).all()
-    np.testing.assert_array_equal(overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
+    assert np.isnan(falls_towards_azimuths(line([0, 180], [np.nan, np.nan]))).all()
+    np.testing.assert_array_equal(block_overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
 def test_integer_and_float_flags_are_equivalent() -> None:
     read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
-    for found in (overturns, informative_blocks, fall_shares, lambda one: mean_fall_directions(one, informative=True)):
+    for found in (
+        block_overturns,
+        informative_blocks,
+        fall_shares,
+        lambda one: mean_fall_directions(one, informative_only=True),
+    ):
         assert found(whole).equals(found(read))
     assert count_flag_changes(whole, "azimuth") == count_flag_changes(read, "azimuth") == (2, 2)
     assert float(fall_shares(whole)) == pytest.approx(2 / 4)
@@ -124,7 +129,7 @@ def test_missing_is_not_standing(make_cube, sector) -> None:
 
 
 def test_over_more_dimensions(make_cube, sector) -> None:
-    shares = fall_shares(make_cube(sector(60, 20, largest=0.3)), over=PlanarModel.case_dims)
+    shares = fall_shares(make_cube(sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims)
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
     assert shares.dims == ("record",)
 
@@ -143,7 +148,7 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     assert plane_weight(
         extra["azimuth"].values[distinct_plane_positions(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
-    assert float(fall_shares(extra, over=("record", *PlanarModel.case_dims))) == pytest.approx(9 / 36)
+    assert float(fall_shares(extra, summed_dims=("record", *PlanarModel.case_dims))) == pytest.approx(9 / 36)
     assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
         mean_fall_directions(regular)["mean_axis"].values, abs=0.01
     )
@@ -211,7 +216,7 @@ def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cub
     xr.testing.assert_identical(extend_to_full_circle(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
-        assert falls_towards(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
+        assert falls_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
 
 
 def test_ensemble_before_flag(make_cube, sector) -> None:

@@ -13,10 +13,10 @@ from overturning.model.falls import model_of
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     alignment_with_references,
-    axes_by_earthquake,
     azimuth_away_from_epicentre,
+    fall_axes_by_earthquake,
     fall_sums_by_record,
-    summarise_axes,
+    summarise_fall_axes,
 )
 from overturning.statistics.falls import fall_shares, mean_cosine_and_sine_to_reference, mean_fall_directions
 from overturning.statistics.illustrative import illustrative_cases
@@ -67,7 +67,7 @@ def test_directions_and_axes_are_those_of_the_falls() -> None:
         flags = cube["overturned"].isel(record=record).to_numpy()
         assert float(shares[record]) == pytest.approx(np.nanmean(flags))
     whole = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))  # as in the file
-    assert fall_shares(whole, over=Body.case_dims).equals(shares)
+    assert fall_shares(whole, summed_dims=Body.case_dims).equals(shares)
 
 
 def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> None:
@@ -82,21 +82,21 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     everywhere = with_members.assign(
         {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
     )
-    found = mean_fall_directions(everywhere, over=Body.case_dims)
+    found = mean_fall_directions(everywhere, summed_dims=Body.case_dims)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
-    mixed = fall_shares(with_members, over=("record", *Body.case_dims))
+    mixed = fall_shares(with_members, summed_dims=("record", *Body.case_dims))
     flags = np.where(run, 0.5, cube["overturned"].to_numpy())
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
 
 def test_axes_relative_to_the_fault_normal_average_records_first() -> None:
     cube = space_cube(spread=10.0)
-    axes = axes_by_earthquake(cube)
+    axes = fall_axes_by_earthquake(cube)
     vectors = [np.exp(2j * np.radians(angles_of(cube, record) - NORMALS[record])).mean() for record in range(5)]
     means = [np.mean(vectors[:2]), *vectors[2:]]
     assert axes["axis"].to_numpy() == pytest.approx(np.degrees(np.angle(means)) / 2, abs=1e-4)
-    assert summarise_axes(axes).axis_deg == pytest.approx(20.0, abs=5.0)
+    assert summarise_fall_axes(axes).axis_deg == pytest.approx(20.0, abs=5.0)
 
 
 def shares_of(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:
@@ -137,8 +137,8 @@ def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
     }  # fmt: skip
     weighed = nominal.assign({name: (DIMENSIONS, values) for name, values in means.items()})
     over = ("record", *Body.case_dims)
-    assert float(mean_fall_directions(nominal, over=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
-    assert float(mean_fall_directions(weighed, over=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
+    assert float(mean_fall_directions(nominal, summed_dims=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
+    assert float(mean_fall_directions(weighed, summed_dims=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
     before, after = (fall_rose(one).shares for one in (nominal, weighed))
     assert before[8] == pytest.approx(0.5, abs=0.1)
     assert after[8] < 0.15

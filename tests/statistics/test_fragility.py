@@ -16,11 +16,11 @@ from scipy.stats import norm
 from overturning.errors import ArgumentError
 from overturning.statistics.fragility import (
     FittedFragilityCurve,
-    fit_fragility,
-    lognormal_fit,
+    fit_fragility_curve,
+    fit_lognormal_curve,
     variance_share_between_records,
 )
-from overturning.statistics.fragility_files import measure_file_name, write_fragility_csv, write_openquake
+from overturning.statistics.fragility_files import openquake_file_name, write_fragility_csv, write_openquake_model
 from tests.statistics.conftest import lognormal_curve
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
@@ -28,7 +28,7 @@ NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 
 def test_finds_the_curve_again() -> None:
     x = np.geomspace(0.1, 2, 40)
-    median, spread = lognormal_fit(x, norm.cdf(np.log(x / 0.6) / 0.4))
+    median, spread = fit_lognormal_curve(x, norm.cdf(np.log(x / 0.6) / 0.4))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=1e-4)
 
 
@@ -36,7 +36,7 @@ def test_counts_of_stones_that_fell() -> None:
     generator = np.random.default_rng(3)
     x = np.repeat(np.geomspace(0.1, 2, 30), 200)
     fell = generator.random(x.size) < norm.cdf(np.log(x / 0.6) / 0.4)
-    median, spread = lognormal_fit(x, fell.astype(float))
+    median, spread = fit_lognormal_curve(x, fell.astype(float))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
 
 
@@ -54,17 +54,17 @@ def test_fit_converges_if_strong_records_overturn_nothing() -> None:
         return -float(np.sum(share * norm.logcdf(z) + (1 - share) * norm.logsf(z)))
 
     constant, slope = minimize(unlikely, [0.0, 1.0]).x
-    assert lognormal_fit(pga, share) == pytest.approx((math.exp(-constant / slope), 1 / slope), rel=1e-4)
+    assert fit_lognormal_curve(pga, share) == pytest.approx((math.exp(-constant / slope), 1 / slope), rel=1e-4)
 
 
 @pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0], [0, 0, 1], [0, 0.5, 1]])
 def test_no_curve_where_there_is_none(share: list[float]) -> None:
-    assert math.isnan(lognormal_fit([1.0, 2.0, 4.0], share)[0])
+    assert math.isnan(fit_lognormal_curve([1.0, 2.0, 4.0], share)[0])
 
 
 def test_invalid_shares_are_refused() -> None:
     with pytest.raises(ArgumentError, match="0 to 1"):
-        lognormal_fit([1.0, 2.0], [0.0, 1.2])
+        fit_lognormal_curve([1.0, 2.0], [0.0, 1.2])
 
 
 def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
@@ -75,14 +75,14 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     """
     x, median = np.geomspace(0.1, 3, 15), np.repeat([0.5, 1.0], 4)
     share = norm.cdf(np.log(x / median[:, None]) / 0.3).ravel()
-    ends = [lognormal_fit(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
-    curve = fit_fragility("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
+    ends = [fit_lognormal_curve(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
+    curve = fit_fragility_curve("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
 
 def functions_of(curves: list[FittedFragilityCurve], folder: Path) -> list[ElementTree.Element]:
     """Return the functions of curves as OpenQuake reads them."""
-    write_openquake(curves, folder / "f.xml", "gravestones")
+    write_openquake_model(curves, folder / "f.xml", "gravestones")
     return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")
 
 
@@ -110,7 +110,7 @@ def test_formats(tmp_path: Path) -> None:
     write_fragility_csv([curve], tmp_path / "f.csv")
     assert (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1].startswith('"B/H < 0.4",PGA,g,0.6,')
     with pytest.raises(ArgumentError, match="PGA or"):
-        write_openquake([], tmp_path / "g.xml", "none")
+        write_openquake_model([], tmp_path / "g.xml", "none")
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.5, 0.3), (0.15, 0.45), (0.0, 0.4)])
@@ -124,7 +124,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
     own = math.log(0.6) + between * norm.ppf((np.arange(60) + 0.5) / 60)[:, None]
     share = generator.binomial(200, norm.cdf((np.log(x) - own) / within)) / 200
     record = np.repeat(np.arange(60), 6)
-    median, spread = lognormal_fit(x.ravel(), share.ravel())
+    median, spread = fit_lognormal_curve(x.ravel(), share.ravel())
     assert spread == pytest.approx(math.hypot(between, within), rel=0.06)
     found = variance_share_between_records((median, spread), x.ravel(), share.ravel(), record, 200)
     assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
@@ -133,7 +133,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
 def test_uniform_outcomes_are_record_to_record_variance() -> None:
     x = np.geomspace(0.2, 2, 40)
     share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
-    fit = lognormal_fit(x, share)
+    fit = fit_lognormal_curve(x, share)
     assert variance_share_between_records(fit, x, share, np.arange(40), 100) > 0.9
 
 
@@ -141,7 +141,7 @@ def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_p
     """Its rule for the id of a function is 1 to 60 of a-zA-Z0-9_- (`openquake.hazardlib.valid.simple_id`)."""
     names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
     curves = [lognormal_curve(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
-    assert measure_file_name("SA(0.5)") == "fragility-sa-0.5.xml"
+    assert openquake_file_name("SA(0.5)") == "fragility-sa-0.5.xml"
     functions = functions_of(curves, tmp_path)
     taken = [str(one.get("id")) for one in functions]
     assert len(set(taken)) == 3
@@ -159,7 +159,7 @@ def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
     job = configparser.ConfigParser()
     job.read(EXAMPLE / "job.ini", encoding="utf-8")
     files = {key: value for part in job.values() for key, value in part.items() if key.endswith(("_file", "_csv"))}
-    assert files.pop("contents_fragility_file") == measure_file_name("PGA")
+    assert files.pop("contents_fragility_file") == openquake_file_name("PGA")
     assert all((EXAMPLE / name).is_file() for name in files.values())
     model = ElementTree.parse(EXAMPLE / files["exposure_file"]).getroot()[0]
     assert model.tag == f"{NRML}exposureModel"

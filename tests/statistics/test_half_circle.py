@@ -11,11 +11,11 @@ import xarray as xr
 from overturning.figures.cells import close_circle
 from overturning.figures.explore import explorer_data
 from overturning.figures.rose import rose_figure
-from overturning.findings.exactness import count_disagreeing_cells
+from overturning.findings.exactness import ensemble_findings
 from overturning.model.falls import model_of
 from overturning.settings import Ensemble, Population
-from overturning.statistics.earthquakes import axes_by_earthquake
-from overturning.statistics.falls import fall_shares, falls_towards, informative_blocks, mean_fall_directions
+from overturning.statistics.earthquakes import fall_axes_by_earthquake
+from overturning.statistics.falls import fall_shares, falls_towards_azimuths, informative_blocks, mean_fall_directions
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
 from overturning.surveys.stones import Stone
@@ -57,7 +57,7 @@ def of_roses(cube: xr.Dataset) -> list[float]:
 def of_the_ensemble(cube: xr.Dataset) -> object:
     study = SimpleNamespace(ensemble=Ensemble())
     results = SimpleNamespace(cube=cube, model=model_of(cube), study=study)
-    return count_disagreeing_cells(results)  # type: ignore[arg-type]
+    return ensemble_findings(results)  # type: ignore[arg-type]
 
 
 def of_prediction(cube: xr.Dataset) -> np.ndarray:
@@ -69,16 +69,16 @@ def of_prediction(cube: xr.Dataset) -> np.ndarray:
 THE_SAME = {
     "population": lambda cube: population_rates(cube, Population(stones=256)),
     "population that faces 250": lambda cube: population_rates(cube, Population(stones=64, face=250, face_spread=0)),
-    "falls": falls_towards,
+    "falls": falls_towards_azimuths,
     "blocks that only just fall": informative_blocks,
     "maps": close_circle,
     "explorer": explorer_data,
     "report of the ensemble": of_the_ensemble,
 }
 CLOSE = {
-    "shares": lambda cube: fall_shares(cube, over=BLOCK),
-    "means": lambda cube: mean_fall_directions(cube, over=BLOCK),
-    "axes": axes_by_earthquake,
+    "shares": lambda cube: fall_shares(cube, summed_dims=BLOCK),
+    "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK),
+    "axes": fall_axes_by_earthquake,
     "prediction": of_prediction,
     "roses": of_roses,
 }
@@ -152,4 +152,4 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
 
 def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
-    assert falls_towards(cube).isel(azimuth=[0, 1]).isnull().all()
+    assert falls_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()

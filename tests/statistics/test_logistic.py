@@ -13,8 +13,8 @@ from overturning.errors import ArgumentError
 from overturning.statistics.logistic import (
     PREDICTORS,
     coefficient_table,
-    fit_overturning,
-    logistic_fit,
+    fit_logistic_model,
+    fit_overturning_model,
     overturning_rows,
 )
 
@@ -26,7 +26,7 @@ DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1]
 
 def test_challenger() -> None:
     """The published estimates are those of maximum likelihood."""
-    fit = logistic_fit(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23), intervals=False)
+    fit = fit_logistic_model(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23), intervals=False)
     assert fit.coefficient == pytest.approx([15.0429, -0.2322], abs=1e-4)
     assert np.isnan([*fit.low, *fit.standard_error]).all()
     assert float(fit.probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
@@ -46,7 +46,7 @@ def test_estimates_and_errors_are_those_of_leaving_out_each_cluster() -> None:
     whole = likeliest(np.ones(23, bool))
     without = np.array([likeliest(cluster != one) for one in range(12)])
     error = np.sqrt(11 / 12 * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
-    fit = logistic_fit(x[:, None], y, cluster)
+    fit = fit_logistic_model(x[:, None], y, cluster)
     assert fit.coefficient == pytest.approx(12 * whole - 11 * without.mean(axis=0), rel=1e-4)
     assert fit.standard_error == pytest.approx(error, rel=1e-4)
     assert fit.high - fit.coefficient == pytest.approx(t.ppf(0.975, 11) * error, rel=1e-4)
@@ -74,8 +74,8 @@ def test_intervals_cover_and_estimates_are_unbiased() -> None:
     The truth is the fit to 4,000 earthquakes, of which the effects of earthquakes are a part.
     """
     generator = np.random.default_rng(42)
-    truth = logistic_fit(*earthquakes_of(generator, 4000), intervals=False).coefficient
-    fits = [logistic_fit(*earthquakes_of(generator, 14)) for _ in range(600)]
+    truth = fit_logistic_model(*earthquakes_of(generator, 4000), intervals=False).coefficient
+    fits = [fit_logistic_model(*earthquakes_of(generator, 14)) for _ in range(600)]
     fits = [fit for fit in fits if not fit.note]
     assert len(fits) > 580
     held = np.mean([(fit.low <= truth) & (truth <= fit.high) for fit in fits], axis=0)
@@ -89,10 +89,10 @@ def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
     """All falls are in one earthquake, or a predictor varies in one earthquake only."""
     x, event = np.linspace(-1, 1, 40), np.arange(40) // 4
     falls = np.where(event == 5, np.arange(40) % 2, 0)
-    fit = logistic_fit(x[:, None], falls, event)
+    fit = fit_logistic_model(x[:, None], falls, event)
     assert "are of one earthquake" in fit.note
     table = np.column_stack([x, np.where(event == 5, np.arange(40) % 4, 0)])
-    fit = logistic_fit(table, np.arange(40) % 2, event)
+    fit = fit_logistic_model(table, np.arange(40) % 2, event)
     assert "without one earthquake predictors are linearly dependent" in fit.note
     assert np.isfinite(fit.coefficient).all()
     assert np.isnan(fit.low).all()
@@ -100,17 +100,17 @@ def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
 
 def test_repeating_a_cluster_changes_no_error() -> None:
     x, y = np.array(TEMPERATURE)[:, None], np.array(DISTRESS)
-    single = logistic_fit(x, y, np.arange(23))
-    double = logistic_fit(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.repeat(np.arange(23), 3))
+    single = fit_logistic_model(x, y, np.arange(23))
+    double = fit_logistic_model(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.repeat(np.arange(23), 3))
     assert double.standard_error == pytest.approx(single.standard_error, rel=1e-6)
-    independent = logistic_fit(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.arange(69))
+    independent = fit_logistic_model(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.arange(69))
     assert (independent.standard_error < 0.7 * single.standard_error).all()
 
 
 def test_weights_are_repetitions() -> None:
     x, y = np.array(TEMPERATURE)[:, None], np.array(DISTRESS)
-    weighted = logistic_fit(x, y, np.arange(23), weight=1 + y)
-    repeated = logistic_fit(np.repeat(x, 1 + y, axis=0), np.repeat(y, 1 + y), np.repeat(np.arange(23), 1 + y))
+    weighted = fit_logistic_model(x, y, np.arange(23), weight=1 + y)
+    repeated = fit_logistic_model(np.repeat(x, 1 + y, axis=0), np.repeat(y, 1 + y), np.repeat(np.arange(23), 1 + y))
     assert weighted.coefficient == pytest.approx(repeated.coefficient, rel=1e-8)
     assert weighted.standard_error == pytest.approx(repeated.standard_error, rel=1e-8)
 
@@ -123,7 +123,7 @@ def test_intervals_cover_with_clusters() -> None:
         x = generator.normal(size=group.size) + generator.normal(size=25)[group]
         linear = 0.8 * x + 0.5 * generator.normal(size=25)[group]
         y = generator.random(group.size) < 1 / (1 + np.exp(-linear))
-        fit = logistic_fit(x[:, None], y.astype(float), group)
+        fit = fit_logistic_model(x[:, None], y.astype(float), group)
         held += fit.low[1] <= 0.8 * 0.94 <= fit.high[1]  # marginal slope: shrunk by about 1/√(1 + 0.35 · 0.25)
     assert held / 150 > 0.88
 
@@ -133,7 +133,7 @@ def test_intervals_cover_with_clusters() -> None:
     [([0, 0, 0, 0], "nothing falls"), ([1, 1, 1, 1], "everything falls"), ([0, 0, 1, 1], "separate")],
 )
 def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str) -> None:
-    fit = logistic_fit([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])
+    fit = fit_logistic_model([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])
     assert word in fit.note
     assert np.isnan(fit.coefficient).all()
 
@@ -141,7 +141,7 @@ def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str) -> None:
 @pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
 def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
     """Fewer than eight earthquakes give no interval."""
-    fit = logistic_fit(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23) % earthquakes)
+    fit = fit_logistic_model(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23) % earthquakes)
     assert np.isfinite(fit.coefficient).all()
     assert np.isfinite([fit.low, fit.high]).all() == (earthquakes == 8)
     assert ("no interval: fewer than 8 earthquakes" in fit.note) == (earthquakes < 8)
@@ -149,7 +149,7 @@ def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
 
 def test_a_constant_predictor_has_no_coefficient() -> None:
     x = np.column_stack([TEMPERATURE, np.full(23, 0.6)])
-    fit, without = (logistic_fit(one, DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
+    fit, without = (fit_logistic_model(one, DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
     assert fit.coefficient[:2] == pytest.approx(without.coefficient)
     assert fit.standard_error[:2] == pytest.approx(without.standard_error)
     assert np.isnan([fit.coefficient[2], fit.standard_error[2]]).all()
@@ -158,7 +158,7 @@ def test_a_constant_predictor_has_no_coefficient() -> None:
 @pytest.mark.parametrize(("x", "outcome"), [([[1.0]], [1, 0]), ([[1.0], [2.0]], [0, 2])])
 def test_bad_shapes(x: list[list[float]], outcome: list[int]) -> None:
     with pytest.raises(ArgumentError):
-        logistic_fit(x, outcome, range(len(outcome)))
+        fit_logistic_model(x, outcome, range(len(outcome)))
 
 
 def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
@@ -180,7 +180,7 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))
     assert outcome.mean() == pytest.approx(float(cube["overturned"].isel(azimuth=slice(18)).mean()), abs=1e-6)
-    fit = fit_overturning(cube, intensity)
+    fit = fit_overturning_model(cube, intensity)
     assert (fit.rows, fit.clusters) == (2160, 12)
     assert fit.low[1] < 3 < fit.high[1]
     assert fit.low[2] < 1 < fit.high[2]
@@ -188,4 +188,4 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     assert [row[0] for row in table] == ["intercept", *PREDICTORS]
     assert table[4][4] == pytest.approx(np.log(0.6))
     with pytest.raises(ArgumentError, match="azimuths"):
-        fit_overturning(cube, intensity.isel(azimuth=slice(5)))
+        fit_overturning_model(cube, intensity.isel(azimuth=slice(5)))

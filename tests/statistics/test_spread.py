@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multinomial
 
 from overturning.settings import Ensemble
-from overturning.statistics.spread import falls_to_both_sides, first_batch_estimate, runs_disagree
+from overturning.statistics.spread import first_batch_estimate, runs_disagree, runs_fall_to_both_sides
 from overturning.study.ensemble import probabilities_converged
 
 
@@ -32,7 +32,7 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
     fall = towards + away
     for statistic, expected in (
         (runs_disagree, 1 - fall**8 - (1 - fall) ** 8),
-        (falls_to_both_sides, chance[both].sum()),
+        (runs_fall_to_both_sides, chance[both].sum()),
     ):
         found = first_batch_estimate(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
@@ -53,4 +53,4 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
 def test_statistics_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
     """Members disagree if some fall and some stand; falls to both sides need more than half of the members to fall."""
     assert runs_disagree(np.array(towards), np.array(away), 8) == parts
-    assert falls_to_both_sides(np.array(towards), np.array(away), 8) == both
+    assert runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both

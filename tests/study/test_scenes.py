@@ -13,7 +13,7 @@ from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_data
 from overturning.findings.contrast import contrast_variants, element_outcomes
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.labels import variant_label
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -21,7 +21,7 @@ from overturning.model.geometry import reference_element_size
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.statistics.elements import count_common_falls, falls_by_element, mean_contrast
+from overturning.statistics.elements import count_common_falls, falls_by_element, mean_fall_contrast
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
@@ -144,7 +144,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         exported = said("cube", "export", paths["monolith"], tmp_path / "cases.csv")
         assert f"cases.csv: 24 cases, {variant_label(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
-    results = Results(
+    results = StudyResults(
         study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
     )  # fmt: skip
     elements, contrasts = element_outcomes(results), contrast_variants(results)
@@ -171,7 +171,7 @@ def test_comparisons_count_what_they_say() -> None:
     found = count_common_falls(this, other)
     names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
-    both = mean_contrast(found, np.array(["one", "other"]))
+    both = mean_fall_contrast(found, np.array(["one", "other"]))
     assert (both.both.value, both.only_this.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
     assert (both.same_way.value, both.earlier.value, both.earlier.n) == (pytest.approx(3 / 4), 1 / 4, 2)
     # In space a fall has an azimuth of its own.

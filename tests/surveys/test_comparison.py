@@ -298,7 +298,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(si
     stones = [*draw(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
     without, found = compare_survey(stones, site), compare_survey([*stones, lost], site)
-    assert (found.fallen, found.stood, found.directed, found.without_direction) == (25, 4, 20, 5)
+    assert (found.fallen, found.stood, found.fallen_in_known_direction, found.without_direction) == (25, 4, 20, 5)
     np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
     for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
         assert getattr(found, name) == getattr(without, name)

@@ -20,7 +20,7 @@ from overturning.surveys.population import (
     fit_fragility_curves,
     outcome_rates,
     population_rates,
-    random_neighbours,
+    random_neighbour_indices,
     stone_outcomes,
 )
 from overturning.units import STANDARD_GRAVITY
@@ -104,10 +104,10 @@ def test_2d_model_underestimates_sliding_in_3d() -> None:
 
 def test_mean_between_grid_cells_is_linear() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
-    place = random_neighbours(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
+    place = random_neighbour_indices(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
     assert place.mean() == pytest.approx(1.25)
-    assert (random_neighbours(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
+    assert (random_neighbour_indices(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
 
 
 def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:

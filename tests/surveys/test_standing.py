@@ -13,7 +13,7 @@ from scipy.stats import norm
 from overturning.cli import main
 from overturning.statistics.fragility_files import write_fragility_csv
 from overturning.surveys.standing import (
-    CurveRow,
+    FragilityCurveRow,
     HazardCurve,
     estimate_survival,
     read_fragility_curves,
@@ -28,8 +28,8 @@ def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> H
     return HazardCurve("PGA", "g", level, k0 * level**-k)
 
 
-def curve(median: float, spread: float, **more: float) -> CurveRow:
-    return CurveRow(stones="all stones", measure="PGA", unit="g", median=median, log_spread=spread, **more)
+def curve(median: float, spread: float, **more: float) -> FragilityCurveRow:
+    return FragilityCurveRow(stones="all stones", measure="PGA", unit="g", median=median, log_spread=spread, **more)
 
 
 @pytest.mark.parametrize(("k", "median", "spread"), [(2.0, 0.6, 0.4), (3.5, 1.2, 0.7), (1.0, 0.2, 0.05)])

@@ -12,8 +12,8 @@ from overturning.figures.scene import element_roses_figure
 from overturning.figures.style import style
 from overturning.findings.causes import fit_overturning_probability, score_published_criteria
 from overturning.findings.direction import planar_model_agreement, reference_alignments
-from overturning.findings.exactness import count_disagreeing_cells, final_twist
-from overturning.findings.results import Results, open_results
+from overturning.findings.exactness import ensemble_findings, final_twist
+from overturning.findings.results import StudyResults, open_results
 from overturning.settings import Population
 from overturning.statistics.elements import count_common_falls, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
@@ -41,16 +41,16 @@ KINDS: dict[str, dict[str, Any]] = {
 FEW, MANY = 1, 3
 MOST = 1 / 3  # of the bytes of the records that are more, as the cube's types have them
 
-Statistic = Callable[[Results], object]
+Statistic = Callable[[StudyResults], object]
 
 
-def stones_of(results: Results) -> list[object]:
+def stones_of(results: StudyResults) -> list[object]:
     """Read the sections of a report on elements and variants of a scene, and their roses."""
     stones = {name: results.reference_cube(name) for name in results.cubes}
     one, other = stones.values()
     said = [
         count_common_falls(one, other),
-        count_disagreeing_cells(results),
+        ensemble_findings(results),
         element_roses_figure(stones),
     ]
     return said + [falls_by_element(cube) for cube in results.cubes.values()]
@@ -58,7 +58,7 @@ def stones_of(results: Results) -> list[object]:
 
 STATISTICS: dict[str, dict[str, Statistic]] = {
     "planes": {
-        "axes of earthquakes": lambda results: results.axis_summaries,
+        "axes of earthquakes": lambda results: results.fall_axis_summaries,
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.status_counts,
         "rose": lambda results: rose_figure(results.cube),
@@ -70,7 +70,7 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "references": reference_alignments,
         "planar model": planar_model_agreement,
         "twist": final_twist,
-        "ensemble": count_disagreeing_cells,
+        "ensemble": ensemble_findings,
         "population": lambda results: population_rates(results.cube, Population()),
         "illustrative cases": lambda results: illustrative_cases(results.cube),
     },

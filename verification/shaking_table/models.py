@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.statistics.logistic import logistic_fit
+from overturning.statistics.logistic import fit_logistic_model
 from verification.shaking_table.clouds import B_OVER_H, HEIGHT, WIDTH_B_OVER_H, WIDTH_HEIGHT, Cloud
 from verification.shaking_table.data import Tests
 
@@ -68,7 +68,7 @@ SPACE: Final = "ensemble of 3-D prisms"
 
 def _logistic(predictors: FloatArray, tests: Tests, specimen: int, learn: Rows, predict: Rows) -> FloatArray:
     fell = tests.fell[specimen][learn].astype(np.float64)
-    fit = logistic_fit(predictors[learn], fell, tests.motion[learn], intervals=False)
+    fit = fit_logistic_model(predictors[learn], fell, tests.motion[learn], intervals=False)
     return fit.probability(predictors[predict])
 
 

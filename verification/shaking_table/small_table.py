@@ -15,7 +15,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.statistics.logistic import logistic_fit
+from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
 from verification.shaking_table.scores import NAMES, bootstrap_samples, interval, scores
@@ -93,7 +93,7 @@ def predict_held_out(
     halves: list[Rows] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
     centres = []
     for learn, other in (halves, halves[::-1]):
-        fit = logistic_fit(peaks[learn], fell[learn].astype(float), cells(tests)[learn], intervals=False)
+        fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), cells(tests)[learn], intervals=False)
         best = most_likely_centre(fractions, fell, learn)
         logistic[other], rigid[other] = fit.probability(peaks[other]), fractions[best][other]
         centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))

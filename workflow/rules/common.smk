@@ -12,7 +12,7 @@ from snakemake.utils import update_config
 
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
-from overturning.statistics.fragility_files import measure_file_name
+from overturning.statistics.fragility_files import openquake_file_name
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
     check_record_files,

@@ -10,7 +10,7 @@ rule fragility:
         f"{RESULTS}/fragility/fragility-pga.xml",
         f"{RESULTS}/fragility/fragility-pgv.xml",
         [
-            f"{RESULTS}/fragility/{measure_file_name(f'SA({period})')}"
+            f"{RESULTS}/fragility/{openquake_file_name(f'SA({period})')}"
             for period in PERIODS
         ],
     log:

@@ -176,9 +176,9 @@ def fit_fragility(
     from overturning.errors import ConfigError
     from overturning.statistics.fragility_files import (
         is_openquake_measure,
-        measure_file_name,
+        openquake_file_name,
         write_fragility_csv,
-        write_openquake,
+        write_openquake_model,
     )
     from overturning.study.cube import open_cube
     from overturning.study.load import load_study_from_text
@@ -192,7 +192,7 @@ def fit_fragility(
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]
-        write_openquake(chosen, output / measure_file_name(measure), "gravestones")
+        write_openquake_model(chosen, output / openquake_file_name(measure), "gravestones")
 
 
 def run_convergence_check(

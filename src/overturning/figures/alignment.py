@@ -7,14 +7,14 @@ from matplotlib.figure import Figure
 from overturning.arrays import FloatArray
 from overturning.figures.answer import DrawnEstimate, alignment_figure
 from overturning.figures.style import SERIES, caption, grid, labels
-from overturning.statistics.bootstrap import Mean
-from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
+from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.earthquakes import FallAxisSummary, ReferenceAlignment
 
 HOLLOW_MAX_EARTHQUAKES = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
-def earthquake_alignment_figure(axes_by_group: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
+def earthquake_alignment_figure(axes_by_group: dict[str, xr.Dataset], summaries: dict[str, FallAxisSummary]) -> Figure:
     """Draw the alignment of falls with the fault normal for each earthquake, a panel per group of records."""
     values = {
         name: dict(zip(data["event"].to_numpy().astype(str).tolist(), data["cosine"].to_numpy().tolist(), strict=True))
@@ -24,7 +24,7 @@ def earthquake_alignment_figure(axes_by_group: dict[str, xr.Dataset], summaries:
     return alignment_figure(values, means)
 
 
-def estimate_to_draw(mean: Mean) -> DrawnEstimate:
+def estimate_to_draw(mean: EarthquakeMean) -> DrawnEstimate:
     """Convert a mean over earthquakes to an estimate to draw."""
     return DrawnEstimate(mean.value, mean.low, mean.high, mean.n)
 

@@ -92,7 +92,7 @@ def intensity_plane_figure(
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
-    share = fall_shares(one_friction, over=("record", "height", "friction")).compute().to_numpy()
+    share = fall_shares(one_friction, summed_dims=("record", "height", "friction")).compute().to_numpy()
     # Show the slendernesses with the most evenly divided outcomes: they are the most informative.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()

@@ -20,8 +20,8 @@ from overturning.figures.style import (
     set_radius_ticks,
 )
 from overturning.statistics.circular import SECTORS
-from overturning.statistics.earthquakes import AxisSummary
-from overturning.statistics.roses import Rose, fall_rose, study_roses
+from overturning.statistics.earthquakes import FallAxisSummary
+from overturning.statistics.roses import FallRose, fall_rose, rose_of_each_group
 
 ROSES_IN_A_ROW: Final = 4
 
@@ -33,7 +33,7 @@ _RIM: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
-def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
+def draw_rose(axes: Any, rose: FallRose, top: float | None = None) -> None:
     """Draw one rose; the area of a sector is proportional to its share, so that large shares do not look too large.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
@@ -102,13 +102,13 @@ def axis_arcs(axis_deg: float, half_width_deg: float) -> list[tuple[float, float
     return [(low, high) for low, high in clipped if low < high]
 
 
-def common_radius(*roses: Rose) -> float:
+def common_radius(*roses: FallRose) -> float:
     """Return the radius of a polar axis into which all the given roses fit."""
     most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
-def _azimuth_for_radius_labels(rose: Rose) -> float:
+def _azimuth_for_radius_labels(rose: FallRose) -> float:
     """Return the azimuth, degrees, for the labels of the radius: half-way between two names, at the lowest sectors."""
     most = np.fmax(rose.shares, rose.high)
     between = np.arange(22.5, 360.0, 45.0)
@@ -117,12 +117,12 @@ def _azimuth_for_radius_labels(rose: Rose) -> float:
     return float(between[int(np.argmin(near))])
 
 
-def rose_figure(cube: xr.Dataset, summaries: Mapping[str, AxisSummary] | None = None) -> Figure:
-    """Draw the rose of each group of records of a study (`study_roses`), on one scale.
+def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | None = None) -> Figure:
+    """Draw the rose of each group of records of a study (`rose_of_each_group`), on one scale.
 
     `summaries` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
     """
-    roses, means = study_roses(cube), summaries or {}
+    roses, means = rose_of_each_group(cube), summaries or {}
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.axial for rose in roses.values())
     figure, panels = grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
@@ -140,7 +140,7 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, AxisSummary] | None = 
     return figure
 
 
-def _legend_marks(roses: list[Rose], mean_axis: bool) -> list[Any]:
+def _legend_marks(roses: list[FallRose], mean_axis: bool) -> list[Any]:
     """Return the marks of the legend of fall roses."""
     marks = [style.legend_patch(FALLS, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):

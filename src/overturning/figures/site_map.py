@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError
 from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, caption, grid
 from overturning.model.falls import model_of
 from overturning.records.fault_trace import Trace, parse_fault_trace
-from overturning.statistics.by_record import apply_by_record
+from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.falls import mean_fall_directions
 from overturning.study.cube import record_sources
@@ -84,7 +84,9 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
     said, model = {row["id"]: row for row in record_sources(cube)}, model_of(cube)
     about = [said.get(name, {}) for name in ids.tolist()]
-    means = apply_by_record(partial(mean_fall_directions, over=model.case_dims, informative=True), cube, model.reads)
+    means = apply_to_record_batches(
+        partial(mean_fall_directions, summed_dims=model.case_dims, informative_only=True), cube, model.reads
+    )
     clear = means["axis_resultant"].to_numpy() >= LEAST_RESULTANT
     axes = np.where(clear, means["mean_axis"].to_numpy(), np.nan).tolist()
     strikes = ((cube["fault_normal"].to_numpy().astype(np.float64) - 90.0) % 360.0).tolist()

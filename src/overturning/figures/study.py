@@ -13,8 +13,8 @@ from overturning.figures.style import style
 from overturning.figures.write import Write, refill_folder
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of
-from overturning.statistics.earthquakes import alignment_with_references, axes_by_group, summarise_axes
-from overturning.statistics.logistic import fit_overturning
+from overturning.statistics.earthquakes import alignment_with_references, fall_axes_by_group, summarise_fall_axes
+from overturning.statistics.logistic import fit_overturning_model
 from overturning.study.cube import open_records
 
 
@@ -27,8 +27,8 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
     with open_records(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
-        groups = axes_by_group(cube)
-        summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
+        groups = fall_axes_by_group(cube)
+        summaries = {name: summarise_fall_axes(axes) for name, axes in groups.items()}
         write(earthquake_alignment_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps", write)
         write(rose_figure(cube, summaries), folder / "rose")
@@ -38,7 +38,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
             write(alignment_by_b_over_h_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
         else:
             another = element_size_note(cube)
-            fit = None if another else fit_overturning(cube, intensity)
+            fit = None if another else fit_overturning_model(cube, intensity)
             plane = intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max()), another)
             write(plane, folder / "plane")
 

@@ -2,21 +2,21 @@
 
 import math
 
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, score_criteria
-from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning
+from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning_model
 
 DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
-"""Quantity that doubles if a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its position."""
+"""Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
 
 MOST_ODDS_RATIO = 100.0
-"""Ratio of the ends of an interval of odds from which a factor on the odds is not reported."""
+"""Largest ratio of the ends of the interval of a factor on the odds that is reported."""
 
 
 class LogisticCoefficient(Finding):
-    """Coefficient of the logistic fit."""
+    """Coefficient of one predictor in the logistic fit of the probability of a fall."""
 
     predictor: str
     """Name of the predictor; "intercept" for the constant."""
@@ -39,7 +39,7 @@ class LogisticCoefficient(Finding):
 
 
 class ProbabilityAfterDoubling(Finding):
-    """Probability of a fall, 0.5 before a quantity doubles, after it has doubled."""
+    """Probability of a fall after a quantity has doubled, if it was 0.5 before."""
 
     doubled: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
@@ -64,7 +64,7 @@ class LogisticFitFindings(Finding):
 
 
 class CriterionScore(Finding):
-    """Skill of a criterion: hit rate minus false-alarm rate."""
+    """Skill of a published criterion as a prediction of falls: hit rate minus false-alarm rate."""
 
     criterion: str
     """Name of the criterion."""
@@ -116,11 +116,11 @@ class PublishedComparison(Finding):
     """True if the block overturns in the study; None if the outcome is not known."""
 
 
-def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
+def fit_overturning_probability(results: StudyResults) -> LogisticFitFindings | None:
     """Fit a logistic model of the probability of overturning; None for 3-D models and elements of several sizes."""
     if not results.model.one_component or element_size_note(results.cube):
         return None
-    fit = fit_overturning(results.cube, results.intensity)
+    fit = fit_overturning_model(results.cube, results.intensity)
     rows = []
     for name, value, low, high, least, most in coefficient_table(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
@@ -156,13 +156,13 @@ def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
     )
 
 
-def _has_narrow_odds_interval(doubling: LogisticCoefficient) -> bool:
-    """True if the ends of the interval of the odds differ by less than `MOST_ODDS_RATIO`, or if there is none."""
-    low, high = doubling.odds_factor_low, doubling.odds_factor_high
+def _has_narrow_odds_interval(coefficient: LogisticCoefficient) -> bool:
+    """True if the ends of the interval of an odds factor have a ratio below `MOST_ODDS_RATIO`, or are unknown."""
+    low, high = coefficient.odds_factor_low, coefficient.odds_factor_high
     return low is None or high is None or high < MOST_ODDS_RATIO * low
 
 
-def score_published_criteria(results: Results) -> CriteriaFindings | None:
+def score_published_criteria(results: StudyResults) -> CriteriaFindings | None:
     """Compute the skill of published overturning criteria; None for 3-D models and elements of several sizes."""
     asked = results.model.one_component and not element_size_note(results.cube)
     found = score_criteria(results.cube, results.intensity) if asked else None
@@ -191,8 +191,8 @@ def score_published_criteria(results: Results) -> CriteriaFindings | None:
     )
 
 
-def compare_with_published(results: Results) -> list[PublishedComparison]:
-    """Compare computed with published outcomes, for each variant, height and friction."""
+def compare_with_published(results: StudyResults) -> list[PublishedComparison]:
+    """Compare the computed with the published outcome of each block, for each variant, height and friction."""
     if not results.study.published:
         return []
     return [
@@ -212,9 +212,9 @@ def compare_with_published(results: Results) -> list[PublishedComparison]:
 
 
 def computed_outcomes_at_published_cells(
-    results: Results, variant: str
+    results: StudyResults, variant: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return True for each published case that overturns in the cube, by height and friction; None if unknown."""
+    """Return the computed outcomes of published cases, by height and friction: True if overturned, None if unknown."""
     cube, ids = results.reference_cube(variant), [name.id for name in results.record_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [

@@ -35,7 +35,7 @@ from overturning.findings.exactness import (
     EnsembleFindings,
     FinalTwist,
     convergence_findings,
-    count_disagreeing_cells,
+    ensemble_findings,
     final_twist,
 )
 from overturning.findings.extent import (
@@ -50,7 +50,7 @@ from overturning.findings.extent import (
 )
 from overturning.findings.population import PopulationFindings, population_findings
 from overturning.findings.published import PublishedAgreement, PublishedPeak, published_agreement, published_peaks
-from overturning.findings.results import Results, open_results
+from overturning.findings.results import StudyResults, open_results
 from overturning.findings.study import (
     CaseCounts,
     NumericalQuality,
@@ -68,7 +68,7 @@ from overturning.study.schema import Study
 
 
 class Findings(Finding):
-    """Findings of a study; parts that do not apply to it are null or empty."""
+    """All findings of a study; parts that do not apply to the study are null or empty."""
 
     study: StudyFacts
     """Question and grid."""
@@ -120,7 +120,7 @@ class Findings(Finding):
     """Energy error, penetration and versions."""
 
 
-def findings_from_results(results: Results) -> Findings:
+def findings_from_results(results: StudyResults) -> Findings:
     """Compute all findings of a study from its opened results."""
     return Findings(
         study=study_facts(results),
@@ -142,7 +142,7 @@ def findings_from_results(results: Results) -> Findings:
         logistic_fit=fit_overturning_probability(results),
         criteria_scores=score_published_criteria(results),
         final_twist=final_twist(results),
-        ensemble=count_disagreeing_cells(results),
+        ensemble=ensemble_findings(results),
         convergence=convergence_findings(results),
         maps=report_maps(results),
         records=record_facts(results),

@@ -54,7 +54,7 @@ def share_of_changed_cases(changed_count: int, compared_count: int, is_sample: b
 
 
 def second_computations(convergence: Convergence) -> list[SecondComputation]:
-    """Return the comparisons of a study with the finer, stiffer and rigid computations of its convergence check."""
+    """Return the comparison of a study with each second computation of its convergence check: finer, stiffer, rigid."""
     rows = []
     for name, factor, part in (
         ("finer", convergence.finer_by, convergence.finer), ("stiffer", convergence.stiffer_by, convergence.stiffer)

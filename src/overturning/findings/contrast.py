@@ -5,13 +5,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.records.site import Site
-from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
-from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
-from overturning.statistics.elements import ElementFalls, count_common_falls, mean_contrast
+from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
+from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
+from overturning.statistics.elements import ElementFalls, count_common_falls, mean_fall_contrast
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import NOMINAL, variant_contact, variant_scene, variant_settings, variant_uses_vertical
@@ -73,7 +73,7 @@ class SharesAtBOverH(Finding):
 
 
 class ElementOutcomes(Finding):
-    """Number, share and time of the falls of one element of a scene."""
+    """Number, share and median time of the falls of one element of a scene."""
 
     variant: str
     """Name of the variant; "nominal" for the study itself."""
@@ -143,8 +143,8 @@ def differing_settings(study: Study, variant: str, other_variant: str) -> list[s
     return [name for name, differs in differing.items() if differs]
 
 
-def compared_records(results: Results, variant: str) -> NDArray[np.intp]:
-    """Return the positions of the records that are compared with a variant.
+def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:
+    """Return the indices of the records for which the study is compared with a variant.
 
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
     the same cases for them, which show nothing about vertical motion.
@@ -156,25 +156,25 @@ def compared_records(results: Results, variant: str) -> NDArray[np.intp]:
     return every[np.logical_or(*applied)]
 
 
-def contrast_variants(results: Results) -> list[VariantContrast]:
+def contrast_variants(results: StudyResults) -> list[VariantContrast]:
     """Compare the study with each variant that shares at least one comparable record."""
-    places = {name: compared_records(results, name) for name in results.study.variants}
+    places = {name: compared_record_indices(results, name) for name in results.study.variants}
     return [_contrast_variant(results, name, some) for name, some in places.items() if some.size]
 
 
-def _contrast_variant(results: Results, variant: str, record_positions: NDArray[np.intp]) -> VariantContrast:
-    """Compare the study with a variant, over the records at the given positions."""
-    cubes = [results.reference_cube(name).isel(record=record_positions) for name in (NOMINAL, variant)]
-    events = results.events[record_positions]
-    found = mean_contrast(count_common_falls(*cubes), events)
+def _contrast_variant(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> VariantContrast:
+    """Compare the study with a variant, over the records with the given indices."""
+    cubes = [results.reference_cube(name).isel(record=record_indices) for name in (NOMINAL, variant)]
+    events = results.events[record_indices]
+    found = mean_fall_contrast(count_common_falls(*cubes), events)
     here, there = (overturned_shares_by_record(cube).to_numpy() for cube in cubes)
     shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
 
     by_shape = [
         SharesAtBOverH(
             b_over_h=round(float(ratio), 9),
-            share_overturned_study=estimate_from_mean(share_over_earthquakes(one, events), SHARE_OVERTURNED),
-            share_overturned_variant=estimate_from_mean(share_over_earthquakes(other, events), SHARE_OVERTURNED),
+            share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(one, events), SHARE_OVERTURNED),
+            share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(other, events), SHARE_OVERTURNED),
             share_difference=estimate_from_mean(
                 mean_over_earthquakes(one - other, events), f"difference of the {SHARE_OVERTURNED}"
             ),
@@ -184,7 +184,11 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
     difference = estimate_from_mean(
         mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
     )
-    rates = [_fall_rate(results, name, record_positions) for name in (NOMINAL, variant)] if results.populations else []
+    rates = (
+        [_population_fall_rates(results, name, record_indices) for name in (NOMINAL, variant)]
+        if results.populations
+        else []
+    )
     with_rate = results.study.primary.statistic == "fall_rate" and bool(rates)
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
@@ -194,9 +198,9 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
         scene_here=scenes[0].name,
         scene_there=scenes[1].name,
         differs_in=differing_settings(results.study, NOMINAL, variant),
-        records=int(record_positions.size),
-        share_overturned_study=estimate_from_mean(share_over_earthquakes(here, events), SHARE_OVERTURNED),
-        share_overturned_variant=estimate_from_mean(share_over_earthquakes(there, events), SHARE_OVERTURNED),
+        records=int(record_indices.size),
+        share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(here, events), SHARE_OVERTURNED),
+        share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(there, events), SHARE_OVERTURNED),
         share_difference=difference,
         only_study_overturns=estimate_from_mean(found.only_this, "share of the cases that overturn in the study only"),
         only_variant_overturns=estimate_from_mean(
@@ -209,8 +213,8 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
         opposite_share=1.0 - found.same_way.value if found.same_way.n else float("nan"),
         earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
         by_b_over_h=by_shape,
-        rate_here=estimate_from_mean(share_over_earthquakes(rates[0], events), FALL_RATE) if rates else None,
-        rate_there=estimate_from_mean(share_over_earthquakes(rates[1], events), FALL_RATE) if rates else None,
+        rate_here=estimate_from_mean(mean_share_over_earthquakes(rates[0], events), FALL_RATE) if rates else None,
+        rate_there=estimate_from_mean(mean_share_over_earthquakes(rates[1], events), FALL_RATE) if rates else None,
         primary_difference=(
             difference
             if rate_difference is None
@@ -219,13 +223,13 @@ def _contrast_variant(results: Results, variant: str, record_positions: NDArray[
     )
 
 
-def _fall_rate(results: Results, variant: str, places: NDArray[np.intp]) -> FloatArray:
-    """Return the fall rate of the population of a variant under each record as it is."""
+def _population_fall_rates(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> FloatArray:
+    """Return the fall rate of the population of a variant under each record, for amplitude 1."""
     rates = results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
-    return np.asarray(rates[places], np.float64)
+    return np.asarray(rates[record_indices], np.float64)
 
 
-def element_outcomes(results: Results) -> list[ElementOutcomes]:
+def element_outcomes(results: StudyResults) -> list[ElementOutcomes]:
     """Count the falls of each element in the study and its variants; empty for a single one-element scene."""
     study = results.study
     several = any("element" in cube.dims for cube in results.cubes.values())
@@ -239,7 +243,7 @@ def element_outcomes(results: Results) -> list[ElementOutcomes]:
 
 
 def _element_outcomes(variant: str, scene: Scene, totals: ElementFalls, several_elements: bool) -> ElementOutcomes:
-    """Convert the totals of one element to findings."""
+    """Convert the fall counts of one element of a scene to findings."""
     return ElementOutcomes(
         variant=variant,
         scene=scene.name,
@@ -252,8 +256,8 @@ def _element_outcomes(variant: str, scene: Scene, totals: ElementFalls, several_
     )
 
 
-def site_fall_rates(results: Results) -> list[SiteFallRates]:
-    """Compute fall rates of the population on each soil column; empty without a soil variant or a population."""
+def site_fall_rates(results: StudyResults) -> list[SiteFallRates]:
+    """Compute the fall rate of the population on each soil column; empty without a soil variant or a population."""
     sites: dict[str, Site | None] = {NOMINAL: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
@@ -288,20 +292,20 @@ def site_fall_rates(results: Results) -> list[SiteFallRates]:
 
 
 LEAST_FALLS = 0.05
-"""Fall rate from which the falls of a record have an axis that is compared."""
+"""Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
-def fall_axis_rotations(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
-    """Return the angles, degrees, between the fall axes of records on two grounds, for records with both axes."""
-    apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
-    for found in (ground, rock):
+def fall_axis_rotations(ground_rates: xr.Dataset, rock_rates: xr.Dataset) -> FloatArray:
+    """Return the angle, degrees, between the fall axes on soil and on rock, for each record that has both axes."""
+    apart = np.abs(wrap_axis_difference(ground_rates["fall_axis"].to_numpy() - rock_rates["fall_axis"].to_numpy()))
+    for found in (ground_rates, rock_rates):
         clear = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
         apart = np.where(clear, apart, np.nan)
     return np.asarray(apart[np.isfinite(apart)])
 
 
-def unconverged_soil_analyses(results: Results) -> list[str]:
-    """Return the soil computations that did not converge: variant, record and components."""
+def unconverged_soil_analyses(results: StudyResults) -> list[str]:
+    """Return labels of the soil computations that did not converge: variant, record and components."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:

@@ -4,19 +4,19 @@ import math
 
 import numpy as np
 
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.statistics.alignment_by_rule import RuleAlignment
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import count_flag_changes, fall_counting_rule
+from overturning.statistics.falls import block_rule_of_model, count_flag_changes
 from overturning.statistics.space import planar_agreement_shares
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
 
 class EarthquakeAxis(Finding):
-    """Falls of an earthquake relative to its fault normal."""
+    """Alignment and axis of the falls of an earthquake relative to its fault normal."""
 
     event: str
     """Name of the earthquake."""
@@ -107,7 +107,7 @@ class AlignmentWithReference(Finding):
 
 
 class GroupReferenceAlignment(Finding):
-    """Alignment of the falls of a group of records with references."""
+    """Alignment of the falls of a group of records with each reference direction, such as the fault normal."""
 
     group: str
     """Name of the group of records."""
@@ -149,7 +149,7 @@ class PlanarModelAgreement(Finding):
 def _alignment_under_rule(
     rule_alignment: RuleAlignment, direction_noun: str, is_study_rule: bool
 ) -> AlignmentUnderRule:
-    """Convert the alignment under one block-selection rule to findings."""
+    """Convert the alignment of falls under one rule that selects blocks to findings."""
     return AlignmentUnderRule(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,
@@ -159,26 +159,26 @@ def _alignment_under_rule(
     )
 
 
-def _no_axis_reason(results: Results) -> str:
+def _no_axis_reason(results: StudyResults) -> str:
     """Return the reason why the falls have no axis that can be compared with a fault; empty if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
     if results.share_overturned <= 0:
         return "no falls"
-    if results.has_single_axis:
+    if results.has_single_motion_axis:
         return "one plane"
     if results.every_case_overturns:
         return "falls in every plane"
-    return "" if results.fault_normal_known else "no fault normal"
+    return "" if results.has_known_fault_normal else "no fault normal"
 
 
-def fall_direction(results: Results) -> FallDirection:
+def fall_direction(results: StudyResults) -> FallDirection:
     """Compute the direction of falls relative to the fault normal, by group of records."""
     cube, groups = results.cube, []
-    lengths, own = results.record_means["axis_resultant"].to_numpy(), fall_counting_rule(cube)
+    lengths, own = results.mean_directions_by_record["axis_resultant"].to_numpy(), block_rule_of_model(cube)
     members, word = record_groups(cube), "plane" if results.model.one_component else results.model.direction
-    for name, summary in results.axis_summaries.items():
-        axes = results.axes_by_group[name]
+    for name, summary in results.fall_axis_summaries.items():
+        axes = results.fall_axes_by_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.events)
         rules = [_alignment_under_rule(one, word, one.rule is own) for one in results.alignment_by_rule.get(name, [])]
@@ -224,7 +224,7 @@ def fall_direction(results: Results) -> FallDirection:
     )
 
 
-def reference_alignments(results: Results) -> list[GroupReferenceAlignment]:
+def reference_alignments(results: StudyResults) -> list[GroupReferenceAlignment]:
     """Compute the alignment of 3-D falls with reference directions, by group of records; empty for planar models."""
     if results.model.one_component or not results.share_overturned > 0:
         return []
@@ -264,7 +264,7 @@ def reference_alignments(results: Results) -> list[GroupReferenceAlignment]:
     return groups
 
 
-def planar_model_agreement(results: Results) -> PlanarModelAgreement | None:
+def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None:
     """Compute the agreement of the 2-D model of the faces with the 3-D outcome; None without 2-D outcomes."""
     if "plane_overturned" not in results.cube:
         return None

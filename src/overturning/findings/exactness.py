@@ -7,19 +7,19 @@ import numpy as np
 import xarray as xr
 
 from overturning.findings.comparison import ChangedCases, SecondComputation, second_computations, share_of_changed_cases
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
 from overturning.settings import Ensemble
-from overturning.statistics.by_record import apply_by_record
+from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.space import summarise_twist, twist_angles
-from overturning.statistics.spread import Statistic, falls_to_both_sides, first_batch_estimate, runs_disagree
+from overturning.statistics.spread import Statistic, first_batch_estimate, runs_disagree, runs_fall_to_both_sides
 from overturning.study.convergence import Convergence
 from overturning.study.ensemble import BATCH
 
 
 class EnsembleFindings(Finding):
-    """Cells whose runs with slightly changed motion and block disagree."""
+    """Share of the cells whose ensemble runs, with slightly changed motion and block, disagree."""
 
     share_of_cells_repeated: Number
     """Share of all cells that lie near a change of outcome and were run again, several times."""
@@ -38,7 +38,7 @@ class EnsembleFindings(Finding):
 
 
 class ConvergenceFindings(Finding):
-    """Cases that change when they are computed again with finer steps, stiffer springs, or as exact rigid blocks."""
+    """Shares of the cases that change if computed again with finer steps, stiffer springs, or as exact rigid blocks."""
 
     result: Convergence
     """Counts of the convergence check (`convergence.json`)."""
@@ -67,8 +67,8 @@ class FinalTwist(Finding):
     """Largest absolute rotation."""
 
 
-def convergence_findings(results: Results) -> ConvergenceFindings | None:
-    """Return the counts of the convergence check; None if the study has none."""
+def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
+    """Return the results of the convergence check of a study; None if it has none."""
     found = results.convergence
     if found is None:
         return None
@@ -83,7 +83,7 @@ def convergence_findings(results: Results) -> ConvergenceFindings | None:
     )
 
 
-def final_twist(results: Results) -> FinalTwist | None:
+def final_twist(results: StudyResults) -> FinalTwist | None:
     """Summarise the final rotation about the vertical of stones that stand; None for planar models."""
     if not results.model.twists:
         return None
@@ -93,46 +93,46 @@ def final_twist(results: Results) -> FinalTwist | None:
     )
 
 
-def count_disagreeing_cells(results: Results) -> EnsembleFindings | None:
-    """Compute the shares of cells whose ensemble runs disagree; None without an ensemble."""
+def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
+    """Compute the shares of cells whose ensemble runs disagree; None for a study without an ensemble."""
     cube, settings = results.cube, results.study.ensemble
     if "members" not in cube:
         return None
-    found = apply_by_record(
+    found = apply_to_record_batches(
         partial(count_ensemble_cells, results.model, settings), cube, (*results.model.reads, "members")
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 
-    def share(part: str, of: str) -> float:
+    def share_of_sums(part: str, of: str) -> float:
         return float(sums[part]) / float(sums[of]) if float(sums[of]) else float("nan")
 
     return EnsembleFindings(
-        share_of_cells_repeated=share("run", "cells"),
+        share_of_cells_repeated=share_of_sums("run", "cells"),
         fewest_runs_per_cell=float(found["fewest"].min()),
         most_runs_per_cell=float(found["most"].max()),
-        mean_runs_per_cell=share("members", "with_members"),
+        mean_runs_per_cell=share_of_sums("members", "with_members"),
         first_batch_runs=min(BATCH, settings.members),
-        share_disagreeing=share("divided", "run"),
-        share_falling_both_ways=share("apart", "agree"),
+        share_disagreeing=share_of_sums("divided", "run"),
+        share_falling_both_ways=share_of_sums("apart", "agree"),
     )
 
 
-def count_ensemble_cells(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
-    """Count cells for each record: all, repeated, with runs that disagree or fall apart; and the runs per cell."""
+def count_ensemble_cells(model: Model, ensemble_settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
+    """Count for each record the cells, repeated cells, cells with runs that disagree or fall to both sides, and runs."""
     found, half = model.ensemble_disagreement(cube), cube.isel({model.direction: model.distinct_direction_index(cube)})
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def of_cells(statistic: Statistic) -> xr.DataArray:
-        said = first_batch_estimate(statistic, found["towards"], found["away"], members.fillna(0), settings)
+    def cell_statistic(statistic: Statistic) -> xr.DataArray:
+        said = first_batch_estimate(statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings)
         return run.copy(data=np.nan_to_num(said))
 
     over = [name for name in run.dims if name != "record"]
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
-        "divided": of_cells(runs_disagree),
+        "divided": cell_statistic(runs_disagree),
         "agree": found.get("agree", run),
-        "apart": found["apart"] if "apart" in found else of_cells(falls_to_both_sides),
+        "apart": found["apart"] if "apart" in found else cell_statistic(runs_fall_to_both_sides),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.labels import azimuth_gap_ranges, earthquake_assignment_notes
 from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.map_choice import choose_records
+from overturning.statistics.map_choice import choose_map_records
 from overturning.study.cube import element_of_cube, first_shown_block, record_sources
 from overturning.study.scenes import variant_scene
 
@@ -84,7 +84,7 @@ class RecordSource(Finding):
     licence: str
 
 
-def study_extent(results: Results) -> StudyExtent:
+def study_extent(results: StudyResults) -> StudyExtent:
     """Count records, blocks and azimuths of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
@@ -107,16 +107,16 @@ def study_extent(results: Results) -> StudyExtent:
         element=element_of_cube(cube),
         square=plan is not None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
         records_with_vertical=results.records_with_vertical,
-        vertical_left_out=results.records_without_their_vertical,
+        vertical_left_out=results.records_with_unused_vertical,
         pulse_not_stated=[name.id for name, alone in zip(results.record_names, neither, strict=True) if alone],
         notes_on_earthquakes=earthquake_assignment_notes(cube),
         other_amplitudes=len(study.amplitude) - 1,
     )
 
 
-def report_maps(results: Results) -> ReportMaps:
+def report_maps(results: StudyResults) -> ReportMaps:
     """Choose the records whose maps the report shows."""
-    cube, means = results.cube, results.record_means
+    cube, means = results.cube, results.mean_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
@@ -134,17 +134,17 @@ def report_maps(results: Results) -> ReportMaps:
                 reason=reason,
                 alignment=float(alignment[place]),
             )
-            for place, reason in choose_records(cube, alignment, length)
+            for place, reason in choose_map_records(cube, alignment, length)
         ],
     )
 
 
-def cell_counts_by_status(results: Results) -> list[CellCount]:
+def cell_counts_by_status(results: StudyResults) -> list[CellCount]:
     """Count the cells of each status."""
     return [CellCount(status=name, cells=count) for name, (count, _) in results.status_counts.items() if count]
 
 
-def sources_of_records(results: Results) -> list[RecordSource]:
+def sources_of_records(results: StudyResults) -> list[RecordSource]:
     """Return source and licence of each record."""
     return [
         RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))

@@ -17,50 +17,50 @@ _JSON_ONLY_FIELDS: Final = frozenset(
 """Fields that are written to JSON but not printed as lines."""
 
 
-def finding_lines(finding: BaseModel, path: str = "") -> Iterator[str]:
-    """Yield a line "path of field names: value" for each number of a finding and its parts."""
+def finding_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
+    """Yield a line "field, subfield: value" for each number of a finding and its parts."""
     for name in type(finding).model_fields:
         if name not in _JSON_ONLY_FIELDS:
             yield from _value_lines(
-                getattr(finding, name), f"{path}, {_field_label(name)}" if path else _field_label(name)
+                getattr(finding, name), f"{field_path}, {_field_label(name)}" if field_path else _field_label(name)
             )
 
 
-def _field_label(name: str) -> str:
-    """Replace underscores in a field name by spaces."""
-    return name.replace("_", " ")
+def _field_label(field_name: str) -> str:
+    """Return the name of a field for printing: underscores are replaced by spaces."""
+    return field_name.replace("_", " ")
 
 
-def _value_lines(value: Any, path: str) -> Iterator[str]:
-    """Yield the lines of a field value: one line, or the lines of the parts of a model, dict or list."""
-    if isinstance(value, Estimate):
-        yield f"{path}: {_format_estimate(value)}"
-    elif isinstance(value, BaseModel):
-        yield from finding_lines(value, path)
-    elif isinstance(value, dict):
-        for key, one in value.items():
-            yield from _value_lines(one, f"{path}, {key}")
-    elif isinstance(value, list | tuple) and value and isinstance(value[0], BaseModel):
-        for place, one in enumerate(value, 1):
+def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
+    """Yield the lines of the value of a field: one line, or one for each number of a model, dict or list."""
+    if isinstance(field_value, Estimate):
+        yield f"{field_path}: {_format_estimate(field_value)}"
+    elif isinstance(field_value, BaseModel):
+        yield from finding_lines(field_value, field_path)
+    elif isinstance(field_value, dict):
+        for key, one in field_value.items():
+            yield from _value_lines(one, f"{field_path}, {key}")
+    elif isinstance(field_value, list | tuple) and field_value and isinstance(field_value[0], BaseModel):
+        for place, one in enumerate(field_value, 1):
             label = next(
                 (str(getattr(one, name)) for name in _NAME_FIELDS if getattr(one, name, None) is not None), place
             )
-            yield from _value_lines(one, f"{path}, {label}")
-    elif value is not None and value not in ("", [], ()):
-        yield f"{path}: {_format_value(value)}"
+            yield from _value_lines(one, f"{field_path}, {label}")
+    elif field_value is not None and field_value not in ("", [], ()):
+        yield f"{field_path}: {_format_value(field_value)}"
 
 
-def _format_value(value: Any) -> str:
-    """Format a number, flag, text or list for a line."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list | tuple):
-        return ", ".join(map(_format_value, value))
-    return f"{value:.4g}" if isinstance(value, float) else f"{value}"
+def _format_value(field_value: Any) -> str:
+    """Format a number, flag, text or list for printing."""
+    if isinstance(field_value, bool):
+        return "yes" if field_value else "no"
+    if isinstance(field_value, list | tuple):
+        return ", ".join(map(_format_value, field_value))
+    return f"{field_value:.4g}" if isinstance(field_value, float) else f"{field_value}"
 
 
 def _format_estimate(estimate: Estimate) -> str:
-    """Return an estimate with its interval and number of earthquakes."""
+    """Format an estimate with its interval and number of earthquakes for printing."""
     if estimate.value is None:
         return f"not defined; {estimate.earthquakes} earthquakes"
     interval = (

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, truncate_to_published_intensity
-from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap, unanimous_share_interval
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import record_jma_intensities
 
@@ -18,7 +18,7 @@ JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 
 """Degrees of the JMA scale, with their range of instrumental intensity."""
 
 FEWEST_MOTIONS: Final = 3
-"""Smallest number of motions for which a rate by intensity is given."""
+"""Smallest number of motions for which the fall rate at an intensity is reported."""
 
 BoolArray = NDArray[np.bool_]
 StrArray = NDArray[np.str_]
@@ -36,7 +36,7 @@ class MotionCount(Finding):
 
 
 class ShareOfMotions(Finding):
-    """Share of motions with its 95 % interval over earthquakes: exact if all earthquakes agree."""
+    """Share of motions with a property, with the 95 % interval over earthquakes."""
 
     value: Number
     """Share."""
@@ -79,7 +79,7 @@ class SurveyRuleCheck(Finding):
 
 
 class FragilityCurve(Finding):
-    """Lognormal fragility curve; `inf` for values above the range of the data, 0 for values below."""
+    """Lognormal fragility curve of a class of stones; values above (below) the range of the data are `inf` (0)."""
 
     stones: str
     """Name of the class of stones."""
@@ -106,7 +106,7 @@ class FragilityCurve(Finding):
 
 
 class RecordFallRate(Finding):
-    """Share of the stones that fall under a record (amplitude 1), with its sampling interval."""
+    """Share of the stones of a population that fall under a record (amplitude 1), with its sampling interval."""
 
     record: str
     """Identifier of the record."""
@@ -165,7 +165,7 @@ class PopulationFindings(Finding):
     """Lognormal fragility curves."""
 
 
-def population_findings(results: Results) -> PopulationFindings | None:
+def population_findings(results: StudyResults) -> PopulationFindings | None:
     """Compute fall rates and fragility of the population of stones; None if the study has no population."""
     stones = results.study.population
     if stones is None:
@@ -201,7 +201,7 @@ def population_findings(results: Results) -> PopulationFindings | None:
         survey_rules=[
             _check_survey_rule(rule, known, rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _motions_in_rule_range(rule, known, rates).sum() >= FEWEST_MOTIONS
+            if _select_motions_of_rule(rule, known, rates).sum() >= FEWEST_MOTIONS
         ],
         fragility_curves=[
             FragilityCurve(
@@ -223,8 +223,8 @@ def population_findings(results: Results) -> PopulationFindings | None:
     )
 
 
-def _record_fall_rate(results: Results, record_index: int) -> RecordFallRate:
-    """Return the fall rate of the population under the record at a position."""
+def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRate:
+    """Return the fall rate of the population under the record with the given index."""
     own = results.populations[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
@@ -241,25 +241,25 @@ def _record_fall_rate(results: Results, record_index: int) -> RecordFallRate:
     )
 
 
-def _motions_in_rule_range(
-    rule: tuple[float, float, float, float, str], is_known: BoolArray, fall_rates: FloatArray
+def _select_motions_of_rule(
+    survey_rule: tuple[float, float, float, float, str], known_mask: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
-    """Select the motions whose fall rate lies in the range of a survey rule."""
-    low, high, *_ = rule
-    return is_known & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
+    """Return a mask of the motions whose fall rate lies in the range of a survey rule, shape (records, amplitudes)."""
+    low, high, *_ = survey_rule
+    return known_mask & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 
 
 def _check_survey_rule(
-    rule: tuple[float, float, float, float, str],
-    is_known: BoolArray,
+    survey_rule: tuple[float, float, float, float, str],
+    known_mask: BoolArray,
     fall_rates: FloatArray,
     jma_intensity: FloatArray,
     lacks_vertical: BoolArray,
-    events: StrArray,
+    record_events: StrArray,
 ) -> SurveyRuleCheck:
-    """Compare the intensity that a survey rule infers with the intensity of the motions to which it applies."""
-    low, high, least, most, text = rule
-    selected = _motions_in_rule_range(rule, is_known, fall_rates)
+    """Compare the JMA intensity that a survey rule infers with the intensity of the motions to which it applies."""
+    low, high, least, most, text = survey_rule
+    selected = _select_motions_of_rule(survey_rule, known_mask, fall_rates)
     more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & (one >= a) & (one < b)
@@ -271,29 +271,34 @@ def _check_survey_rule(
         fall_rate_below=high if high < 1 else math.inf,
         inferred_jma_degree=text,
         median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity[selected]))),
-        count=_count_motions(selected, events),
-        share_agreeing=share_of_motions(agreeing, selected, events),
-        share_higher=share_of_motions(above, selected, events) if math.isfinite(most) and most < 99 else None,
-        share_agreeing_with_vertical=share_of_motions(agreeing_more, selected, events) if lacking else None,
+        count=_count_motions(selected, record_events),
+        share_agreeing=share_of_motions(agreeing, selected, record_events),
+        share_higher=share_of_motions(above, selected, record_events) if math.isfinite(most) and most < 99 else None,
+        share_agreeing_with_vertical=share_of_motions(agreeing_more, selected, record_events) if lacking else None,
     )
 
 
-def _count_motions(selected: BoolArray, events: StrArray) -> MotionCount:
-    """Count the selected motions, shape (records, amplitudes), their records and their earthquakes."""
-    records = selected.any(axis=1)
+def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> MotionCount:
+    """Count the selected motions (mask of shape (records, amplitudes)), their records and their earthquakes."""
+    records = selected_motions.any(axis=1)
     return MotionCount(
-        motions=int(selected.sum()), records=int(records.sum()), earthquakes=int(np.unique(events[records]).size)
+        motions=int(selected_motions.sum()),
+        records=int(records.sum()),
+        earthquakes=int(np.unique(record_events[records]).size),
     )
 
 
-def share_of_motions(agreeing: BoolArray, selected: BoolArray, events: StrArray) -> ShareOfMotions:
-    """Compute the share of selected motions that agree, with its 95 % interval over earthquakes."""
-    records = selected.any(axis=1)
-    names, member = np.unique(events[records], return_inverse=True)
+def share_of_motions(
+    agreeing_motions: BoolArray, selected_motions: BoolArray, record_events: StrArray
+) -> ShareOfMotions:
+    """Compute the share of the selected motions that agree with a rule, with its 95 % interval over earthquakes."""
+    records = selected_motions.any(axis=1)
+    names, member = np.unique(record_events[records], return_inverse=True)
     counts = np.stack(
-        [np.bincount(member, each[records].sum(axis=1), names.size) for each in (agreeing, selected)], axis=1
+        [np.bincount(member, each[records].sum(axis=1), names.size) for each in (agreeing_motions, selected_motions)],
+        axis=1,
     )
     interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
-        *bootstrap(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
+        *bootstrap_interval(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
     )
-    return ShareOfMotions(value=agreeing.sum() / selected.sum(), low=interval.low, high=interval.high)
+    return ShareOfMotions(value=agreeing_motions.sum() / selected_motions.sum(), low=interval.low, high=interval.high)

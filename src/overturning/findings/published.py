@@ -3,7 +3,7 @@
 from typing import Final
 
 from overturning.findings.causes import computed_outcomes_at_published_cells
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding
 from overturning.units import CM, GAL
 
@@ -13,7 +13,7 @@ PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s",
 
 
 class PublishedPeak(Finding):
-    """Published peak of one component, and that of the study's motion."""
+    """Published peak of one component of a record, compared with the peak of the study's motion."""
 
     component: str
     measure: str
@@ -28,7 +28,7 @@ class PublishedPeak(Finding):
 
 
 class PublishedAgreement(Finding):
-    """Blocks of a variant for which all published outcomes are found."""
+    """Number of blocks of a variant for which the study reproduces all published outcomes."""
 
     variant: str
     blocks: int
@@ -38,8 +38,8 @@ class PublishedAgreement(Finding):
     """Heights for which all published outcomes are found with at least one friction."""
 
 
-def published_peaks(results: Results) -> list[PublishedPeak]:
-    """Compare the peaks along the published azimuths with the published peaks."""
+def published_peaks(results: StudyResults) -> list[PublishedPeak]:
+    """Compare the peaks of the study's motions with the published peaks in the same azimuths."""
     ids, rows = [name.id for name in results.record_names], []
     for row in results.study.published:
         measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
@@ -63,8 +63,8 @@ def published_peaks(results: Results) -> list[PublishedPeak]:
     return rows
 
 
-def published_agreement(results: Results) -> list[PublishedAgreement]:
-    """Count, for each variant, the blocks for which all published outcomes are found; empty without any."""
+def published_agreement(results: StudyResults) -> list[PublishedAgreement]:
+    """Count, for each variant, the blocks for which the study reproduces all published outcomes."""
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []
     for variant in results.cubes if wanted else ():

@@ -14,10 +14,10 @@ from overturning.files import path_without_absolute_folder
 from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
-from overturning.statistics.bootstrap import Mean
-from overturning.statistics.by_record import apply_by_record
+from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.elements import ElementFalls, falls_by_element
-from overturning.statistics.falls import mean_fall_directions, overturns
+from overturning.statistics.falls import block_overturns, mean_fall_directions
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.space import planar_agreement_counts
 from overturning.study.convergence import Convergence, read_convergence
@@ -31,7 +31,7 @@ from overturning.surveys.posterior import InversionResult, read_inversion
 
 @dataclass(frozen=True)
 class RecordName:
-    """Names of a record; station and event may be empty."""
+    """Identifier of a record, and names of its station and earthquake, which may be empty."""
 
     id: str
     station: str
@@ -44,8 +44,8 @@ class RecordName:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Results:
-    """Results of a study.
+class StudyResults:
+    """Results of a study: its files, opened once, and statistics that are computed on first use.
 
     Attributes
     ----------
@@ -78,18 +78,18 @@ class Results:
 
     @cached_property
     def record_names(self) -> tuple[RecordName, ...]:
-        """Names of the records."""
+        """Identifier, station and earthquake of each record."""
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordName(*each) for each in zip(*texts, strict=True))
 
     @cached_property
     def events(self) -> NDArray[np.str_]:
-        """Earthquake of each record."""
+        """Name of the earthquake of each record, shape (records,)."""
         return self.cube["event"].to_numpy().astype(str)
 
     @property
     def earthquake_count(self) -> int:
-        """Number of earthquakes."""
+        """Number of earthquakes of the study."""
         return len(set(self.events))
 
     @cached_property
@@ -98,34 +98,34 @@ class Results:
         return int((self.cube["vertical"] == 1).sum().compute())
 
     @property
-    def records_without_their_vertical(self) -> int:
+    def records_with_unused_vertical(self) -> int:
         """Number of records with a vertical component that the study does not apply."""
         return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 
     @cached_property
     def model(self) -> Model:
-        """Model of the cube."""
+        """Model with which the cube of the study was computed."""
         return model_of(self.cube)
 
     @cached_property
-    def has_single_axis(self) -> bool:
-        """True if falls can go along one axis only, as in a single plane: they show no direction."""
+    def has_single_motion_axis(self) -> bool:
+        """True if all motion is along one axis, so that falls can show no direction."""
         axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
         return self.model.one_component and bool(np.ptp(axes) == 0.0)
 
     @cached_property
     def share_overturned(self) -> float:
         """Share of all cases that overturn; NaN if no outcome is known."""
-        return float(overturns(self.cube).mean().compute())
+        return float(block_overturns(self.cube).mean().compute())
 
     @cached_property
-    def element_totals(self) -> tuple[ElementFalls, ...]:
-        """Falls of each element of the study's scene, followed by those of any element; empty for one free element."""
+    def element_fall_totals(self) -> tuple[ElementFalls, ...]:
+        """Fall counts of each element of the study's scene, and of the whole scene; empty for one free element."""
         return self.element_falls[NOMINAL] if "element" in self.cubes[NOMINAL].dims else ()
 
     @cached_property
     def element_falls(self) -> dict[str, tuple[ElementFalls, ...]]:
-        """Falls of each element in the study and each variant; one row, "block", for a scene with one free element."""
+        """Fall counts of each element, by variant; one row, "block", for a scene with one free element."""
         return {name: tuple(falls_by_element(cube)) for name, cube in self.cubes.items()}
 
     @cached_property
@@ -144,25 +144,29 @@ class Results:
         return variant_scene(self.study).free_names
 
     @cached_property
-    def record_means(self) -> xr.Dataset:
-        """Mean direction and axis of each record's falls with their resultants, over the informative blocks."""
-        means = partial(mean_fall_directions, over=self.model.case_dims, informative=True)
-        return apply_by_record(means, self.cube, self.model.reads)
+    def mean_directions_by_record(self) -> xr.Dataset:
+        """Mean direction and axis of the falls under each record, with resultants; informative blocks only."""
+        means = partial(mean_fall_directions, summed_dims=self.model.case_dims, informative_only=True)
+        return apply_to_record_batches(means, self.cube, self.model.reads)
 
     @cached_property
-    def axes_by_group(self) -> dict[str, xr.Dataset]:
+    def fall_axes_by_group(self) -> dict[str, xr.Dataset]:
         """Fall axis of each earthquake relative to its fault normal, by group of records."""
-        return earthquakes.axes_by_group(self.cube)
+        return earthquakes.fall_axes_by_group(self.cube)
 
     @cached_property
-    def axis_summaries(self) -> dict[str, earthquakes.AxisSummary]:
-        """Fall axes relative to the fault normal, by group of records."""
-        return {name: earthquakes.summarise_axes(axes) for name, axes in self.axes_by_group.items()}
+    def fall_axis_summaries(self) -> dict[str, earthquakes.FallAxisSummary]:
+        """Summary of the fall axes of the earthquakes relative to their fault normals, by group of records."""
+        return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_group.items()}
 
     @cached_property
-    def alignment_difference(self) -> Mean | None:
-        """Difference of the alignments of the two groups; None if there is one group."""
-        return earthquakes.compare_alignment(*self.axes_by_group.values()) if len(self.axes_by_group) == 2 else None
+    def alignment_difference(self) -> EarthquakeMean | None:
+        """Alignment of falls in the first group of records minus that in the second; None if there is one group."""
+        return (
+            earthquakes.alignment_difference(*self.fall_axes_by_group.values())
+            if len(self.fall_axes_by_group) == 2
+            else None
+        )
 
     @cached_property
     def alignment_by_rule(self) -> dict[str, list[alignment_by_rule.RuleAlignment]]:
@@ -171,7 +175,7 @@ class Results:
 
     @cached_property
     def reference_alignment(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
-        """Alignment of falls with reference directions, for all and for ranges of B/H, and names of these ranges."""
+        """Alignment of falls with reference directions, for all and for ranges of B/H, and labels of the ranges."""
         ratio = self.cube["b_over_h"].to_numpy()
         count, classes = ratio.size, min(B_OVER_H_RANGES, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
@@ -181,18 +185,18 @@ class Results:
 
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
-        """Fragility curves of the study's population; empty if it has none."""
+        """Fragility curves of the study's population of stones; empty without a population."""
         return fit_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 
     @cached_property
     def planar_agreement_counts(self) -> xr.Dataset:
-        """Counts of `statistics.space.planar_agreement_counts`: agreement of the 3-D with the 2-D outcomes."""
+        """Numbers of cases in which 3-D and 2-D outcome agree; see `statistics.space.planar_agreement_counts`."""
         return planar_agreement_counts(self.cube)
 
     @property
-    def fault_normal_known(self) -> bool:
+    def has_known_fault_normal(self) -> bool:
         """True if an earthquake has falls and a known fault normal."""
-        return any(summary.alignment.n > 0 for summary in self.axis_summaries.values())
+        return any(summary.alignment.n > 0 for summary in self.fall_axis_summaries.values())
 
     @property
     def every_case_overturns(self) -> bool:
@@ -203,48 +207,48 @@ class Results:
     def has_comparable_axis(self) -> bool:
         """True if the falls have an axis that can be compared with a fault."""
         return (
-            self.fault_normal_known
+            self.has_known_fault_normal
             and self.share_overturned > 0
-            and not self.has_single_axis
+            and not self.has_single_motion_axis
             and not self.every_case_overturns
         )
 
     def reference_cube(self, variant: str) -> xr.Dataset:
-        """Cube of the reference element of a variant's scene."""
+        """Return the cube of a variant for the reference element of its scene."""
         return _reference_cube(self.study, variant, self.cubes[variant])
 
 
 REPORT_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
-"""Keys of a study on which the cube does not depend."""
+"""Settings of a study on which the cube does not depend."""
 
 B_OVER_H_RANGES = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
-    """Select the default element of the variant's scene from a cube."""
+    """Select the reference element of a variant's scene from the variant's cube."""
     return cube.sel(element=variant_scene(study, variant).default_element) if "element" in cube.dims else cube
 
 
 @contextmanager
-def open_results(folder: Path, study_override: Study | None = None) -> Iterator[Results]:
+def open_results(folder: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
     """Open the cubes, intensities, surveys and convergence of a study; `ResultError` if one is missing.
 
     The keys `REPORT_KEYS` and the surveys are those of `study_override`, or of the study in the cube if it is None.
     """
 
-    def cube_of(name: str) -> xr.Dataset:
+    def open_variant_cube(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
         cube = open_records(path, element=None, amplitude=None)
         stack.callback(cube.close)
         return cube
 
-    def at_recorded_amplitude(cube: xr.Dataset) -> xr.Dataset:
+    def select_recorded_amplitude(cube: xr.Dataset) -> xr.Dataset:
         return cube.sel(amplitude=1.0, drop=True) if "amplitude" in cube.dims else cube
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
-        nominal = cube_of(NOMINAL)
+        nominal = open_variant_cube(NOMINAL)
         study = study_of_cube(nominal)
         if study_override is not None:
             named = (
@@ -253,11 +257,11 @@ def open_results(folder: Path, study_override: Study | None = None) -> Iterator[
             )
             own = {name: getattr(study_override, name) for name in REPORT_KEYS}
             study = study.model_copy(update=own | {"surveys": tuple(named)})
-        whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
-        cubes = {name: at_recorded_amplitude(cube) for name, cube in whole.items()}
+        whole = {NOMINAL: nominal} | {name: open_variant_cube(name) for name in study.variants}
+        cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
-        yield Results(
+        yield StudyResults(
             study=study,
             cube=_reference_cube(study, NOMINAL, cubes[NOMINAL]),
             cubes=cubes,

@@ -11,7 +11,7 @@ from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
     SurvivalByClass,
-    fall_rate_below_curve,
+    fall_rate_below_first_level,
     hazard_unit_warning,
     upper_bound_of_fall_rate,
     upper_bound_of_hazard_factor,
@@ -56,7 +56,7 @@ class StoneClassWithoutCurve(Finding):
 
 
 class StandingStones(Finding):
-    """Survey of stones that were exposed to the hazard."""
+    """Stones of a survey that were exposed to the hazard: numbers that stand and that fell."""
 
     stood: int
     fell: int
@@ -81,7 +81,7 @@ class SurvivalFindings(Finding):
     survey: StandingStones | None
 
 
-def survival_findings(survival: SurvivalByClass, stones: Sequence[Stone] | None) -> SurvivalFindings:
+def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
     """Return the survival of each class of stones, and the bound from a survey of standing stones.
 
     Raises
@@ -89,22 +89,26 @@ def survival_findings(survival: SurvivalByClass, stones: Sequence[Stone] | None)
     ResultError
         If the unit of a hazard curve is doubtful and most falls come from levels beyond the records.
     """
-    stood, fell = (sum(one.count for one in stones or () if one.fell is kind) for kind in (False, True))
+    stood, fell = (sum(one.count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
     bound = upper_bound_of_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
         years=survival.years,
-        doubts=_hazard_doubts(survival),
+        doubts=_hazard_unit_doubts(survival),
         classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
         without_curve=[
             StoneClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
             for row in survival.without_curve
         ],
-        survey=None if stones is None else _standing_stones_of_survey(stood, fell, bound),
+        survey=None if survey_stones is None else _standing_stones_of_survey(stood, fell, bound),
     )
 
 
-def _hazard_doubts(survival: SurvivalByClass) -> list[str]:
-    """Return doubts about the units of hazard curves; `ResultError` if most falls come from beyond the records."""
+def _hazard_unit_doubts(survival: SurvivalByClass) -> list[str]:
+    """Return doubts about the units of hazard curves.
+
+    A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
+    the records.
+    """
     doubts = {
         one.measure: f"{survival.hazard}: {why}"
         for one in survival.hazards.values()
@@ -119,7 +123,7 @@ def _hazard_doubts(survival: SurvivalByClass) -> list[str]:
 
 def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
     curve, hazard, one = survival.estimates[class_index]
-    weaker = fall_rate_below_curve(curve, hazard)
+    weaker = fall_rate_below_first_level(curve, hazard)
     counts = weaker > NEGLIGIBLE * one.rate
     return StoneClassSurvival(
         stones=one.stones,
@@ -138,15 +142,15 @@ def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bo
     )
 
 
-def _standing_stones_of_survey(stood: int, fell: int, fall_rate_bound: float) -> StandingStones:
-    low, high = map(float, wilson_interval(stood, stood + fell))
+def _standing_stones_of_survey(standing_count: int, fallen_count: int, fall_rate_bound: float) -> StandingStones:
+    low, high = map(float, wilson_interval(standing_count, standing_count + fallen_count))
     return StandingStones(
-        stood=stood,
-        fell=fell,
-        total=stood + fell,
+        stood=standing_count,
+        fell=fallen_count,
+        total=standing_count + fallen_count,
         rate_bound_per_year=fall_rate_bound,
         bound_probability=BOUND_PROBABILITY,
-        share=stood / (stood + fell) if stood + fell else math.nan,
+        share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
         low=low,
         high=high,
     )

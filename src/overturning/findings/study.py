@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.status import Status
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
+from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_normal
 from overturning.study.cube import record_provenance
 from overturning.units import CM, STANDARD_GRAVITY
@@ -133,11 +133,11 @@ class NumericalQuality(Finding):
     """Versions of the software that computed the cube."""
 
 
-def study_facts(results: Results) -> StudyFacts:
+def study_facts(results: StudyResults) -> StudyFacts:
     """Return the question and the grid of the study."""
     study, cube = results.study, results.cube
 
-    def values(name: str) -> list[float]:
+    def coordinate_values(name: str) -> list[float]:
         return [round(float(one), 9) for one in cube[name].to_numpy()]
 
     return StudyFacts(
@@ -150,9 +150,9 @@ def study_facts(results: Results) -> StudyFacts:
         model="planes" if results.model.one_component else "space",
         free_elements=list(results.free_elements),
         variants=list(study.variants),
-        height_m=values("height"),
-        b_over_h=values("b_over_h"),
-        friction=values("friction"),
+        height_m=coordinate_values("height"),
+        b_over_h=coordinate_values("b_over_h"),
+        friction=coordinate_values("friction"),
         directions=int(cube.sizes[results.model.direction]),
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
@@ -160,8 +160,8 @@ def study_facts(results: Results) -> StudyFacts:
     )
 
 
-def count_cases(results: Results) -> CaseCounts:
-    """Count the cases and their outcomes."""
+def count_cases(results: StudyResults) -> CaseCounts:
+    """Count the cases of a study by outcome."""
     within, beyond = overturned_shares_near_normal(results.cube)
     return CaseCounts(
         total=int(results.cube["overturned"].size),
@@ -173,9 +173,9 @@ def count_cases(results: Results) -> CaseCounts:
     )
 
 
-def record_facts(results: Results) -> list[RecordFacts]:
+def record_facts(results: StudyResults) -> list[RecordFacts]:
     """Return the peak motion and the mean fall direction of each record."""
-    cube, intensity, found = results.cube, results.intensity, results.record_means
+    cube, intensity, found = results.cube, results.intensity, results.mean_directions_by_record
     azimuth, accounts = intensity["azimuth"].to_numpy(), record_provenance(cube)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_groups(cube)
     at_rest = cube["status"] == Status.AT_REST
@@ -212,13 +212,13 @@ def record_facts(results: Results) -> list[RecordFacts]:
                 direction_resultant=float(lengths["direction"][index]),
                 mean_axis_deg=mean["axis"],
                 axis_resultant=float(lengths["axis"][index]),
-                axis_from_normal_deg=float(np.abs(wrap_axis(mean["axis"] - normals[index]))),
+                axis_from_normal_deg=float(np.abs(wrap_axis_difference(mean["axis"] - normals[index]))),
             )
         )
     return records
 
 
-def numerical_quality(results: Results) -> NumericalQuality:
+def numerical_quality(results: StudyResults) -> NumericalQuality:
     """Return energy error, contact penetration, content hash and software versions of the cube."""
     cube = results.cube
     simulated = cube["status"] == Status.SIMULATED

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.settings import Population
 from overturning.statistics.bootstrap import exact_share_interval
@@ -45,7 +45,7 @@ class ObservedShare(Finding):
 
 
 class ComputedShare(Finding):
-    """Share of stones that fall in the study, over heights and frictions of its grid."""
+    """Computed share of the stones of a survey that fall, over heights and frictions of the study's grid."""
 
     value: Number
     """Mean over the grid; None if no outcome is known."""
@@ -145,7 +145,7 @@ class InferredStrength(Finding):
 
 
 class LikelyMotion(Finding):
-    """Motion with its probability after and before the survey."""
+    """Candidate motion with its probability after (posterior) and before (prior) the survey."""
 
     motion: str
     probability: Number
@@ -153,7 +153,7 @@ class LikelyMotion(Finding):
 
 
 class SizeRange(Finding):
-    """Range of a size of stones, m."""
+    """Range of the height or width of stones, m."""
 
     low: float
     high: float
@@ -198,7 +198,7 @@ class InferredMotion(Finding):
     power: float
     """Power of the likelihood of directions (see docs/surveys.md)."""
     likeliest_motions: list[LikelyMotion]
-    """The likeliest_motions motions, the first with the largest probability."""
+    """Motions with the largest probabilities, in descending order."""
     stones_without_height: int
     """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
     stones_without_b_over_h: int
@@ -211,51 +211,51 @@ class InferredMotion(Finding):
 MOTIONS_LISTED = 12
 
 
-def all_survey_findings(results: Results) -> list[SurveyFindings]:
-    """Return the comparisons of the study's surveys with its predictions."""
+def all_survey_findings(results: StudyResults) -> list[SurveyFindings]:
+    """Return the comparison of each survey of a study with the prediction for its site."""
     return [survey_findings(one) for one in results.surveys]
 
 
-def survey_findings(result: SurveyResult) -> SurveyFindings:
-    """Return the comparison of a survey with the prediction for its site."""
-    found, confusion = result.comparison, result.comparison.confusion
+def survey_findings(survey_result: SurveyResult) -> SurveyFindings:
+    """Convert the stored comparison of a survey with the prediction for its site to findings."""
+    found, confusion = survey_result.comparison, survey_result.comparison.confusion
 
-    def by_octant(values: list[float]) -> dict[str, Number]:
-        return dict(zip(OCTANTS, values, strict=True))
+    def counts_by_octant(octant_counts: list[float]) -> dict[str, Number]:
+        return dict(zip(OCTANTS, octant_counts, strict=True))
 
-    def test(name: str) -> StatisticalTestFinding:
-        one = getattr(found, name)
+    def test_finding(attribute: str) -> StatisticalTestFinding:
+        one = getattr(found, attribute)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
-        stones=result.stones,
-        sha256=result.sha256,
-        record=result.record,
-        doubts=list(result.doubts),
+        stones=survey_result.stones,
+        sha256=survey_result.sha256,
+        record=survey_result.record,
+        doubts=list(survey_result.doubts),
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,
-        octant_falls=found.directed,
+        octant_falls=found.fallen_in_known_direction,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
         predicted_mean_direction_deg=(
             found.predicted_mean_direction_deg if found.predicted_resultant >= LEAST_RESULTANT else math.nan
         ),
         predicted_resultant=found.predicted_resultant,
-        observed_fall_share=_observed_share(found.fallen, found.stood) if found.stood else None,
+        observed_fall_share=_observed_fall_share(found.fallen, found.stood) if found.stood else None,
         computed_fall_share=ComputedShare(
             value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
         ),
-        observed_by_octant=by_octant(found.octant_observed.tolist()),
-        predicted_by_octant=by_octant(found.octant_predicted.tolist()),
+        observed_by_octant=counts_by_octant(found.octant_observed.tolist()),
+        predicted_by_octant=counts_by_octant(found.octant_predicted.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
-        fit_tests=[test(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")],
-        uniformity_test=test("uniform_octants"),
+        fit_tests=[test_finding(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")],
+        uniformity_test=test_finding("uniform_octants"),
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
         sides={} if confusion is None else dict(zip(SIDES, confusion.tolist(), strict=True)),
-        faces_known=found.turned_every_way < found.directed,
+        faces_known=found.turned_every_way < found.fallen_in_known_direction,
         turned_every_way=found.turned_every_way,
         never=found.never,
         stones_without_face=found.without_face,
@@ -266,20 +266,20 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
     )
 
 
-def _observed_share(fell: int, stood: int) -> ObservedShare:
-    low, high = exact_share_interval(fell, fell + stood)
-    return ObservedShare(value=fell / (fell + stood), low=low, high=high)
+def _observed_fall_share(fallen_count: int, standing_count: int) -> ObservedShare:
+    low, high = exact_share_interval(fallen_count, fallen_count + standing_count)
+    return ObservedShare(value=fallen_count / (fallen_count + standing_count), low=low, high=high)
 
 
-def inferred_motions(results: Results) -> list[InferredMotion]:
-    """Return the motions inferred from the study's surveys."""
+def inferred_motions(results: StudyResults) -> list[InferredMotion]:
+    """Return the motion inferred from each survey of a study."""
     return [inferred_motion(one) for one in results.inferred_motions]
 
 
-def inferred_motion(inversion: InversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
-    """Return the motion inferred from a survey; `stones` are the stones of its file."""
-    one, strengths = inversion.posterior, []
-    for name, values in inversion.strengths.items():
+def inferred_motion(inversion_result: InversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
+    """Convert the inversion of a survey to findings; `stones` are the stones of the survey file, if at hand."""
+    one, strengths = inversion_result.posterior, []
+    for name, values in inversion_result.pgv_and_pga.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
             InferredStrength(
@@ -291,7 +291,7 @@ def inferred_motion(inversion: InversionResult, stones: Sequence[Stone] = ()) ->
                 prior_high=most,
             )
         )
-    middle, width = inversion.axis_arc
+    middle, width = inversion_result.credible_axis_arc
     weakest, strongest = (float(share) for share in one.outer_level_probabilities())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
     wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness[0]))
@@ -299,13 +299,13 @@ def inferred_motion(inversion: InversionResult, stones: Sequence[Stone] = ()) ->
     shares, prior = one.source_probabilities(), one.prior.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
-        stones=inversion.name,
-        fell=inversion.fell,
-        stood=inversion.stood,
+        stones=inversion_result.name,
+        fell=inversion_result.fell,
+        stood=inversion_result.stood,
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
         strengths=strengths,
-        everything_fell=inversion.everything_fell,
+        everything_fell=inversion_result.everything_fell,
         axis_half_arc_deg=width / 2,
         weaker_than_library=weakest,
         stronger_than_library=strongest,
@@ -314,9 +314,9 @@ def inferred_motion(inversion: InversionResult, stones: Sequence[Stone] = ()) ->
         power=POWER,
         weakest_level_cm_s=float(one.level[0]) / CM,
         strongest_level_cm_s=float(one.level[-1]) / CM,
-        fixed=inversion.fixed,
-        fit_p_value=inversion.fit,
-        fits=not inversion.fit < MIN_FIT_P_VALUE,
+        fixed=inversion_result.fixed,
+        fit_p_value=inversion_result.fit,
+        fits=not inversion_result.fit < MIN_FIT_P_VALUE,
         likeliest_motions=[
             LikelyMotion(motion=one.sources[place], probability=float(shares[place]), prior=float(prior[place]))
             for place in order

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
-from overturning.statistics.bootstrap import Mean
+from overturning.statistics.bootstrap import EarthquakeMean
 
 
 def _nan_to_none(value: Any) -> Any:
@@ -25,7 +25,7 @@ Number = Annotated[float | None, BeforeValidator(_nan_to_none), PlainSerializer(
 
 
 class Finding(BaseModel):
-    """Part of the findings of a study: numbers and names, without sentences."""
+    """Base class of the parts of the findings of a study: numbers and names, without sentences."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -54,6 +54,6 @@ class Estimate(Finding):
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
-def estimate_from_mean(mean: Mean, statistic: str, unit: str = "1") -> Estimate:
-    """Convert a mean over earthquakes to an `Estimate` with the name and unit of its statistic."""
+def estimate_from_mean(mean: EarthquakeMean, statistic: str, unit: str = "1") -> Estimate:
+    """Convert a mean over earthquakes to an `Estimate`; `statistic` names the quantity."""
     return Estimate(statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquakes=mean.n, unit=unit)

@@ -17,7 +17,7 @@ from overturning.figures.survey import DrawnSurvey, survey_figure
 from overturning.figures.write import save
 from overturning.findings.collect import Findings
 from overturning.findings.contrast import VariantContrast
-from overturning.findings.results import Results
+from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -48,7 +48,7 @@ def chapters(figures: dict[str, Path], records: list[str]) -> dict[str, tuple[st
     return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
 
 
-def draw_report_figures(results: Results, found: Findings, folder: Path) -> dict[str, Path]:
+def draw_report_figures(results: StudyResults, found: Findings, folder: Path) -> dict[str, Path]:
     """Draw the figures that belong to the report alone into a folder; return them by name."""
     draw: dict[str, Callable[[], Figure]] = {}
     if found.reference_alignments:
@@ -152,7 +152,7 @@ def draw_surveys(surveys: Sequence[SurveyFindings], path: Path) -> None:
         save(_surveys(surveys), path)
 
 
-def _maps(results: Results, found: Findings) -> "Figure":
+def _maps(results: StudyResults, found: Findings) -> "Figure":
     """Draw the polar maps of the chosen records on one radial scale."""
     ids = [name.id for name in results.record_names]
     places = [ids.index(one.record) for one in found.maps.records]
@@ -162,7 +162,7 @@ def _maps(results: Results, found: Findings) -> "Figure":
     return plane_map_figure(cubes, "", peaks)
 
 
-def _fall_rate(results: Results) -> "Figure":
+def _fall_rate(results: StudyResults) -> "Figure":
     """Draw the fall rates of the study's population by peak velocity and by JMA intensity."""
     found = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
@@ -175,12 +175,12 @@ def posterior(found: InversionResult) -> "Figure":
     from overturning.figures.backwards import motion_posterior_figure
 
     one, curves = found.posterior, {}
-    for name, values in found.strengths.items():
+    for name, values in found.pgv_and_pga.items():
         order = np.argsort(values.ravel(), kind="stable")
         below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
         curves[name] = (values.ravel()[order], *below, one.credible_interval(values))
     shares = dict(zip(one.sources, one.source_probabilities().tolist(), strict=True))
-    return motion_posterior_figure(found.name, one.axis_probabilities(), found.axis_arc, shares, curves)
+    return motion_posterior_figure(found.name, one.axis_probabilities(), found.credible_axis_arc, shares, curves)
 
 
 def draw_posterior(found: InversionResult, path: Path) -> None:
@@ -189,7 +189,7 @@ def draw_posterior(found: InversionResult, path: Path) -> None:
         save(posterior(found), path)
 
 
-def draw_fall_rates(results: Results, path: Path) -> None:
+def draw_fall_rates(results: StudyResults, path: Path) -> None:
     """Draw the fall rates of the study's population into a file."""
     with style():
         save(_fall_rate(results), path)

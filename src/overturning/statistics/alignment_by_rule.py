@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of
-from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
-from overturning.statistics.by_record import apply_by_record, record_groups
+from overturning.statistics.bootstrap import EarthquakeMean, mean_over_earthquakes
+from overturning.statistics.by_record import apply_to_record_batches, record_groups
 from overturning.statistics.falls import (
     BLOCK_RULES,
     BlockRule,
@@ -36,35 +36,37 @@ class RuleAlignment:
 
     rule: BlockRule
     records: int
-    alignment: Mean
+    alignment: EarthquakeMean
     largest: float
 
 
 def alignment_by_rule(
-    cube: xr.Dataset, rules: Sequence[BlockRule] = BLOCK_RULES, *, draws: int = 10_000
+    cube: xr.Dataset, block_rules: Sequence[BlockRule] = BLOCK_RULES, *, draws: int = 10_000
 ) -> dict[str, list[RuleAlignment]]:
-    """Compute the alignment of falls with the fault normal under each block-selection rule, by group of records.
+    """Compute the alignment of falls with the fault normal under each rule that selects blocks, by group of records.
 
-    The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_axes`, whose
+    The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
     alignment is that of the rule `fall_counting_rule(cube)`.
 
     Parameters
     ----------
     cube : Dataset
         Cube with the coordinates ``fault_normal(record)``, degrees, and ``event(record)``.
-    rules : sequence of BlockRule
+    block_rules : sequence of BlockRule
         Rules to compare.
     draws : int
         Bootstrap samples.
     """
-    sums = apply_by_record(partial(_fall_sums_by_rule, rules), cube, model_of(cube).reads).transpose("record", "rule")
+    sums = apply_to_record_batches(
+        partial(_sum_falls_by_block_rule, block_rules), cube, model_of(cube).reads
+    ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"])
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
     found = dict[str, list[RuleAlignment]]()
     for group, members in record_groups(cube).items():
         found[group] = []
-        for place, rule in enumerate(rules):
+        for place, rule in enumerate(block_rules):
             own, most = (np.where(members, values[:, place], np.nan) for values in (cosine, lengths))
             alignment = mean_over_earthquakes(own, events, draws=draws)
             largest = mean_over_earthquakes(most, events, draws=1).value
@@ -72,11 +74,11 @@ def alignment_by_rule(
     return found
 
 
-def _fall_sums_by_rule(rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
-    """Sum falls and the cosines and sines of their doubled axes under each rule; dimensions (record, rule)."""
+def _sum_falls_by_block_rule(block_rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
+    """Sum falls and cosines and sines of doubled fall axes over the blocks of each rule; dimensions (record, rule)."""
     model, share = model_of(cube), overturned_shares_of_directions(cube)
     falls = model.falls_in_distinct_cells(cube)
     names = ["falls", "axis_cosine", "axis_sine"]
     weighted = falls[names] * falls["weight"]
     over = (model.direction, *model.case_dims)
-    return xr.concat([weighted.where(rule.selects(share)).sum(over) for rule in rules], "rule")
+    return xr.concat([weighted.where(rule.selects(share)).sum(over) for rule in block_rules], "rule")

@@ -28,15 +28,15 @@ LEAST_BEYOND: Final = 10
 
 
 class ConfidenceInterval(NamedTuple):
-    """Lower and upper end of an interval; NaN if there is none."""
+    """Lower and upper end of a confidence interval; NaN if there is none."""
 
     low: float = math.nan
     high: float = math.nan
 
 
 @dataclass(frozen=True)
-class Mean:
-    """Mean over ``n`` earthquakes with the ends of its interval; NaN if there is none."""
+class EarthquakeMean:
+    """Mean over ``n`` earthquakes, with the ends of its confidence interval; NaN if there is none."""
 
     n: int
     value: float
@@ -44,60 +44,60 @@ class Mean:
     high: float
 
 
-def means_by_earthquake(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Compute the mean over the records of each earthquake, in the order of `earthquake_names`.
+def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
+    """Compute the mean over the records of each earthquake; earthquakes in the order of `earthquake_names`.
 
     Parameters
     ----------
-    values : ndarray, shape (records, …)
+    record_values : ndarray, shape (records, …)
         NaN where a record has no value; such a record does not count. A mean of no values is NaN.
-    events : sequence of str, length records
+    record_events : sequence of str, length records
         Earthquake of each record.
     """
-    of_record, means = np.asarray(events), []
-    for name in earthquake_names(events):
-        own = values[of_record == name]
+    of_record, means = np.asarray(record_events), []
+    for name in earthquake_names(record_events):
+        own = record_values[of_record == name]
         known = np.isfinite(own)
         count = known.sum(axis=0)
         means.append(np.where(count > 0, np.where(known, own, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan))
-    return np.array(means).reshape(len(means), *values.shape[1:])
+    return np.array(means).reshape(len(means), *record_values.shape[1:])
 
 
-def earthquake_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
+def earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -> list[str]:
     """Return the names of the earthquakes, each once, in order of first appearance."""
-    return list(dict.fromkeys(str(event) for event in events))
+    return list(dict.fromkeys(str(event) for event in record_events))
 
 
 @lru_cache(maxsize=4)
-def _bootstrap_indices(n: int, draws: int, seed: int) -> NDArray[np.int64]:
-    """Draw the earthquakes of each sample, shape (draws, n); cached, since most statistics share their samples."""
-    return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
+def _bootstrap_indices(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """Draw the earthquakes of each bootstrap sample, shape (draws, earthquakes); cached for other statistics."""
+    return np.random.Generator(np.random.PCG64(seed)).integers(0, earthquake_count, size=(draws, earthquake_count))
 
 
 def bootstrap_values(
-    statistic: Callable[[NDArray[Any]], FloatArray], per_earthquake: NDArray[Any], draws: int, seed: int = 1
+    statistic: Callable[[NDArray[Any]], FloatArray], earthquake_data: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
-    """Compute a statistic in bootstrap samples of earthquakes; shape (n,), without samples in which it is NaN.
+    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); samples with NaN are left out.
 
     Parameters
     ----------
     statistic : callable
         Maps samples, shape (draws, earthquakes, …), to values, shape (draws,); NaN if a sample has no value.
-    per_earthquake : ndarray, shape (earthquakes, …)
+    earthquake_data : ndarray, shape (earthquakes, …)
         Data of each earthquake. The result is empty for fewer than `FEWEST_EARTHQUAKES` earthquakes, or if fewer than
         half of the samples have a value.
     draws, seed : int
         Number of samples, and seed. Each sample has as many earthquakes as the data, drawn with replacement.
     """
-    n = len(per_earthquake)
+    n = len(earthquake_data)
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
-    values = statistic(per_earthquake[_bootstrap_indices(n, draws, seed)])
+    values = statistic(earthquake_data[_bootstrap_indices(n, draws, seed)])
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
 
-def expanded_tail_share(n: int, level: float = 0.95) -> float:
+def expanded_tail_share(earthquake_count: int, level: float = 0.95) -> float:
     """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom (Hesterberg 2015,
@@ -108,69 +108,75 @@ def expanded_tail_share(n: int, level: float = 0.95) -> float:
 
     Parameters
     ----------
-    n : int
+    earthquake_count : int
         Number of independent values (earthquakes), at least 2.
     level : float
         Probability of the interval.
     """
-    quantile = float(scipy.special.stdtrit(n - 1, (1 + level) / 2))
-    return float(scipy.special.ndtr(-math.sqrt(n / (n - 1)) * quantile))
+    quantile = float(scipy.special.stdtrit(earthquake_count - 1, (1 + level) / 2))
+    return float(scipy.special.ndtr(-math.sqrt(earthquake_count / (earthquake_count - 1)) * quantile))
 
 
-def bootstrap(
+def bootstrap_interval(
     statistic: Callable[[NDArray[Any]], FloatArray],
-    per_earthquake: NDArray[Any],
+    earthquake_data: NDArray[Any],
     *,
     level: float = 0.95,
     draws: int = 4000,
     seed: int = 1,
-    earthquakes: int | None = None,
+    earthquake_count: int | None = None,
 ) -> ConfidenceInterval:
-    """Compute the expanded percentile interval of a statistic over earthquakes (see `expanded_tail_share`).
+    """Compute the bootstrap interval of a statistic over earthquakes, the expanded percentile interval.
+
+    See `expanded_tail_share` for the share of bootstrap samples beyond its ends.
 
     Parameters
     ----------
-    statistic, per_earthquake, draws, seed
+    statistic, earthquake_data, draws, seed
         See `bootstrap_values`. More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end.
     level : float
         Probability of the interval.
-    earthquakes : int, optional
-        Number of earthquakes that determine the statistic, if smaller than the number of rows of ``per_earthquake``,
+    earthquake_count : int, optional
+        Number of earthquakes that determine the statistic, if smaller than the number of rows of ``earthquake_data``,
         such as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
     """
-    n = len(per_earthquake) if earthquakes is None else min(earthquakes, len(per_earthquake))
+    n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
     if n < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
     tail = expanded_tail_share(n, level)
-    values = bootstrap_values(statistic, per_earthquake, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
+    values = bootstrap_values(statistic, earthquake_data, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
     if not values.size:
         return ConfidenceInterval()
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
 
-def mean_over_sample(samples: NDArray[Any]) -> FloatArray:
-    """Compute the mean over earthquakes of each bootstrap sample; a statistic for `bootstrap`."""
-    return np.asarray(samples.mean(axis=1))
+def mean_of_each_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
+    """Compute the mean over the earthquakes of each bootstrap sample; a statistic for `bootstrap_interval`."""
+    return np.asarray(bootstrap_samples.mean(axis=1))
 
 
-def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Compute the mean over earthquakes of values by record, with its bootstrap interval."""
-    means = _known_means_by_earthquake(values, events)
+def mean_over_earthquakes(
+    record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
+) -> EarthquakeMean:
+    """Average the values of records over earthquakes, with a bootstrap interval."""
+    means = _known_means_by_earthquake(record_values, record_events)
     if means.size == 0:
-        return Mean(0, *(math.nan,) * 3)
-    ends = bootstrap(mean_over_sample, means, draws=draws)
-    return Mean(int(means.size), float(means.mean()), *ends)
+        return EarthquakeMean(0, *(math.nan,) * 3)
+    ends = bootstrap_interval(mean_of_each_sample, means, draws=draws)
+    return EarthquakeMean(int(means.size), float(means.mean()), *ends)
 
 
-def share_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Compute the mean over earthquakes of shares, with an exact interval if all are 0 or all are 1."""
-    found = mean_over_earthquakes(values, events, draws=draws)
-    exact = unanimous_share_interval(_known_means_by_earthquake(values, events))
-    return found if exact is None or math.isnan(found.low) else Mean(found.n, found.value, *exact)
+def mean_share_over_earthquakes(
+    record_shares: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
+) -> EarthquakeMean:
+    """Average the shares of records over earthquakes; the interval is exact if all shares are 0 or all are 1."""
+    found = mean_over_earthquakes(record_shares, record_events, draws=draws)
+    exact = unanimous_share_interval(_known_means_by_earthquake(record_shares, record_events))
+    return found if exact is None or math.isnan(found.low) else EarthquakeMean(found.n, found.value, *exact)
 
 
-def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
+def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
     """Return the exact interval of a share that is 0 (or 1) in every earthquake; None for other shares.
 
     All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake
@@ -179,35 +185,43 @@ def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Confide
 
     Parameters
     ----------
-    shares : ndarray, shape (earthquakes,)
+    earthquake_shares : ndarray, shape (earthquakes,)
         Share in each earthquake, 0 to 1.
     level : float
         Probability of the interval.
     """
     for value in (0.0, 1.0):
-        if shares.size and np.allclose(shares, value, rtol=0.0, atol=1e-12):
-            least = float((1 - level) ** (1 / shares.size))
+        if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=1e-12):
+            least = float((1 - level) ** (1 / earthquake_shares.size))
             return ConfidenceInterval(least, 1.0) if value else ConfidenceInterval(0.0, 1 - least)
     return None
 
 
-def exact_share_interval(count: int, total: int, level: float = 0.95) -> ConfidenceInterval:
-    """Return the exact interval of a share of independent cases (Clopper & Pearson 1934, Biometrika 26); 0 to 1 for 0.
+def exact_share_interval(case_count: int, total_count: int, level: float = 0.95) -> ConfidenceInterval:
+    """Return the exact interval of a share of independent cases (Clopper & Pearson 1934, Biometrika 26).
+
+    It is 0 to 1 if there are no cases.
 
     Parameters
     ----------
-    count, total : int
+    case_count, total_count : int
         Number of cases with the property, and of all cases.
     level : float
         Probability of the interval.
     """
     tail = (1.0 - level) / 2.0
-    low = scipy.special.betaincinv(count, total - count + 1, tail) if count else 0.0
-    high = scipy.special.betaincinv(count + 1, total - count, 1.0 - tail) if count < total else 1.0
+    low = scipy.special.betaincinv(case_count, total_count - case_count + 1, tail) if case_count else 0.0
+    high = (
+        scipy.special.betaincinv(case_count + 1, total_count - case_count, 1.0 - tail)
+        if case_count < total_count
+        else 1.0
+    )
     return ConfidenceInterval(float(low), float(high))
 
 
-def _known_means_by_earthquake(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Compute the `means_by_earthquake` of the earthquakes that have a known value."""
-    known = np.isfinite(values)
-    return means_by_earthquake(values[known], np.asarray(events)[known])
+def _known_means_by_earthquake(
+    record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]
+) -> FloatArray:
+    """Compute the mean over the records of each earthquake, without earthquakes that have no known value."""
+    known = np.isfinite(record_values)
+    return means_by_earthquake(record_values[known], np.asarray(record_events)[known])

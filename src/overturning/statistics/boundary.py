@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.planes import azimuth_period_deg, distinct_plane_positions, fall_probability, plane_weight
-from overturning.statistics.circular import resultant
+from overturning.statistics.circular import mean_angle_and_resultant
 
 HALF = 0.5
 
 
-def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
-    """Return the last B/H at which the probability crosses one half, and True if the last known block falls.
+def last_crossing_of_one_half(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
+    """Return the largest B/H at which the fall probability crosses one half, and True if the last known block falls.
 
     Parameters
     ----------
-    probability, b_over_h : array_like, shape (n,)
+    fall_probabilities, b_over_h : array_like, shape (n,)
         Probability of falling, NaN where unknown, and the ascending B/H. Interpolation is linear between known values.
 
     Returns
@@ -29,7 +29,7 @@ def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, b
     (float, bool)
         The B/H is NaN if there is no crossing.
     """
-    line, slenderness = np.asarray(probability, dtype=np.float64), np.asarray(b_over_h, dtype=np.float64)
+    line, slenderness = np.asarray(fall_probabilities, dtype=np.float64), np.asarray(b_over_h, dtype=np.float64)
     known = np.isfinite(line)
     p, x = line[known] - HALF, slenderness[known]
     places = np.flatnonzero((p[:-1] >= 0) != (p[1:] >= 0))
@@ -41,7 +41,7 @@ def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, b
 
 
 def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
-    """Compute the overturning boundary of each azimuth, and its range between the two halves of the ensemble.
+    """Compute the overturning boundary of each azimuth, and its values from the two halves of the ensemble.
 
     Parameters
     ----------
@@ -60,21 +60,23 @@ def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
     if "b_over_h" not in cube.dims:
         raise ArgumentError("probability: no dimension b_over_h; the boundary is computed along it")
 
-    def crossing(probability: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
-        lazy = probability.chunk({"b_over_h": -1}) if probability.chunks is not None else probability
+    def boundary_of(fall_probabilities: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+        lazy = (
+            fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
+        )
         found: tuple[xr.DataArray, xr.DataArray] = xr.apply_ufunc(
-            last_crossing, lazy, probability["b_over_h"], input_core_dims=[["b_over_h"]] * 2,
+            last_crossing_of_one_half, lazy, fall_probabilities["b_over_h"], input_core_dims=[["b_over_h"]] * 2,
             output_core_dims=[[], []], vectorize=True, dask="parallelized", output_dtypes=[np.float64, np.bool_],
         )  # fmt: skip
         return found
 
     p = fall_probability(cube)
     falls = p["towards"] + p["away"]
-    middle, beyond = crossing(falls)
+    middle, beyond = boundary_of(falls)
     low = high = middle
     if "scramble_difference_towards" in cube:
         gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
-        ends = [crossing(falls + half)[0] for half in (gap / 2, -gap / 2)]
+        ends = [boundary_of(falls + half)[0] for half in (gap / 2, -gap / 2)]
         low, high = (xr.apply_ufunc(of, *ends, dask="allowed") for of in (np.fmin, np.fmax))
     named = {
         "boundary": (middle, "overturning boundary"),
@@ -87,12 +89,12 @@ def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({**made, "falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands})
 
 
-def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
-    """Compute the plane in which the block overturns most easily, and the ratio to the plane in which it is hardest.
+def easiest_azimuth(boundaries: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
+    """Compute the plane in which a block overturns most easily, and its boundary over that of the hardest plane.
 
     Parameters
     ----------
-    bounds : Dataset
+    boundaries : Dataset
         From `overturning_boundary`.
     b_over_h : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
@@ -106,22 +108,22 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
         them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(b_over_h, dtype=np.float64)
-    period = azimuth_period_deg(bounds)
-    index = distinct_plane_positions(bounds["azimuth"].values, period)
-    planes = bounds[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
+    period = azimuth_period_deg(boundaries)
+    index = distinct_plane_positions(boundaries["azimuth"].values, period)
+    planes = boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
     weight = plane_weight(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
     edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
-    def axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:
+    def easiest_axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:
         if (standing | np.isnan(line)).all():
             return np.nan
         ties = np.abs(line - np.nanmax(line)) < 1e-9
-        return resultant(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
+        return mean_angle_and_resultant(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
 
     stands = planes["stands_throughout"]
-    easiest = xr.apply_ufunc(axis, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True)
+    easiest = xr.apply_ufunc(easiest_axis, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True)
     never = (stands | edge.isnull()).all("azimuth")
     return xr.Dataset(
         {

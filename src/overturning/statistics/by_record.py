@@ -14,30 +14,30 @@ CELLS_PER_READ: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
-def load_record(cube: xr.Dataset, record: int | list[int], variables: Sequence[str] = ()) -> xr.Dataset:
-    """Load one record (or several) of a cube with a single read; many small dask graphs are slower.
+def load_record(cube: xr.Dataset, record_index: int | list[int], variables: Sequence[str] = ()) -> xr.Dataset:
+    """Load one record, or several, of a cube with a single read, which is faster than many small dask graphs.
 
     Parameters
     ----------
     cube : Dataset
         In memory, or lazy as returned by `overturning.open_cube`.
-    record : int or list of int
-        Position of the record; with a list, the dimension ``record`` stays.
+    record_index : int or list of int
+        Index of the record; with a list, the dimension ``record_index`` stays.
     variables : sequence of str
         Names of the variables to read, as far as the cube has them; not given: all.
     """
     chosen = cube[[name for name in variables if name in cube]] if variables else cube
-    return chosen.isel(record=record).load()
+    return chosen.isel(record=record_index).load()
 
 
 def iterate_records(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
-    """Yield a cube with a single record for each record, with the named variables; see `load_record`."""
+    """Yield the records of a cube one by one, each as a cube with the named variables; see `load_record`."""
     for record in range(cube.sizes["record"]):
         yield load_record(cube, [record], variables)
 
 
 def record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield the positions and the cube of successive records with together about `CELLS_PER_READ` cells."""
+    """Yield batches of successive records with about `CELLS_PER_READ` cells: record indices, and cube of the batch."""
     count = cube.sizes["record"]
     few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
@@ -45,7 +45,7 @@ def record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple
         yield places, load_record(cube, places, variables)
 
 
-def apply_by_record(
+def apply_to_record_batches(
     function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
 ) -> xr.Dataset:
     """Apply a function to batches of records and concatenate the results along ``record``.
@@ -59,7 +59,9 @@ def apply_by_record(
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 
-def record_groups(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, NDArray[np.bool_]]:
+def record_groups(
+    cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
+) -> dict[str, NDArray[np.bool_]]:
     """Return a Boolean mask of the records for each group of records, by the name of the group.
 
     A record without the grouping value is in no group.
@@ -68,7 +70,7 @@ def record_groups(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = 
     ----------
     cube : Dataset
         The cube.
-    by : str
+    coordinate : str
         Coordinate of the records: ``pulse`` (records with a pulse and their control if the study has both, otherwise
         all records together), a text such as ``site_class`` or ``wall`` (a group for each value), or a number such as
         ``vs30``.
@@ -80,23 +82,23 @@ def record_groups(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = 
     ArgumentError
         If the cube has no such coordinate, or a number is given without edges.
     """
-    if by == "pulse":
+    if coordinate == "pulse":
         pulse = np.atleast_1d(cube["pulse"].to_numpy()).astype(np.float64)
         if (pulse == 1).any() and (pulse == 0).any():
             return {"with a velocity pulse": pulse == 1, "without (control)": pulse == 0}
         return {"all records": np.ones(pulse.size, dtype=bool)}
-    if by not in cube.coords or cube[by].dims not in ((), ("record",)):
+    if coordinate not in cube.coords or cube[coordinate].dims not in ((), ("record",)):
         known = sorted(str(name) for name in cube.coords if cube[name].dims == ("record",))
-        raise ArgumentError(f"by: {by!r}; records are described by {', '.join(known)}")
-    values = np.atleast_1d(cube[by].to_numpy())
+        raise ArgumentError(f"coordinate: {coordinate!r}; records are described by {', '.join(known)}")
+    values = np.atleast_1d(cube[coordinate].to_numpy())
     if values.dtype.kind not in "fiu":
         words = values.astype(str)
-        return {f"{by} {word}": words == word for word in sorted(set(words.tolist()) - {""})}
+        return {f"{coordinate} {word}": words == word for word in sorted(set(words.tolist()) - {""})}
     if not len(edges) or np.any(np.diff(edges) <= 0):
-        raise ArgumentError(f"edges: {list(edges)}; give ascending values of {by} between the groups")
+        raise ArgumentError(f"edges: {list(edges)}; give ascending values of {coordinate} between the groups")
     bounds = [-np.inf, *edges, np.inf]
     groups = {}
     for low, high in pairwise(bounds):
-        name = f"{by} below {high:g}" if low == -np.inf else f"{by} from {low:g}"
+        name = f"{coordinate} below {high:g}" if low == -np.inf else f"{coordinate} from {low:g}"
         groups[name + ("" if np.inf in (-low, high) else f" to below {high:g}")] = (values >= low) & (values < high)
     return groups

@@ -33,18 +33,18 @@ ROTATIONS: Final = 4_999
 """Number of random rotations in the `common_axis_test`."""
 
 
-def sector_index(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
-    """Return the index of the sector, out of ``count`` equal ones, that contains an angle; sector 0 is centred on 0°.
+def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
+    """Return the index of the sector, out of equal ones, that contains an angle; sector 0 is centred on 0°.
 
     An angle on a border belongs to the sector with the larger index.
     """
-    wide = 360.0 / count
+    wide = 360.0 / sector_count
     # Rounding may bring a small negative angle to 360° itself.
-    return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % count)
+    return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % sector_count)
 
 
 def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, width_deg: float = 0.0) -> FloatArray:
-    """Compute the share of falls in each of `SECTORS` from azimuths and weights (default 1); 0 without falls.
+    """Compute the share of falls in each of `SECTORS` sectors from azimuths and weights (default 1); 0 without falls.
 
     With ``width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
     """
@@ -61,8 +61,10 @@ def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, width_
     return counts / total if total > 0 else counts
 
 
-def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False) -> tuple[float, float]:
-    """Compute the mean direction or axis, and the mean resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
+def mean_angle_and_resultant(
+    angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False
+) -> tuple[float, float]:
+    """Compute the mean of directions (or axes) and its resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
 
     Angles (degrees) and non-negative weights (default 1) have shape (n,); axes are averaged with doubled angles.
 
@@ -87,8 +89,8 @@ def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: b
     return (0.0 if mean >= full else mean), min(length, 1.0)
 
 
-def wrap_axis(angle_deg: ArrayLike) -> FloatArray:
-    """Wrap a difference of two axes into (−90°, 90°]."""
+def wrap_axis_difference(angle_deg: ArrayLike) -> FloatArray:
+    """Wrap the difference of two axes, degrees, into (−90, 90]."""
     return -((-np.asarray(angle_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
 
 
@@ -108,13 +110,15 @@ class TestResult:
 
 
 @lru_cache(maxsize=4)
-def _random_unit_vectors(n: int) -> NDArray[np.complex128]:
+def _random_unit_vectors(vector_count: int) -> NDArray[np.complex128]:
     """Draw unit vectors in random directions, shape (`ROTATIONS`, n), as complex numbers."""
-    return np.exp(1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, n)))
+    return np.exp(
+        1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
+    )
 
 
-def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
-    """Test "no common axis" (or direction) of vectors of different lengths; the statistic is their resultant.
+def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> TestResult:
+    """Test whether vectors of different lengths have a common axis (or direction); the statistic is their resultant.
 
     Under the null hypothesis each vector has a uniform direction, independent of its length and of the others. The
     p-value is simulated: each vector is rotated at random and keeps its length (a randomisation test, exact for any n;
@@ -122,10 +126,10 @@ def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
 
     Parameters
     ----------
-    cosine, sine : array_like, shape (n,)
+    vector_cosines, vector_sines : array_like, shape (n,)
         Components of the vectors; for axes those of the doubled angles. Vectors of length 0 count as observations.
     """
-    x, y = np.asarray(cosine, dtype=np.float64), np.asarray(sine, dtype=np.float64)
+    x, y = np.asarray(vector_cosines, dtype=np.float64), np.asarray(vector_sines, dtype=np.float64)
     n = int(x.size)
     if n == 0:
         return TestResult("randomised Rayleigh", 0)
@@ -136,7 +140,7 @@ def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
 
 
 def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
-    """Test the fit of a distribution on the circle with Watson's U²; the statistic is U², not modified.
+    """Test the fit of a distribution on the circle with Watson's U², not corrected for the number of values.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
     (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
@@ -164,16 +168,16 @@ def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
     return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0) if n > 1 else 1.0)
 
 
-def _grouped_watson_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
-    """Compute Watson's U² of counts in sectors; see `grouped_watson_test`."""
-    total = counts.sum(axis=-1, keepdims=True)
-    difference = np.cumsum(counts - total * probability, axis=-1)
-    centre = (difference * probability).sum(axis=-1, keepdims=True)
-    return np.asarray((((difference - centre) ** 2) * probability).sum(axis=-1) / total[..., 0])
+def _grouped_watson_u2(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
+    """Compute Watson's U² of counts in sectors of a circle; see `grouped_watson_test`."""
+    total = sector_counts.sum(axis=-1, keepdims=True)
+    difference = np.cumsum(sector_counts - total * sector_probabilities, axis=-1)
+    centre = (difference * sector_probabilities).sum(axis=-1, keepdims=True)
+    return np.asarray((((difference - centre) ** 2) * sector_probabilities).sum(axis=-1) / total[..., 0])
 
 
-def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult:
-    """Test the counts in successive sectors of a circle against probabilities, with Watson's U².
+def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> TestResult:
+    """Test the counts in successive sectors of a circle against given probabilities with Watson's U².
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
     (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so it
@@ -181,46 +185,55 @@ def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult
 
     Parameters
     ----------
-    counts, probability : array_like, shape (k,)
+    sector_counts, sector_probabilities : array_like, shape (k,)
         Observed count of each sector, and its probability under the null hypothesis. An `ArgumentError` is raised if
         shapes differ, or the probabilities are negative or do not sum to 1.
     """
-    observed, expected = np.asarray(counts, dtype=np.float64), np.asarray(probability, dtype=np.float64)
+    observed, expected = np.asarray(sector_counts, dtype=np.float64), np.asarray(sector_probabilities, dtype=np.float64)
     if observed.shape != expected.shape or observed.ndim != 1:
-        raise ArgumentError(f"probability: shape {expected.shape}, counts {observed.shape}; one probability per sector")
+        raise ArgumentError(
+            f"sector_probabilities: shape {expected.shape}, counts {observed.shape}; one probability per sector"
+        )
     if (expected < 0).any() or abs(expected.sum() - 1) > 1e-9:
-        raise ArgumentError(f"probability: sums to {expected.sum():.6g}; it must sum to 1 without negative values")
-    return _simulated_test("grouped Watson U²", _grouped_watson_u2, observed, expected)
+        raise ArgumentError(
+            f"sector_probabilities: sums to {expected.sum():.6g}; it must sum to 1 without negative values"
+        )
+    return _test_with_simulated_p_value("grouped Watson U²", _grouped_watson_u2, observed, expected)
 
 
-def _chi_square_statistic(counts: FloatArray, probability: FloatArray) -> FloatArray:
-    """Compute Pearson's X² of counts."""
-    expected = counts.sum(axis=-1, keepdims=True) * probability
+def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
+    """Compute Pearson's X² of counts in sectors against their probabilities."""
+    expected = sector_counts.sum(axis=-1, keepdims=True) * sector_probabilities
     with np.errstate(divide="ignore", invalid="ignore"):  # expected 0: 0/0 or ∞
-        parts = (counts - expected) ** 2 / expected
+        parts = (sector_counts - expected) ** 2 / expected
     return np.asarray(np.where(np.isnan(parts), 0.0, parts).sum(axis=-1))
 
 
-def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
-    """Test counts against probabilities with Pearson's X²; for the parameters see `grouped_watson_test`.
+def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray) -> TestResult:
+    """Test counts in sectors against given probabilities with Pearson's X²; parameters as in `grouped_watson_test`.
 
     The p-value is simulated because octants of a survey often have fewer than the five expected stones that the
     chi-square distribution needs (Mardia & Jupp 2000, section 6.3.3).
     """
-    return _simulated_test("chi-square", _chi_square_statistic, counts, probability)
+    return _test_with_simulated_p_value("chi-square", _chi_square_statistic, sector_counts, sector_probabilities)
 
 
-def _simulated_test(
-    name: str, statistic_of: Callable[[FloatArray, FloatArray], FloatArray], counts: FloatArray, probability: FloatArray
+def _test_with_simulated_p_value(
+    test_name: str,
+    statistic_function: Callable[[FloatArray, FloatArray], FloatArray],
+    sector_counts: FloatArray,
+    sector_probabilities: FloatArray,
 ) -> TestResult:
-    """Test counts against probabilities with a statistic whose p-value is simulated (multinomial distribution).
+    """Test counts in sectors against given probabilities; the p-value is simulated with random multinomial counts.
 
     p = (1 + number of draws at least as extreme)/(1 + `SIMULATIONS`).
     """
-    n = int(counts.sum())
+    n = int(sector_counts.sum())
     if n == 0:
-        return TestResult(name, 0)
-    statistic = float(statistic_of(counts, probability))
-    draws = np.random.Generator(np.random.PCG64(1)).multinomial(n, probability / probability.sum(), size=SIMULATIONS)
-    extreme = int((statistic_of(draws.astype(np.float64), probability) >= statistic * (1 - 1e-12)).sum())
-    return TestResult(name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))
+        return TestResult(test_name, 0)
+    statistic = float(statistic_function(sector_counts, sector_probabilities))
+    draws = np.random.Generator(np.random.PCG64(1)).multinomial(
+        n, sector_probabilities / sector_probabilities.sum(), size=SIMULATIONS
+    )
+    extreme = int((statistic_function(draws.astype(np.float64), sector_probabilities) >= statistic * (1 - 1e-12)).sum())
+    return TestResult(test_name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))

@@ -15,21 +15,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import Mean, bootstrap
+from overturning.statistics.bootstrap import EarthquakeMean, bootstrap_interval
 from overturning.statistics.logistic import overturning_rows
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
-def _check_positive(name: str, values: ArrayLike) -> FloatArray:
-    """Return values as an array; raise an ArgumentError that names them if one is not positive and finite."""
-    array = np.asarray(values, dtype=np.float64)
+def _check_positive(argument_name: str, argument_values: ArrayLike) -> FloatArray:
+    """Return the values of an argument as an array; an ArgumentError is raised unless all are positive and finite."""
+    array = np.asarray(argument_values, dtype=np.float64)
     if not (np.isfinite(array).all() and (array > 0).all()):
-        raise ArgumentError(f"{name}: {array.min() if array.size else 'nothing'}; it must be positive and finite")
+        raise ArgumentError(
+            f"{argument_name}: {array.min() if array.size else 'nothing'}; it must be positive and finite"
+        )
     return array
 
 
 def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
-    """Return the acceleration at which a rigid block starts to rock: a = g B/H.
+    """Return the acceleration, m/s², at which a rigid block starts to rock: a = g B/H.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
     """
@@ -52,7 +54,7 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
 
 
 def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA above which both limits of Ishiyama are exceeded: g B/H, and `ishiyama_velocity` over PGV/PGA."""
+    """Return the PGA, m/s², above which g B/H and `ishiyama_velocity` over PGV/PGA are both exceeded (Ishiyama)."""
     by_velocity = ishiyama_velocity(height, b_over_h) / _check_positive("pgv_over_pga", pgv_over_pga)
     return np.maximum(west_acceleration(b_over_h), by_velocity)
 
@@ -64,7 +66,7 @@ def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArr
 
 
 def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA at which half of the blocks overturn (Kaneko & Hayashi).
+    """Return the PGA, m/s², at which half of the blocks overturn (Kaneko & Hayashi).
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
     with the motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction
@@ -85,13 +87,13 @@ def frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
 
 
 def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return ω/p, the frequency of a one-sine pulse over the frequency parameter of the block."""
+    """Return ω/p, the angular frequency of a pulse of one sine cycle over the frequency parameter of the block."""
     # A one-sine pulse of amplitude a and angular frequency ω has the peak velocity 2a/ω.
     return 2 / _check_positive("pgv_over_pga", pgv_over_pga) / frequency_parameter(height, b_over_h)
 
 
 def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA at which a block overturns under a one-sine pulse, after one impact.
+    """Return the PGA, m/s², at which a block overturns under a pulse of one sine cycle, after one impact.
 
     a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for
     near-source pulses). The paper was not available. Compared with the rocking block, the formula is 0 to 11 % too
@@ -102,7 +104,7 @@ def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: Arr
 
 
 def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA at which a block overturns under a one-sine pulse, without an impact.
+    """Return the PGA, m/s², at which a block overturns under a pulse of one sine cycle, without an impact.
 
     a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches
     its unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
@@ -157,7 +159,7 @@ SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 
 
 class PredictionScore(NamedTuple):
-    """Weighted contingency table of predicted and actual falls: hits, misses, false alarms, correct rejections.
+    """Weighted numbers of hits, misses, false alarms and correct rejections of a rule that predicts falls.
 
     Each is a number or an array; a share is NaN if its denominator is 0.
     """
@@ -168,24 +170,24 @@ class PredictionScore(NamedTuple):
     rejections: Any
 
     @classmethod
-    def from_counts(cls, counts: FloatArray) -> "PredictionScore":
-        """Create a score from counts of shape (…, 4)."""
-        return cls(*np.moveaxis(counts, -1, 0))
+    def from_counts(cls, prediction_counts: FloatArray) -> "PredictionScore":
+        """Create a score from the numbers of hits, misses, false alarms and correct rejections, shape (…, 4)."""
+        return cls(*np.moveaxis(prediction_counts, -1, 0))
 
     @property
     def falls(self) -> Any:
         """Share of all cases that fall."""
-        return _ratio(self.hits + self.misses, sum(self))
+        return _divide_or_nan(self.hits + self.misses, sum(self))
 
     @property
     def hit_rate(self) -> Any:
-        """Share of the falls that were predicted."""
-        return _ratio(self.hits, self.hits + self.misses)
+        """Share of the falling blocks for which a fall was predicted."""
+        return _divide_or_nan(self.hits, self.hits + self.misses)
 
     @property
     def false_alarm_rate(self) -> Any:
-        """Share of the stands for which a fall was predicted."""
-        return _ratio(self.false_alarms, self.false_alarms + self.rejections)
+        """Share of the standing blocks for which a fall was predicted."""
+        return _divide_or_nan(self.false_alarms, self.false_alarms + self.rejections)
 
     @property
     def skill(self) -> Any:
@@ -193,10 +195,10 @@ class PredictionScore(NamedTuple):
         return self.hit_rate - self.false_alarm_rate
 
 
-def _ratio(part: Any, whole: Any) -> Any:
-    """Divide, with NaN for 0/0."""
+def _divide_or_nan(numerator: Any, denominator: Any) -> Any:
+    """Divide two numbers or arrays, with NaN for 0/0."""
     with np.errstate(invalid="ignore"):
-        return np.divide(part, whole)
+        return np.divide(numerator, denominator)
 
 
 SLENDERNESS_ONLY: Final = "B/H alone"
@@ -208,7 +210,7 @@ PULSE_VALID: Final = 5.0
 
 @dataclass(frozen=True)
 class RuleScore:
-    """Skill of a rule that predicts falls.
+    """Score of one rule that predicts falls from the peaks of the motion and the block.
 
     Attributes
     ----------
@@ -226,14 +228,14 @@ class RuleScore:
     name: str
     rule: str
     overall: PredictionScore
-    skill: Mean
-    within: Mean
+    skill: EarthquakeMean
+    within: EarthquakeMean
     within_valid: float
 
 
 @dataclass(frozen=True)
 class CriteriaScores:
-    """Scores of rules that predict falls.
+    """Scores of all published criteria and of the rule that ignores the motion.
 
     Attributes
     ----------
@@ -250,7 +252,7 @@ class CriteriaScores:
     """
 
     rules: tuple[RuleScore, ...]
-    leads: dict[str, Mean]
+    leads: dict[str, EarthquakeMean]
     beyond: float
     blocks: dict[tuple[float, float], tuple[PredictionScore, ...]]
 
@@ -261,9 +263,9 @@ class CriteriaScores:
 
 
 def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
-    """Score the published criteria on the rows of `overturning_rows`; None if no outcome is known.
+    """Score the published criteria on the outcomes of a cube; None if no outcome is known.
 
-    Nominal outcomes are used, not the probabilities of the ensemble.
+    The data are those of `overturning_rows`. Nominal outcomes are used, not the probabilities of the ensemble.
     """
     predictors, falls, event, weight = overturning_rows(cube, intensity, ensemble=False)
     if not falls.size:
@@ -276,21 +278,31 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
     valid = _pulse_frequency_ratio(height, slender, ratio) <= PULSE_VALID
 
-    def count(predicted: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
-        """Compute the counts of `PredictionScore`, shape (earthquakes, blocks, 4)."""
-        columns = (falls * predicted, falls * ~predicted, (1 - falls) * predicted, (1 - falls) * ~predicted)
+    def count_predictions(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
+        """Count hits, misses, false alarms and correct rejections, shape (earthquakes, blocks, 4)."""
+        columns = (
+            falls * predicted_falls, falls * ~predicted_falls,
+            (1 - falls) * predicted_falls, (1 - falls) * ~predicted_falls,
+        )  # fmt: skip
         counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
 
-    def score_rule(name: str, rule: str, predicted: NDArray[np.bool_]) -> RuleScore:
-        counts = count(predicted, weight)
+    def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> RuleScore:
+        counts = count_predictions(predicted_falls, weight)
         overall, statistics = (
             PredictionScore.from_counts(counts.sum(axis=(0, 1))),
-            (_skill_over_all_blocks, _skill_within_blocks),
+            (_skill_of_all_blocks, _mean_skill_within_blocks),
         )
-        skill, within = (Mean(len(counts), float(of(counts)), *bootstrap(of, counts)) for of in statistics)
+        skill, within = (
+            EarthquakeMean(len(counts), float(of(counts)), *bootstrap_interval(of, counts)) for of in statistics
+        )
         return RuleScore(
-            name, rule, overall, skill, within, float(_skill_within_blocks(count(predicted, weight * valid)))
+            name,
+            rule,
+            overall,
+            skill,
+            within,
+            float(_mean_skill_within_blocks(count_predictions(predicted_falls, weight * valid))),
         )
 
     predictions = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
@@ -299,41 +311,53 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [score_rule(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
-    by_event = {one.name: count(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)}
+    by_event = {
+        one.name: count_predictions(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)
+    }
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
     blocks = {name: tuple(map(PredictionScore.from_counts, each)) for name, each in zip(of_block, counts, strict=True)}
     beyond = float((weight * ~valid).sum() / weight.sum())
-    return CriteriaScores(tuple(rules), _skill_leads(by_event), beyond, blocks)
+    return CriteriaScores(tuple(rules), _skill_differences(by_event), beyond, blocks)
 
 
-def _skill_leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
-    """Compute `CriteriaScores.leads` from the counts of each criterion, shape (earthquakes, blocks, 4)."""
-    skills = {name: float(_skill_within_blocks(counts)) for name, counts in by_event.items()}
+def _skill_differences(counts_by_criterion: dict[str, FloatArray]) -> dict[str, EarthquakeMean]:
+    """Compute the skill of the best criterion minus that of each other criterion (see `CriteriaScores.leads`).
+
+    The counts of each criterion have shape (earthquakes, blocks, 4).
+    """
+    skills = {name: float(_mean_skill_within_blocks(counts)) for name, counts in counts_by_criterion.items()}
     if not np.isfinite([*skills.values()]).all():
         return {}
     best = max(skills, key=lambda name: skills[name])
 
-    def lead(counts: FloatArray) -> FloatArray:
-        return _skill_within_blocks(counts[..., :4]) - _skill_within_blocks(counts[..., 4:])
+    def skill_difference(counts: FloatArray) -> FloatArray:
+        return _mean_skill_within_blocks(counts[..., :4]) - _mean_skill_within_blocks(counts[..., 4:])
 
-    pairs = {name: np.concatenate([by_event[best], counts], axis=-1) for name, counts in by_event.items()}
+    pairs = {
+        name: np.concatenate([counts_by_criterion[best], counts], axis=-1)
+        for name, counts in counts_by_criterion.items()
+    }
     return {
-        name: Mean(len(pair), float(lead(pair)), *bootstrap(lead, pair)) for name, pair in pairs.items() if name != best
+        name: EarthquakeMean(len(pair), float(skill_difference(pair)), *bootstrap_interval(skill_difference, pair))
+        for name, pair in pairs.items()
+        if name != best
     }
 
 
-def _skill_over_all_blocks(counts: FloatArray) -> FloatArray:
-    """Compute the skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
-    return np.asarray(PredictionScore.from_counts(counts.sum(axis=(-3, -2))).skill)
+def _skill_of_all_blocks(prediction_counts: FloatArray) -> FloatArray:
+    """Compute the skill for all blocks taken together, from counts of shape (…, earthquakes, blocks, 4)."""
+    return np.asarray(PredictionScore.from_counts(prediction_counts.sum(axis=(-3, -2))).skill)
 
 
-def _skill_within_blocks(counts: FloatArray) -> FloatArray:
-    """Compute the mean skill over blocks, weighted by f(1 − f), from counts of shape (…, earthquakes, blocks, 4).
+def _mean_skill_within_blocks(prediction_counts: FloatArray) -> FloatArray:
+    """Average the skills of the blocks with weights f(1 − f), from counts of shape (…, earthquakes, blocks, 4).
 
     f is the share of cells of a block that fall. The skill of a block that nearly always falls, or stands, depends on a
     few cells. f(1 − f) is the variance of the outcome, so the mean is the slope of a regression of outcomes on
     predictions within blocks.
     """
-    score = PredictionScore.from_counts(counts.sum(axis=-3))
+    score = PredictionScore.from_counts(prediction_counts.sum(axis=-3))
     weight = np.where(np.isfinite(score.skill), score.falls * (1 - score.falls), 0.0)
-    return np.asarray(_ratio((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))
+    return np.asarray(
+        _divide_or_nan((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1))
+    )

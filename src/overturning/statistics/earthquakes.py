@@ -17,31 +17,35 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import (
-    Mean,
-    bootstrap,
+    EarthquakeMean,
+    bootstrap_interval,
     bootstrap_values,
     earthquake_names,
     expanded_tail_share,
+    mean_of_each_sample,
     mean_over_earthquakes,
-    mean_over_sample,
     means_by_earthquake,
 )
-from overturning.statistics.by_record import apply_by_record, record_groups
-from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis
+from overturning.statistics.by_record import apply_to_record_batches, record_groups
+from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
 from overturning.statistics.falls import mean_cosine_and_sine_to_reference, sum_fall_vectors
 from overturning.units import EARTH_RADIUS_KM
 
 
-def fall_sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute the `sum_fall_vectors` of the informative blocks of each record, keeping the dimensions ``keep``."""
+def fall_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+    """Sum the fall vectors of the informative blocks of each record over all dimensions except ``kept_dims``."""
     model = model_of(cube)
-    over = [name for name in model.case_dims if name not in keep]
-    made = apply_by_record(partial(sum_fall_vectors, over=over, informative=True), cube, model.reads)
-    return made.transpose("record", *keep)
+    over = [name for name in model.case_dims if name not in kept_dims]
+    made = apply_to_record_batches(
+        partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.reads
+    )
+    return made.transpose("record", *kept_dims)
 
 
-def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute the fall axis of each earthquake relative to the fault normal; the cube is read in batches of records.
+def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+    """Compute the fall axis of each earthquake relative to the fault normal.
+
+    The cube is read in batches of records.
 
     All falls of the `informative_blocks` under a record have equal weight; an earthquake has the mean of the means of
     its records.
@@ -50,20 +54,20 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     ----------
     cube : Dataset
         With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``, the name of the earthquake.
-    keep : str
+    kept_dims : str
         Dimensions of the block that are not averaged over.
 
     Returns
     -------
     Dataset
-        Over the dimension ``event`` (in order of first appearance) and those of ``keep``: ``cosine`` and ``sine``, the
+        Over the dimension ``event`` (in order of first appearance) and ``kept_dims``: ``cosine`` and ``sine``, the
         means of cos 2Δ and sin 2Δ over falls, with Δ the angle from the fault normal; ``resultant``, the length of
         this vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
         block falls or no fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
     """
-    sums = fall_sums_by_record(cube, *keep)
+    sums = fall_sums_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]),
         np.atleast_1d(cube["event"].values).astype(str),
@@ -71,11 +75,11 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     cosine, sine = (means_by_earthquake(vectors[name].values, events) for name in ("cosine", "sine"))
     largest = means_by_earthquake(np.hypot(vectors["cosine"].values, vectors["sine"].values), events)
     length, any_falls = np.hypot(cosine, sine), sums["all_falls"].where(cube["fault_normal"].notnull())
-    axis = np.where(length >= LEAST_RESULTANT, wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
+    axis = np.where(length >= LEAST_RESULTANT, wrap_axis_difference(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
     names = earthquake_names(events)
-    dims, counts = ("event", *keep), [(events == one).sum() for one in names]
+    dims, counts = ("event", *kept_dims), [(events == one).sum() for one in names]
     found = {
         "cosine": (dims, cosine), "sine": (dims, sine), "axis": (dims, axis, about_axis),
         "resultant": (dims, length, about_length), "largest": (dims, largest), "records": ("event", counts),
@@ -84,17 +88,22 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
 
 
-def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, xr.Dataset]:
-    """Compute `axes_by_earthquake` for each non-empty group of `record_groups` (see there), by its name."""
+def fall_axes_by_group(
+    cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
+) -> dict[str, xr.Dataset]:
+    """Compute the fall axes of the earthquakes of each group of records, by the name of the group.
+
+    For the arguments see `record_groups`; empty groups are left out.
+    """
     return {
-        name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
-        for name, members in record_groups(cube, by, edges).items()
+        name: fall_axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
+        for name, members in record_groups(cube, coordinate, edges).items()
         if members.any()
     }
 
 
 @dataclass(frozen=True)
-class AxisSummary:
+class FallAxisSummary:
     """Fall axes of several earthquakes relative to their fault normals.
 
     Attributes
@@ -116,13 +125,13 @@ class AxisSummary:
         within 45° of the fault normal.
     largest : float
         Largest possible alignment of these falls: the mean over these earthquakes of ``largest`` of
-        `axes_by_earthquake`. It is reached if the axis of each record is its fault normal.
+        `fall_axes_by_earthquake`. It is reached if the axis of each record is its fault normal.
     axis_p_value : float
         p-value of the `common_axis_test` over earthquakes; NaN without falls.
     """
 
     earthquakes: int
-    alignment: Mean
+    alignment: EarthquakeMean
     axis_deg: float
     half_width_deg: float
     with_axis: int
@@ -131,50 +140,53 @@ class AxisSummary:
     axis_p_value: float = math.nan
 
 
-def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> AxisSummary:
-    """Compute mean axis and alignment over the earthquakes of `axes_by_earthquake`; see `bootstrap`."""
-    vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
+def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> FallAxisSummary:
+    """Average the fall axes of earthquakes (from `fall_axes_by_earthquake`): mean axis and alignment with intervals."""
+    vectors = np.column_stack([fall_axes["cosine"].values, fall_axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
     test = common_axis_test(*vectors.T)
     has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= LEAST_RESULTANT
-    mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
+    mean = float(wrap_axis_difference(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
-    def distance(drawn: FloatArray) -> FloatArray:
+    def axis_distances(drawn: FloatArray) -> FloatArray:
         drawn_cosine, drawn_sine = drawn.mean(axis=1).T
-        away = np.abs(wrap_axis(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
+        away = np.abs(wrap_axis_difference(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
-    distances = bootstrap_values(distance, vectors, draws) if has_axis else np.zeros(0)
-    ends = bootstrap(mean_over_sample, vectors[:, 0], level=level, draws=draws)
+    distances = bootstrap_values(axis_distances, vectors, draws) if has_axis else np.zeros(0)
+    ends = bootstrap_interval(mean_of_each_sample, vectors[:, 0], level=level, draws=draws)
     within = 1 - 2 * expanded_tail_share(len(vectors), level) if distances.size else level
     half_width = float(np.quantile(distances, within)) if distances.size else math.nan
-    known = axes["axis"].values[np.isfinite(axes["axis"].values)]
+    known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
-    alignment, most = Mean(len(vectors), float(cosine), *ends), axes["largest"].values
+    alignment, most = EarthquakeMean(len(vectors), float(cosine), *ends), fall_axes["largest"].values
     largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
-    count = int(axes.sizes["event"])
-    return AxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
+    count = int(fall_axes.sizes["event"])
+    return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
-def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
-    """Compute the alignment with the fault normal of one set of records minus that of another (pulse records, control).
+def alignment_difference(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> EarthquakeMean:
+    """Compute the alignment of falls with the fault normal in one set of records minus that in another set.
 
-    Both sets are results of `axes_by_earthquake`. An earthquake with records in both sets is drawn once for both, so
-    that its own orientation does not count as a difference. ``n`` is the number of earthquakes with falls in the
-    smaller set; there is no interval if it is below `FEWEST_EARTHQUAKES`.
+    Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with
+    records in both sets is drawn once for both, so that its own orientation does not count as a difference.
+    ``n`` is the number of earthquakes with falls in the smaller set; there is no interval if it is below
+    `FEWEST_EARTHQUAKES`.
     """
-    names = earthquake_names([*first["event"].values, *second["event"].values])
-    values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first, second)])
+    names = earthquake_names([*first_fall_axes["event"].values, *second_fall_axes["event"].values])
+    values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
     n = int(np.isfinite(values).sum(axis=1).min())
 
-    def of_sample(drawn: FloatArray) -> FloatArray:
+    def difference_of_samples(drawn: FloatArray) -> FloatArray:
         counts = np.isfinite(drawn).sum(axis=1)
         means = np.nansum(drawn, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    difference = float(of_sample(values.T[None])[0])
-    return Mean(n, difference, *bootstrap(of_sample, values.T, draws=10_000, earthquakes=n))
+    difference = float(difference_of_samples(values.T[None])[0])
+    return EarthquakeMean(
+        n, difference, *bootstrap_interval(difference_of_samples, values.T, draws=10_000, earthquake_count=n)
+    )
 
 
 LEAST_DISTANCE_KM: Final = 1.0
@@ -182,7 +194,7 @@ LEAST_DISTANCE_KM: Final = 1.0
 
 
 def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the azimuth away from the epicentre at the station of each record: back azimuth + 180°.
+    """Compute the azimuth at the station of each record that points away from the epicentre: back azimuth + 180°.
 
     It follows the great circle on a sphere, which differs from that on the ellipsoid by at most 0.2°. The transverse
     axis is perpendicular to it.
@@ -221,7 +233,7 @@ class ReferenceAlignment:
     Attributes
     ----------
     means : dict
-        `Mean` over records of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
+        `EarthquakeMean` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
         the reference, and True for its axis or False for its direction (peaks and radial direction only).
     closest : tuple of str
         The two references with the largest alignment of axes in the first range of B/H, among those known for the
@@ -230,15 +242,15 @@ class ReferenceAlignment:
         Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 
-    means: dict[tuple[str, bool], list[Mean]]
+    means: dict[tuple[str, bool], list[EarthquakeMean]]
     closest: tuple[str, ...]
-    closer: list[Mean]
+    closer: list[EarthquakeMean]
 
 
 def alignment_with_references(
     cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
 ) -> dict[str, ReferenceAlignment]:
-    """Compute the alignment of falls with motion peaks, pulse, fault normal and epicentre, by group of records.
+    """Compute the alignment of falls with peaks and pulse of motion, fault normal and epicentre, by group of records.
 
     The transverse axis is perpendicular to the radial one, so its mean cos 2Δ is that of the radial one with the
     opposite sign. The radial direction is left out if no record has one.
@@ -263,23 +275,25 @@ def alignment_with_references(
             cosines[name, axial] = [
                 mean_cosine_and_sine_to_reference(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals
             ]
-    return {
-        group: _alignment_of_record_group(cosines, members, events) for group, members in record_groups(cube).items()
-    }
+    return {group: _average_group_alignment(cosines, members, events) for group, members in record_groups(cube).items()}
 
 
-def _alignment_of_record_group(
-    cosines: dict[tuple[str, bool], list[FloatArray]], members: NDArray[np.bool_], events: NDArray[np.str_]
+def _average_group_alignment(
+    reference_cosines: dict[tuple[str, bool], list[FloatArray]],
+    group_mask: NDArray[np.bool_],
+    record_events: NDArray[np.str_],
 ) -> ReferenceAlignment:
-    """Average the cosines to each reference over the earthquakes of a group of records, for each range of B/H."""
+    """Average the alignment with each reference over the earthquakes of a group of records, for each range of B/H."""
 
-    def mean(values: FloatArray) -> Mean:
-        return mean_over_earthquakes(np.where(members, values, np.nan), events)
+    def group_mean(values: FloatArray) -> EarthquakeMean:
+        return mean_over_earthquakes(np.where(group_mask, values, np.nan), record_events)
 
-    means = {key: [mean(one) for one in values] for key, values in cosines.items()}
-    counts = {name: int(np.isfinite(cosines[name, True][0][members]).sum()) for name, axial in means if axial}
+    means = {key: [group_mean(one) for one in values] for key, values in reference_cosines.items()}
+    counts = {
+        name: int(np.isfinite(reference_cosines[name, True][0][group_mask]).sum()) for name, axial in means if axial
+    }
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
     first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
-    pairs = zip(cosines[first, True], cosines[others[0], True], strict=True) if others else ()
-    closer = [mean(one - other) for one, other in pairs]
+    pairs = zip(reference_cosines[first, True], reference_cosines[others[0], True], strict=True) if others else ()
+    closer = [group_mean(one - other) for one, other in pairs]
     return ReferenceAlignment(means, tuple([first, *others][:2]) if first else (), closer)

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.statistics.bootstrap import Mean, share_over_earthquakes
+from overturning.statistics.bootstrap import EarthquakeMean, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_records
 
 
@@ -31,29 +31,29 @@ class ElementFalls:
 
 @dataclass(frozen=True)
 class FallContrast:
-    """Comparison of two cubes with the same cases and one stone each, as means over earthquakes.
+    """Comparison of the falls of two stones in the same cases, as means over earthquakes; each stone has its own cube.
 
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
     this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within 45°
     of each other, and falls that are earlier in this cube.
     """
 
-    only_this: Mean
-    only_other: Mean
-    both: Mean
-    same_way: Mean
-    earlier: Mean
+    only_this: EarthquakeMean
+    only_other: EarthquakeMean
+    both: EarthquakeMean
+    same_way: EarthquakeMean
+    earlier: EarthquakeMean
 
 
 _OUTCOME = ("overturned", "overturning_time")
 _FALL = (*_OUTCOME, "fall_azimuth")
 
 ANYTHING = "any element"
-"""Name of the row for a whole scene, which falls when its first element falls."""
+"""Label of the falls of a whole scene, which falls when its first element falls."""
 
 
 def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Count the falls of each element of a cube, in order; several elements are followed by a row `ANYTHING`.
+    """Count the falls of each element of a cube, in order; for several elements a last row counts falls of `ANYTHING`.
 
     A cube without elements has one row, "block". The cube is read one record at a time. The times of all falls are
     kept in memory for the medians (four bytes each).
@@ -119,13 +119,15 @@ def _fall_azimuths(cube: xr.Dataset) -> FloatArray:
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def mean_contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> FallContrast:
-    """Average the counts of `count_common_falls` over earthquakes; ``events`` has the earthquake of each record."""
+def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> FallContrast:
+    """Average the counts of `count_common_falls` over earthquakes; ``record_events`` names that of each record."""
 
-    def share(name: str, of: str) -> Mean:
-        total = counts[of].to_numpy().astype(np.float64)
+    def mean_share(name: str, of: str) -> EarthquakeMean:
+        total = fall_counts[of].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
-            return share_over_earthquakes(counts[name].to_numpy() / np.where(total > 0, total, np.nan), events)
+            return mean_share_over_earthquakes(
+                fall_counts[name].to_numpy() / np.where(total > 0, total, np.nan), record_events
+            )
 
-    this, other, both = (share(name, "cases") for name in ("only_this", "only_other", "both"))
-    return FallContrast(this, other, both, share("same_way", "both"), share("earlier", "both"))
+    this, other, both = (mean_share(name, "cases") for name in ("only_this", "only_other", "both"))
+    return FallContrast(this, other, both, mean_share("same_way", "both"), mean_share("earlier", "both"))

@@ -1,7 +1,7 @@
 """Fall directions: falls by azimuth, shares of cases that overturn, mean fall directions and axes.
 
 In shares and means each plane counts once, and azimuths added to a regular grid share the weight of their neighbourhood
-(see `Model.falls_in_distinct_cells`). The parameter ``over`` names dimensions that are summed together with the
+(see `Model.falls_in_distinct_cells`). The parameter ``summed_dims`` names dimensions that are summed together with the
 direction, with equal weights.
 """
 
@@ -21,7 +21,7 @@ from overturning.statistics.circular import NO_DIRECTION
 
 
 def extend_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Extend a cube of a planar model, or data derived from it, to the opposites of all its azimuths, ascending.
+    """Add the opposite of each azimuth to a cube of a planar model, or to data derived from it; azimuths ascend.
 
     Motions along φ and φ + 180° are one plane with one outcome. If the cube has one of them, the other is its mirror
     image; if it has both, they stay unchanged. For a scene without mirror symmetry they are two cases, and opposite
@@ -46,8 +46,10 @@ def extend_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     return turned.assign(changed)
 
 
-def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Return the number of falls towards each azimuth: 1 or 0, NaN if the outcome is missing; lazy as the cube.
+def falls_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
+    """Return the number of falls (0 or 1) of each block towards each azimuth; NaN if the outcome is missing.
+
+    Computed lazily if the cube is lazy.
 
     A block with the flag −1 at φ falls towards φ + 180°. So the result has each fall exactly once, at its azimuth,
     whether the cube has one or both azimuths of the plane. For a scene without mirror symmetry, an azimuth has the
@@ -75,7 +77,7 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     return falls.assign_attrs(long_name="falls towards the azimuth", units="1")
 
 
-def overturns(cube: xr.Dataset) -> xr.DataArray:
+def block_overturns(cube: xr.Dataset) -> xr.DataArray:
     """Return 1 if the block falls to either side, 0 if it stands, NaN if the outcome is missing."""
     overturned = cube["overturned"]
     return xr.where(is_known_flag(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
@@ -83,36 +85,37 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
-def overturned_shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
-    """Compute the share of known cases of each record that overturn, keeping the dimensions ``keep``; in memory."""
-    falls = overturns(cube)
-    shares = falls.mean([name for name in falls.dims if name not in ("record", *keep)]).compute()
+def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
+    """Compute the share of the known cases of each record that overturn; ``kept_dims`` are not averaged; in memory."""
+    falls = block_overturns(cube)
+    shares = falls.mean([name for name in falls.dims if name not in ("record", *kept_dims)]).compute()
     return shares.transpose(..., "record").astype("float64")
 
 
 def overturned_shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
-    """Compute the shares of known cases that overturn, azimuths within 45° of the fault normal and others.
+    """Compute the share of cases that overturn at azimuths within 45° of the fault normal, and at other azimuths.
 
-    Both are NaN without azimuths of the motion (3-D) or without a known fault normal.
+    Unknown outcomes do not count. Both shares are NaN without azimuths of the motion (3-D) or without a known fault
+    normal.
     """
     if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
         return math.nan, math.nan
-    falls = overturns(cube).where(cube["fault_normal"].notnull()).compute()
+    falls = block_overturns(cube).where(cube["fault_normal"].notnull()).compute()
     near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
     within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
     return within, beyond
 
 
-def count_flag_changes(cube: xr.Dataset, dim: str) -> tuple[int, int]:
-    """Count the neighbouring cells along ``dim`` with different flags (stands, falls to +1 or −1).
+def count_flag_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
+    """Count the pairs of neighbouring cells along a dimension with different flags (stands, falls to +1 or −1).
 
     Returns (number of changes, number of pairs with two known flags). For azimuths round the full circle the last and
     the first are neighbours.
     """
-    flags, at = cube["overturned"].compute(), cube[dim].to_numpy().astype(np.float64)
+    flags, at = cube["overturned"].compute(), cube[dimension].to_numpy().astype(np.float64)
     gap = float(np.diff(at).max(initial=0.0))
-    round_about = dim == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
-    beyond = flags.roll({dim: -1}, roll_coords=False) if round_about else flags.shift({dim: -1})
+    round_about = dimension == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
+    beyond = flags.roll({dimension: -1}, roll_coords=False) if round_about else flags.shift({dimension: -1})
     known = is_known_flag(flags) & is_known_flag(beyond)
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
@@ -136,7 +139,7 @@ class BlockRule:
     otherwise_all: bool = False
 
     def selects(self, overturned_share: xr.DataArray) -> xr.DataArray:
-        """Return True for selected blocks, given the share of directions in which each overturns under a record."""
+        """Return True for selected blocks; the argument is the share of directions in which each block overturns."""
         if self.most > 1.0:
             return xr.ones_like(overturned_share, dtype=bool)
         near = (overturned_share > 0) & (overturned_share <= self.most) & (overturned_share < 1.0)
@@ -159,8 +162,8 @@ BLOCK_RULES: Final = (
 """Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
-def fall_counting_rule(cube: xr.Dataset) -> BlockRule:
-    """Return the rule that selects the blocks whose falls count: `MARGINAL` for planar models, `EVERY_BLOCK` in 3-D."""
+def block_rule_of_model(cube: xr.Dataset) -> BlockRule:
+    """Return the rule that selects the blocks whose falls count: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
     return MARGINAL if model_of(cube).one_component else EVERY_BLOCK
 
 
@@ -171,7 +174,7 @@ def overturned_shares_of_directions(cube: xr.Dataset) -> xr.DataArray:
     """
     model = model_of(cube)
     once = {model.direction: model.distinct_direction_index(cube)}
-    return overturns(cube).isel(once).mean(model.direction).compute()
+    return block_overturns(cube).isel(once).mean(model.direction).compute()
 
 
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
@@ -184,37 +187,41 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     no marginal block, all blocks count. Each plane counts once; planes with a missing outcome do not count. In the 3-D
     model all blocks are informative.
     """
-    rule = fall_counting_rule(cube)
+    rule = block_rule_of_model(cube)
     return xr.DataArray(True) if rule is EVERY_BLOCK else rule.selects(overturned_shares_of_directions(cube))
 
 
-def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
-    """Compute the share of planes (3-D: orientations) with a known outcome that overturn; missing if none is known."""
+def fall_shares(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:
+    """Compute the share of planes (3-D: orientations) in which blocks overturn; unknown outcomes do not count."""
     model = model_of(cube)
-    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *over)
+    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *summed_dims)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
     share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
     return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
 
 
-def sum_fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
+def sum_fall_vectors(
+    cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
+) -> xr.Dataset:
     """Sum falls and the cosines and sines of their directions and doubled axes over the direction dimension.
 
-    The sums can be added further before an angle is computed. With ``informative`` they cover the `informative_blocks`
-    only; ``all_falls`` always counts the falls of all blocks.
+    The sums can be added further before an angle is computed. With ``informative_only`` they cover the
+    `informative_blocks` only; ``all_falls`` always counts the falls of all blocks.
     """
     model = model_of(cube)
-    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *over)
+    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *summed_dims)
     weighted = falls.drop_vars("weight") * falls["weight"]
-    sums = (weighted.where(informative_blocks(cube)) if informative else weighted).sum(dims)
+    sums = (weighted.where(informative_blocks(cube)) if informative_only else weighted).sum(dims)
     return sums.assign(all_falls=weighted["falls"].sum(dims))
 
 
-def mean_fall_directions(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Compute the mean direction and the mean axis of falls.
+def mean_fall_directions(
+    cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
+) -> xr.Dataset:
+    """Compute the mean direction and the mean axis of the falls of a cube.
 
     Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
-    ``informative`` see `sum_fall_vectors`.
+    ``informative_only`` see `sum_fall_vectors`.
 
     Returns
     -------
@@ -223,7 +230,7 @@ def mean_fall_directions(cube: xr.Dataset, *, over: Sequence[str] = (), informat
         missing without falls, or if all planes overturn equally), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
-    sums = sum_fall_vectors(cube, over=over, informative=informative)
+    sums = sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only)
     means = dict[str, xr.DataArray]()
     total = sums["falls"].where(sums["falls"] > 0)
     for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):
@@ -238,13 +245,13 @@ def mean_fall_directions(cube: xr.Dataset, *, over: Sequence[str] = (), informat
 
 
 def mean_cosine_and_sine_to_reference(
-    sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True
+    fall_sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True
 ) -> xr.Dataset:
-    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls; for axes of twice the angle.
+    """Compute the mean cosine and sine of the angle from a reference azimuth to falls (for axes, of twice the angle).
 
     Parameters
     ----------
-    sums : Dataset
+    fall_sums : Dataset
         Result of `sum_fall_vectors`.
     reference_deg : DataArray
         Reference azimuth of each record, degrees; NaN if there is none.
@@ -258,8 +265,8 @@ def mean_cosine_and_sine_to_reference(
         to a reference axis or opposite to a reference direction) and ``sine``; missing without falls or reference.
     """
     kind, times = ("axis", 2) if axial else ("direction", 1)
-    cosine, sine = sums[f"{kind}_cosine"], sums[f"{kind}_sine"]
-    total, turn = sums["falls"].where(sums["falls"] > 0), times * np.radians(reference_deg.astype("float64"))
+    cosine, sine = fall_sums[f"{kind}_cosine"], fall_sums[f"{kind}_sine"]
+    total, turn = fall_sums["falls"].where(fall_sums["falls"] > 0), times * np.radians(reference_deg.astype("float64"))
     return xr.Dataset({
         "cosine": (cosine * np.cos(turn) + sine * np.sin(turn)) / total,
         "sine": (sine * np.cos(turn) - cosine * np.sin(turn)) / total,

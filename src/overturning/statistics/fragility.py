@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval
 
 MAX_ITERATIONS: Final = 100
 """Maximum number of Newton steps; a fit that needs more does not converge."""
@@ -28,7 +28,7 @@ MAX_VALUES_PER_BATCH: Final = 50_000
 
 @dataclass(frozen=True)
 class FittedFragilityCurve:
-    """A lognormal fragility curve P(fall) = Φ(ln(x/median)/spread).
+    """Lognormal fragility curve P(fall) = Φ(ln(x/median)/spread) of a class of stones, fitted to outcomes.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class FittedFragilityCurve:
 
     @property
     def spread_components(self) -> tuple[float, float]:
-        """Spread between records, and spread between stones and orientations under one record; NaN if not known."""
+        """Spread between records, and spread between stones and orientations under one record; NaN if unknown."""
         spread = self.within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
@@ -79,17 +79,19 @@ class FittedFragilityCurve:
         return median, ConfidenceInterval(low, high), self.spread if self.least <= median <= self.most else math.nan
 
     def probability(self, intensity: ArrayLike) -> FloatArray:
-        """Return the probability of falling at given intensities."""
+        """Return the probability that a stone falls, for each intensity."""
         over = np.asarray(intensity, dtype=np.float64) / self.median
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
 
-def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | None = None) -> tuple[float, float]:
-    """Fit median and logarithmic spread by maximum likelihood (Baker 2015, Earthquake Spectra 31, eq. 11).
+def fit_lognormal_curve(
+    intensity: ArrayLike, fall_share: ArrayLike, weight: ArrayLike | None = None
+) -> tuple[float, float]:
+    """Fit a lognormal curve to shares of falls by maximum likelihood (Baker 2015, Earthquake Spectra 31, eq. 11).
 
     Parameters
     ----------
-    intensity, share, weight : array_like, shape (n,)
+    intensity, fall_share, weight : array_like, shape (n,)
         Positive intensities, share of stones that fell (0 to 1), and weights (default 1).
 
     Returns
@@ -104,30 +106,37 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
     ArgumentError
         If shapes differ, an intensity is not positive or a share lies outside 0 to 1.
     """
-    x, y = np.asarray(intensity, dtype=np.float64), np.asarray(share, dtype=np.float64)
+    x, y = np.asarray(intensity, dtype=np.float64), np.asarray(fall_share, dtype=np.float64)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
     if x.shape != y.shape:
-        raise ArgumentError(f"share: shape {y.shape}, intensity {x.shape}; one share per intensity")
+        raise ArgumentError(f"fall_share: shape {y.shape}, intensity {x.shape}; one share per intensity")
     if x.size and not (x.min() > 0 and y.min() >= 0 and y.max() <= 1):
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
     if x.size < 2 or y.min() == y.max() or x[y > 0].min() >= x[y < 1].max():
         return math.nan, math.nan
-    (median,), (spread,) = _fit_lognormals(np.log(x), y, w[None])
+    (median,), (spread,) = _fit_lognormal_curves(np.log(x), y, w[None])
     return float(median), float(spread)
 
 
-def _fit_lognormals(
-    log_intensity: FloatArray, share: FloatArray, weights: FloatArray, start: tuple[float, float] | None = None
+def _fit_lognormal_curves(
+    log_intensity: FloatArray,
+    fall_share: FloatArray,
+    weights: FloatArray,
+    start_values: tuple[float, float] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit median and spread of a lognormal curve for each row of weights, shape (m, n), with Newton's method.
+    """Fit a lognormal curve for each row of weights, shape (m, n), with Newton's method; return medians and spreads.
 
-    The iteration starts from the median and spread ``start``, if given. The log-likelihood is concave; a step that
+    ``start_values`` are a median and a spread. The log-likelihood is concave; a step that
     lowers it is halved, because otherwise the iteration can oscillate.
     """
     middle, width = float(log_intensity.mean()), max(float(log_intensity.std()), 1e-3)
     scaled = (log_intensity - middle) / width
     # Constant and slope of each row, their likelihood, the next step, and the rows that have not converged.
-    first = (0.0, 1.0) if start is None else ((middle - math.log(start[0])) / start[1], width / start[1])
+    first = (
+        (0.0, 1.0)
+        if start_values is None
+        else ((middle - math.log(start_values[0])) / start_values[1], width / start_values[1])
+    )
     found, moving = np.tile(first, (len(weights), 1)), np.ones(len(weights), bool)
     likelihood, trying = np.full(len(weights), -np.inf), np.zeros_like(found)
     for iteration in range(MAX_ITERATIONS):
@@ -138,7 +147,7 @@ def _fit_lognormals(
         different = slice(None) if iteration else slice(1)  # all rows start at the same point
         z = tried[different, :1] + tried[different, 1:] * scaled
         below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
-        reached = (weights[at] * (share * below + (1 - share) * above)).sum(axis=1)
+        reached = (weights[at] * (fall_share * below + (1 - fall_share) * above)).sum(axis=1)
         worse = reached < likelihood[at] - 1e-12 * np.abs(reached)
         trying[at[worse]] /= 2
         better = at[~worse]
@@ -147,8 +156,10 @@ def _fit_lognormals(
         found[better], likelihood[better], w = tried[~worse], reached[~worse], weights[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)
-        score = w * (share * falls - (1 - share) * stands)
-        information = w * (share * falls * (falls + z) + (1 - share) * stands * (stands - z))  # minus the score's slope
+        score = w * (fall_share * falls - (1 - fall_share) * stands)
+        information = w * (
+            fall_share * falls * (falls + z) + (1 - fall_share) * stands * (stands - z)
+        )  # minus the score's slope
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
         with np.errstate(divide="ignore", invalid="ignore"):  # no step if the data are separated
@@ -165,9 +176,15 @@ def _fit_lognormals(
 
 
 def variance_share_between_records(
-    fit: tuple[float, float], intensity: FloatArray, share: FloatArray, record: NDArray[np.generic], stones: int
+    median_and_spread: tuple[float, float],
+    intensity: FloatArray,
+    fall_share: FloatArray,
+    record: NDArray[np.generic],
+    stone_count: int,
 ) -> float:
-    """Estimate the share of the variance spread² that is between records; 0 if equal intensities have equal shares.
+    """Estimate the part of the variance of a fragility curve (spread²) that lies between records, as a share.
+
+    It is 0 if equal intensities have equal shares of falls.
 
     A stone falls if ln(x/median) exceeds its capacity, the sum of two normal deviates: one common to all stones under
     a record, and one of the stone (probit model with a random intercept: Ochi & Prentice 1984, Biometrika 71, 531).
@@ -176,11 +193,11 @@ def variance_share_between_records(
 
     Parameters
     ----------
-    fit : (float, float)
-        Median and spread from `lognormal_fit`.
-    intensity, share, record : ndarray, shape (n,)
+    median_and_spread : (float, float)
+        Median and spread from `fit_lognormal_curve`.
+    intensity, fall_share, record : ndarray, shape (n,)
         Intensities, share of stones that fell, and the record of each share.
-    stones : int
+    stone_count : int
         Number of stones of each share.
 
     Returns
@@ -188,17 +205,17 @@ def variance_share_between_records(
     float
         0 to 0.99; NaN if there is no curve.
     """
-    if not math.isfinite(fit[0]):
+    if not math.isfinite(median_and_spread[0]):
         return math.nan
-    z = np.log(intensity / fit[0]) / fit[1]
-    records = [(z[own, None], share[own, None]) for own in (record == one for one in np.unique(record))]
+    z = np.log(intensity / median_and_spread[0]) / median_and_spread[1]
+    records = [(z[own, None], fall_share[own, None]) for own in (record == one for one in np.unique(record))]
     density = -0.5 * NODES**2
 
     def negative_log_likelihood(between_share: float) -> float:
         log_likelihoods = []
         for level, fell in records:
             at = (level + math.sqrt(between_share) * NODES) / math.sqrt(1 - between_share)
-            each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
+            each = stone_count * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
             log_likelihoods.append(each.sum(axis=0) + density)
         return -float(scipy.special.logsumexp(log_likelihoods, axis=1).sum())
 
@@ -208,37 +225,40 @@ def variance_share_between_records(
     return float(found.x)
 
 
-def fit_fragility(
-    name: str,
-    measure: tuple[str, str],
+def fit_fragility_curve(
+    class_name: str,
+    measure_and_unit: tuple[str, str],
     intensity: FloatArray,
-    share: FloatArray,
+    fall_share: FloatArray,
     event: NDArray[np.str_],
     *,
     record: NDArray[np.generic] | None = None,
-    stones: int = 0,
+    stone_count: int = 0,
 ) -> FittedFragilityCurve:
     """Fit the fragility curve of a class of stones, with the interval of its median; arrays have shape (n,).
 
-    With ``record`` and ``stones``, the number of stones of each share, the spread between records is separated.
+    With ``record`` and ``stone_count``, the number of stones of each share, the spread between records is separated.
     """
-    known = np.isfinite(share) & (intensity > 0)
-    intensity, share, event = intensity[known], share[known], event[known]
-    median, spread = lognormal_fit(intensity, share)
+    known = np.isfinite(fall_share) & (intensity > 0)
+    intensity, fall_share, event = intensity[known], fall_share[known], event[known]
+    median, spread = fit_lognormal_curve(intensity, fall_share)
     between = math.nan
     if record is not None:
-        between = variance_share_between_records((median, spread), intensity, share, record[known], stones)
+        between = variance_share_between_records((median, spread), intensity, fall_share, record[known], stone_count)
     names, member = np.unique(event, return_inverse=True)
 
     def medians(drawn: NDArray[np.intp]) -> FloatArray:
         count = (drawn[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
-        parts = np.array_split(count, math.ceil(len(drawn) * share.size / MAX_VALUES_PER_BATCH))
+        parts = np.array_split(count, math.ceil(len(drawn) * fall_share.size / MAX_VALUES_PER_BATCH))
         return np.concatenate(
-            [_fit_lognormals(np.log(intensity), share, part[:, member], (median, spread))[0] for part in parts]
+            [
+                _fit_lognormal_curves(np.log(intensity), fall_share, part[:, member], (median, spread))[0]
+                for part in parts
+            ]
         )
 
     ends_of_median = ConfidenceInterval()
     if math.isfinite(median):
-        ends_of_median = bootstrap(medians, np.arange(names.size))
+        ends_of_median = bootstrap_interval(medians, np.arange(names.size))
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
-    return FittedFragilityCurve(name, *measure, median, spread, ends_of_median, *ends, between)
+    return FittedFragilityCurve(class_name, *measure_and_unit, median, spread, ends_of_median, *ends, between)

@@ -32,7 +32,7 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def measure_file_name(measure: str) -> str:
+def openquake_file_name(measure: str) -> str:
     """Return the file name of the OpenQuake model of an intensity measure, such as ``fragility-sa-0.5.xml``."""
     return f"fragility-{measure.lower().replace('(', '-').rstrip(')')}.xml"
 
@@ -42,8 +42,8 @@ def is_openquake_measure(measure: str) -> bool:
     return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 
-def write_openquake(curves: Sequence[FittedFragilityCurve], path: Path, identifier: str) -> None:
-    """Write the curves of one measure as an OpenQuake fragility model (NRML 0.5, discrete functions).
+def write_openquake_model(curves: Sequence[FittedFragilityCurve], path: Path, model_id: str) -> None:
+    """Write the fragility curves of one intensity measure as an OpenQuake model (NRML 0.5, discrete functions).
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
     probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of
@@ -62,7 +62,7 @@ def write_openquake(curves: Sequence[FittedFragilityCurve], path: Path, identifi
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">',
-        f'<fragilityModel id={quoteattr(identifier)} assetCategory="contents" lossCategory="contents">',
+        f'<fragilityModel id={quoteattr(model_id)} assetCategory="contents" lossCategory="contents">',
         "<description>Falls of gravestones, computed; nothing is known beyond the levels of a function</description>",
         "<limitStates>fallen</limitStates>",
     ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.statistics.by_record import iterate_records, record_batches
-from overturning.statistics.circular import wrap_axis
+from overturning.statistics.circular import wrap_axis_difference
 
 WHICH_SIDE: Final = "Falls, but to which side?"
 """Title of the case with falls to both sides."""
@@ -30,7 +30,7 @@ MAX_CORNER_OFFSET_DEG: Final = 10.0
 
 
 class IllustrativeCase(NamedTuple):
-    """One case, or a few next to each other: title, rule, position of the record in the cube, and block."""
+    """Case that illustrates a study (one panel or a few): title, rule, index of the record in the cube, and block."""
 
     title: str
     rule: str
@@ -44,7 +44,7 @@ class IllustrativeCase(NamedTuple):
 
 
 class BestCase(NamedTuple):
-    """Best case of a rule under one record: its score (larger is better), block and directions."""
+    """Best case of a `CaseRule` under one record: its score (larger is better), block and directions."""
 
     score: tuple[float, ...]
     block: Sequence[int]
@@ -54,7 +54,7 @@ class BestCase(NamedTuple):
 
 
 class CaseRule(NamedTuple):
-    """Rule that finds a case among the representative cells of one record, ordered as the dimensions of the model."""
+    """Rule that finds an illustrative case among the cells of one record (dimensions in the order of the model)."""
 
     title: str
     text: str
@@ -64,10 +64,10 @@ class CaseRule(NamedTuple):
 
 
 def _case_with_largest_score(
-    record_cube: xr.Dataset, flag: int, score: xr.DataArray, eligible: xr.DataArray
+    record_cube: xr.Dataset, flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
 ) -> BestCase | None:
-    """Return the first case with the largest score among those with an outcome ``flag`` that are ``eligible``."""
-    may = ((record_cube["overturned"] == flag) & eligible).to_numpy()
+    """Return the case with the largest score among eligible cells with the outcome ``flag``; None without such cell."""
+    may = ((record_cube["overturned"] == flag) & eligible_cells).to_numpy()
     if not may.any():
         return None
     values = score.broadcast_like(record_cube["overturned"]).transpose(*record_cube["overturned"].dims).to_numpy()
@@ -76,23 +76,25 @@ def _case_with_largest_score(
     return BestCase((float(values.flat[place]),), block, (at,))
 
 
-def _standing_case_with_largest(record_cube: xr.Dataset, variable: str, smallest: float) -> BestCase | None:
+def _standing_case_with_largest_value(record_cube: xr.Dataset, variable: str, min_value: float) -> BestCase | None:
     size = abs(record_cube[variable])
-    return _case_with_largest_score(record_cube, 0, size, size >= smallest)
+    return _case_with_largest_score(record_cube, 0, size, size >= min_value)
 
 
-def _broadest_falling_case(record_cube: xr.Dataset, eligible: xr.DataArray) -> BestCase | None:
-    return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible)
+def _broadest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCase | None:
+    return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_cells)
 
 
-def _fall_over_corner(record_cube: xr.Dataset) -> BestCase | None:
+def _find_fall_over_corner(record_cube: xr.Dataset) -> BestCase | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
     return _broadest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
-def _normal_against_parallel(record_cube: xr.Dataset) -> BestCase | None:
+def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCase | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
-    distance = np.abs(wrap_axis(azimuth - float(record_cube["fault_normal"])))  # NaN without a fault normal: no case
+    distance = np.abs(
+        wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
+    )  # NaN without a fault normal: no case
     if not (distance.min() <= MAX_PLANE_OFFSET_DEG and distance.max() >= 90 - MAX_PLANE_OFFSET_DEG):
         return None
     along, across = int(distance.argmin()), int(distance.argmax())
@@ -107,7 +109,7 @@ def _normal_against_parallel(record_cube: xr.Dataset) -> BestCase | None:
     return BestCase((float(moves[place]), broad), place, (along, across))
 
 
-def _falls_to_both_sides(record_cube: xr.Dataset) -> BestCase | None:
+def _find_falls_to_both_sides(record_cube: xr.Dataset) -> BestCase | None:
     model = model_of(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
@@ -126,20 +128,20 @@ RULES: Final = (
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
         "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
         "one that only stands)",
-        _normal_against_parallel,
+        _find_normal_and_parallel_pair,
         ("peak_rotation",),
     ),
     CaseRule(
         WHICH_SIDE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
-        _falls_to_both_sides,
+        _find_falls_to_both_sides,
         ("overturned",),
     ),
     CaseRule(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda record_cube: _standing_case_with_largest(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION),
+        lambda record_cube: _standing_case_with_largest_value(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION),
         ("peak_rotation",),
     ),
     CaseRule(
@@ -152,13 +154,13 @@ RULES: Final = (
         "Falls over a corner",
         f"the broadest block whose fall lies within {MAX_CORNER_OFFSET_DEG:g}° of the middle between the normals of "
         "two faces",
-        _fall_over_corner,
+        _find_fall_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
     CaseRule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
-        lambda record_cube: _standing_case_with_largest(record_cube, "residual_twist", MIN_VISIBLE_TWIST_DEG),
+        lambda record_cube: _standing_case_with_largest_value(record_cube, "residual_twist", MIN_VISIBLE_TWIST_DEG),
         ("residual_twist",),
     ),
 )
@@ -166,7 +168,7 @@ RULES: Final = (
 
 
 def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """Find the illustrative cases of a study, at most one for each of `RULES`; the cube is read in batches."""
+    """Find the illustrative cases of a study, at most one for each rule of `RULES`; the cube is read in batches."""
     model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
@@ -182,17 +184,24 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
                 found = rule.find(one)
                 if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
                     best[rule.title] = found, record
-    return [_case(cube, rule, *best[rule.title], directions=cells) for rule in rules if rule.title in best]
+    return [
+        _illustrative_case(cube, rule, *best[rule.title], direction_indices=cells)
+        for rule in rules
+        if rule.title in best
+    ]
 
 
-def _case(
-    cube: xr.Dataset, rule: CaseRule, found: BestCase, record: int, *, directions: NDArray[np.intp]
+def _illustrative_case(
+    cube: xr.Dataset, rule: CaseRule, best_case: BestCase, record_index: int, *, direction_indices: NDArray[np.intp]
 ) -> IllustrativeCase:
-    """Return an illustrative case with the sizes of its block; `directions` are the positions of the searched cells."""
+    """Convert the best case of a rule to an illustrative case, with the sizes of its block.
+
+    `direction_indices` are the indices of the directions among which the case was found.
+    """
     model = model_of(cube)
-    block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, found.block, strict=True)}
-    angles = tuple(float(cube[model.direction].values[directions[at]]) for at in found.directions)
-    return IllustrativeCase(rule.title, rule.text, record, block, angles)
+    block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, best_case.block, strict=True)}
+    angles = tuple(float(cube[model.direction].values[direction_indices[at]]) for at in best_case.directions)
+    return IllustrativeCase(rule.title, rule.text, record_index, block, angles)
 
 
 FALLS_IN_ONE: Final = CaseRule(
@@ -215,27 +224,27 @@ OPPOSITE: Final = CaseRule(
 """Rule for a comparison in which the same blocks fall in both settings."""
 
 
-def _clearest_marked_case(one: xr.Dataset, name: str) -> BestCase | None:
-    """Return the clearest case of the cells that are marked by the variable `name`."""
-    model = model_of(one)
-    cells = one[name].to_numpy()
+def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCase | None:
+    """Return the clearest of the cells that the Boolean variable `mark_variable` marks; None if it marks none."""
+    model = model_of(marked_cells)
+    cells = marked_cells[mark_variable].to_numpy()
     if not cells.any():
         return None
     alike = np.zeros(cells.shape, np.int64)
     for axis in (0, model.dims.index("b_over_h")):
         for step in (-1, 1):
             alike += np.take(cells, np.clip(np.arange(cells.shape[axis]) + step, 0, cells.shape[axis] - 1), axis)
-    rocks = one["rocks"].to_numpy() if "rocks" in one else np.zeros(cells.shape, np.bool_)
+    rocks = marked_cells["rocks"].to_numpy() if "rocks" in marked_cells else np.zeros(cells.shape, np.bool_)
     broad = model.dims.index("b_over_h")
     score, place = max(((int(rocks[at]), int(alike[at]), int(at[broad])), at) for at in map(tuple, np.argwhere(cells)))
-    ratio = round(float(one["b_over_h"].values[place[broad]]), 9)
+    ratio = round(float(marked_cells["b_over_h"].values[place[broad]]), 9)
     return BestCase((*map(float, score[:2]), ratio), place[1:], (place[0],))
 
 
 def contrasting_case(
     cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
 ) -> IllustrativeCase | None:
-    """Return the case that answers which of two settings makes a block fall; None if no outcome differs.
+    """Return a case whose outcome differs between two settings, as in most of the cases that differ; None if none does.
 
     It falls in one setting and stands in the other, the way most of the cases that differ do; if none does so, it falls
     to opposite sides.
@@ -252,7 +261,7 @@ def contrasting_case(
     best: dict[str, tuple[BestCase, int]] = {}
     pairs = partial(zip, strict=True)
     record_pairs = pairs(iterate_records(cube, names), iterate_records(second_cube, names))
-    counts = [_count_falls_in_one(*pair) for pair in record_pairs]
+    counts = [_count_falls_in_one_cube_only(*pair) for pair in record_pairs]
     only_this, only_other = np.sum(counts, axis=0)
     for record, pair in enumerate(pairs(iterate_records(cube, names), iterate_records(second_cube, names))):
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
@@ -263,20 +272,20 @@ def contrasting_case(
                 best[rule.title] = found, record
     for rule in (FALLS_IN_ONE, OPPOSITE):
         if rule.title in best:
-            case = _case(cube, rule, *best[rule.title], directions=cells)
+            case = _illustrative_case(cube, rule, *best[rule.title], direction_indices=cells)
             return case._replace(direction_deg=2 * case.direction_deg, settings=variant_names)
     return None
 
 
-def _count_falls_in_one(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
-    """Count the cases in which a block falls in the first cube only, and in the second only."""
+def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
+    """Count the cases in which the block falls in the first cube only, and those in the second cube only."""
     one, another = (each["overturned"].to_numpy() for each in (cube, second_cube))
     known = np.isfinite(one) & np.isfinite(another)
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
 def _differing_cells(model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool) -> xr.Dataset:
-    """Return the cells in which two settings differ: ``split``, ``opposite``, and ``rocks`` where the block stands.
+    """Mark cells whose outcome differs between two settings (``split``, ``opposite``) and cells that rock (``rocks``).
 
     ``split`` holds only the cells in which the first setting falls, or only those in which it stands.
     """

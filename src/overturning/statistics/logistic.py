@@ -17,7 +17,7 @@ from overturning.statistics.by_record import record_batches
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
-"""Predictors of `fit_overturning`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
+"""Predictors of `fit_overturning_model`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
 
 LEVEL = 0.95
 """Probability of the intervals."""
@@ -32,14 +32,14 @@ MAX_LINEAR_PREDICTOR = 30.0
 
 @dataclass(frozen=True)
 class LogisticFit:
-    """A fitted logistic model.
+    """Fitted logistic model of the probability of falling: coefficients with intervals, by predictor.
 
     Attributes
     ----------
     names : tuple of str
         ``intercept`` and names of the predictors.
     coefficient, standard_error, low, high : ndarray, shape (k,)
-        Estimates, standard errors and intervals from the jackknife over clusters, see `logistic_fit`. Without
+        Estimates, standard errors and intervals from the jackknife over clusters, see `fit_logistic_model`. Without
         intervals, the maximum-likelihood estimates, and NaN for the others.
     rows, clusters : int
         Number of rows and of independent clusters (earthquakes).
@@ -61,12 +61,12 @@ class LogisticFit:
     note: str = ""
 
     def probability(self, predictors: ArrayLike) -> FloatArray:
-        """Return the fitted probability; ``predictors`` has shape (…, k − 1) in the order of `names`."""
+        """Return the fitted probability of falling; ``predictors`` has shape (…, k − 1) in the order of `names`."""
         x = np.asarray(predictors, dtype=np.float64)
         return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))
 
 
-def logistic_fit(
+def fit_logistic_model(
     predictors: ArrayLike,
     outcome: ArrayLike,
     cluster: ArrayLike,
@@ -75,7 +75,7 @@ def logistic_fit(
     names: Sequence[str] = (),
     intervals: bool = True,
 ) -> LogisticFit:
-    """Fit a logistic regression to clustered data, with intervals from a jackknife over clusters.
+    """Fit a logistic model to clustered data, with intervals from a jackknife over clusters.
 
     Maximum likelihood by Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4) gives b
     from all G clusters and b_g without cluster g. The estimate is G b − (G − 1) b̄, with the bias of order 1/G
@@ -142,7 +142,7 @@ def logistic_fit(
 
 
 def _check_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return predictors, shape (n, k), and outcomes, shape (n,); an ArgumentError if shapes or values are wrong."""
+    """Return predictors, shape (n, k), and outcomes, shape (n,), as arrays; an ArgumentError if they are invalid."""
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
         raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
@@ -160,67 +160,75 @@ def _no_fit_note(outcome: FloatArray) -> str:
     return ""
 
 
-def _unscaling_matrix(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_]) -> FloatArray:
-    """Return the matrix that converts coefficients of scaled predictors to unscaled ones, shape (k, varying + 1)."""
-    back = np.zeros((centre.size + 1, int(varies.sum()) + 1))
+def _unscaling_matrix(
+    predictor_centres: FloatArray, predictor_scales: FloatArray, is_varying: NDArray[np.bool_]
+) -> FloatArray:
+    """Return the matrix from coefficients of scaled to those of unscaled predictors, shape (k, varying + 1)."""
+    back = np.zeros((predictor_centres.size + 1, int(is_varying.sum()) + 1))
     back[0, 0] = 1.0
-    back[0, 1:] = -centre[varies] / scale[varies]
-    back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
+    back[0, 1:] = -predictor_centres[is_varying] / predictor_scales[is_varying]
+    back[1 + np.flatnonzero(is_varying), 1 + np.arange(int(is_varying.sum()))] = 1 / predictor_scales[is_varying]
     return back
 
 
 def _fit_with_newton(
-    design: FloatArray, outcome: FloatArray, weight: FloatArray, coefficients: FloatArray
+    design_matrix: FloatArray, outcome: FloatArray, weight: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Compute logistic coefficients with Newton's method from start values, and a note if the fit fails."""
+    """Fit logistic coefficients with Newton's method; return them with a note, which is empty unless the fit fails."""
     for _ in range(MAX_ITERATIONS):
-        p = 1 / (1 + np.exp(-np.clip(design @ coefficients, -700, 700)))
-        information = (design * (weight * p * (1 - p))[:, None]).T @ design
+        p = 1 / (1 + np.exp(-np.clip(design_matrix @ start_coefficients, -700, 700)))
+        information = (design_matrix * (weight * p * (1 - p))[:, None]).T @ design_matrix
         try:
-            step = np.linalg.solve(information, design.T @ (weight * (outcome - p)))
+            step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome - p)))
         except np.linalg.LinAlgError:
-            return coefficients, "no fit: predictors are linearly dependent"
-        coefficients = coefficients + step
-        if np.abs(design @ coefficients).max() > MAX_LINEAR_PREDICTOR and np.abs(step).max() > 0.1:
-            return coefficients, "no fit: predictors separate falls from stands"
+            return start_coefficients, "no fit: predictors are linearly dependent"
+        start_coefficients = start_coefficients + step
+        if np.abs(design_matrix @ start_coefficients).max() > MAX_LINEAR_PREDICTOR and np.abs(step).max() > 0.1:
+            return start_coefficients, "no fit: predictors separate falls from stands"
         if np.abs(step).max() < 1e-10:
-            return coefficients, ""
-    return coefficients, "no fit: the iteration does not converge"
+            return start_coefficients, ""
+    return start_coefficients, "no fit: the iteration does not converge"
 
 
 def _fit_without_each_cluster(
-    design: FloatArray, outcome: FloatArray, weight: FloatArray, coefficients: FloatArray, cluster: NDArray[np.intp]
+    design_matrix: FloatArray,
+    outcome: FloatArray,
+    weight: FloatArray,
+    start_coefficients: FloatArray,
+    cluster: NDArray[np.intp],
 ) -> tuple[FloatArray, str]:
-    """Compute the coefficients without each cluster in turn, shape (clusters, k), and a note if a fit fails."""
+    """Fit logistic coefficients without each cluster in turn, shape (clusters, k); return also a note on failure."""
     estimates = []
     for one in range(int(cluster.max()) + 1):
         kept = cluster != one
         if outcome[kept].min() == outcome[kept].max():
-            return np.empty((0, coefficients.size)), "no interval: all falls, or all stands, are of one earthquake"
-        if np.linalg.matrix_rank(design[kept]) < coefficients.size:
             return np.empty(
-                (0, coefficients.size)
+                (0, start_coefficients.size)
+            ), "no interval: all falls, or all stands, are of one earthquake"
+        if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
+            return np.empty(
+                (0, start_coefficients.size)
             ), "no interval: without one earthquake predictors are linearly dependent"
-        found, note = _fit_with_newton(design[kept], outcome[kept], weight[kept], coefficients)
+        found, note = _fit_with_newton(design_matrix[kept], outcome[kept], weight[kept], start_coefficients)
         if note:
             return np.empty(
-                (0, coefficients.size)
+                (0, start_coefficients.size)
             ), f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
         estimates.append(found)
     return np.array(estimates), ""
 
 
-def _jackknife_estimate(estimate: FloatArray, leave_one_out: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute the bias-corrected estimate and its standard error from leave-one-cluster-out estimates."""
-    groups, mean = len(leave_one_out), leave_one_out.mean(axis=0)
-    error = np.sqrt((groups - 1) / groups * ((leave_one_out - mean) ** 2).sum(axis=0))
-    return groups * estimate - (groups - 1) * mean, error
+def _jackknife_estimate(full_estimate: FloatArray, partial_estimates: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute the bias-corrected estimate and its standard error from estimates that each leave out one cluster."""
+    groups, mean = len(partial_estimates), partial_estimates.mean(axis=0)
+    error = np.sqrt((groups - 1) / groups * ((partial_estimates - mean) ** 2).sum(axis=0))
+    return groups * full_estimate - (groups - 1) * mean, error
 
 
 def overturning_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
-    """Return the data of the logistic fit, one row per plane, height and B/H: predictors, outcome, earthquake, weight.
+    """Return predictors, outcome, earthquake and weight of the logistic fit, one row per plane, height and B/H.
 
     The outcome is the share of friction coefficients for which the block falls. Planes without motion, such as
     perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
@@ -273,14 +281,14 @@ def overturning_rows(
     return predictors, outcome, events, shares
 
 
-def fit_overturning(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
-    """Fit the probability of falling as a function of `PREDICTORS` to the rows of `overturning_rows`."""
+def fit_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
+    """Fit the probability of falling as a function of `PREDICTORS` to the outcomes of a cube."""
     predictors, outcome, event, weight = overturning_rows(cube, intensity)
-    return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS)
+    return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
-def coefficient_table(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Return a row per coefficient: name, estimate, ends of its interval, minimum and maximum of the predictor."""
-    least, most = ((math.nan, *values.tolist()) for values in (fit.minimum, fit.maximum))
-    estimates = (values.tolist() for values in (fit.coefficient, fit.low, fit.high))
-    return list(zip(fit.names, *estimates, least, most, strict=True))
+def coefficient_table(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+    """Return for each coefficient: name, estimate, ends of its interval, and range of its predictor."""
+    least, most = ((math.nan, *values.tolist()) for values in (logistic_fit.minimum, logistic_fit.maximum))
+    estimates = (values.tolist() for values in (logistic_fit.coefficient, logistic_fit.low, logistic_fit.high))
+    return list(zip(logistic_fit.names, *estimates, least, most, strict=True))

@@ -1,4 +1,4 @@
-"""Choice of the records whose maps a report shows: by meaning, not by the order of the study."""
+"""Choice of the records whose maps a report shows, by the alignment of their falls."""
 
 from typing import NamedTuple
 
@@ -19,22 +19,24 @@ CLEAREST = "clearest axis"
 
 
 class ChosenRecord(NamedTuple):
-    """Record that a report shows, by its position, and the reason."""
+    """Record chosen for a map of the report: its index in the cube and the reason for the choice."""
 
     place: int
     reason: str
 
 
-def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArray) -> list[ChosenRecord]:
+def choose_map_records(
+    cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray
+) -> list[ChosenRecord]:
     """Choose the records whose maps a report shows.
 
     Parameters
     ----------
     cube : Dataset
         Cube of a study; the records of its first group are chosen from.
-    alignment : array of float, shape (records,)
+    record_alignment : array of float, shape (records,)
         Mean cos 2Δ of each record, Δ the angle from the fault normal to a fall; NaN if it is not known.
-    resultant : array of float, shape (records,)
+    axis_resultant : array of float, shape (records,)
         Resultant of the fall axes of each record, 0 to 1; NaN without falls.
 
     Returns
@@ -44,11 +46,11 @@ def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArra
         aligned falls, and the one with the clearest axis, each of another earthquake; without fault normals the
         records with the clearest axes.
     """
-    if alignment.size <= MOST_MAPS:
-        return [ChosenRecord(place, EVERY) for place in range(alignment.size)]
+    if record_alignment.size <= MOST_MAPS:
+        return [ChosenRecord(place, EVERY) for place in range(record_alignment.size)]
     members = next(iter(record_groups(cube).values()))
     events = cube["event"].to_numpy().astype(str)
-    by_alignment = _positions_by_falling_value(alignment, members)
+    by_alignment = _sort_known_records(record_alignment, members)
     wanted: list[tuple[str, list[int]]] = []
     if by_alignment:
         middle = len(by_alignment) // 2
@@ -58,7 +60,7 @@ def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArra
             (LEAST, by_alignment[::-1]),
             (MEDIAN, [by_alignment[rank] for rank in nearest]),
         ]
-    wanted += [(CLEAREST, _positions_by_falling_value(resultant, members))] * (MOST_MAPS - len(wanted))
+    wanted += [(CLEAREST, _sort_known_records(axis_resultant, members))] * (MOST_MAPS - len(wanted))
     chosen: list[ChosenRecord] = []
     for reason, order in wanted:
         used = {events[one.place] for one in chosen}
@@ -69,7 +71,7 @@ def choose_records(cube: xr.Dataset, alignment: FloatArray, resultant: FloatArra
     return sorted(chosen, key=lambda one: reasons.index(one.reason))
 
 
-def _positions_by_falling_value(values: FloatArray, members: "np.typing.NDArray[np.bool_]") -> list[int]:
-    """Return the positions of the known values of a group, the largest first."""
-    known = np.flatnonzero(members & np.isfinite(values))
-    return [int(place) for place in known[np.argsort(-values[known], kind="stable")]]
+def _sort_known_records(record_values: FloatArray, group_mask: "np.typing.NDArray[np.bool_]") -> list[int]:
+    """Return the indices of the records of a group that have a known value, in descending order of this value."""
+    known = np.flatnonzero(group_mask & np.isfinite(record_values))
+    return [int(place) for place in known[np.argsort(-record_values[known], kind="stable")]]

@@ -11,15 +11,17 @@ from overturning.model.body import direction_weight
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_weight
 from overturning.model.symmetry import FULL_TURN
-from overturning.statistics.bootstrap import bootstrap, mean_over_sample, means_by_earthquake
+from overturning.statistics.bootstrap import bootstrap_interval, mean_of_each_sample, means_by_earthquake
 from overturning.statistics.by_record import iterate_records, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
-from overturning.statistics.falls import falls_towards, informative_blocks
+from overturning.statistics.falls import falls_towards_azimuths, informative_blocks
 
 
 @dataclass(frozen=True)
-class Rose:
-    """Shares of falls by sector of 360° / SECTORS, centred on 0°, ascending over a circle, or half of it for axes.
+class FallRose:
+    """Rose of falls: share of falls in each sector of azimuth, over a full circle, or over half of it for axes.
+
+    Sectors are 360° / `SECTORS` wide and ascending; the first is centred on 0°.
 
     Attributes
     ----------
@@ -49,7 +51,7 @@ class Rose:
 
     @property
     def title(self) -> str:
-        """Title of the rose: number of earthquakes."""
+        """Title of the rose, which states the number of earthquakes."""
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
@@ -57,8 +59,8 @@ _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
 """Variables of a 3-D cube that determine the weight of a fall."""
 
 
-def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Return the azimuths, degrees, and the weights of the falls of informative blocks under one record."""
+def _nominal_fall_azimuths(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
+    """Return azimuths, degrees, and weights of the falls of informative blocks under one record."""
     if not model_of(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
@@ -66,13 +68,13 @@ def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
             parts = (cube[name].to_numpy() for name in _DIRECTIONS)
             weight = direction_weight(*parts)
         return angles[fell].astype(np.float64), weight[fell]
-    towards = falls_towards(cube).where(informative_blocks(cube))
+    towards = falls_towards_azimuths(cube).where(informative_blocks(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
     counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
     return azimuth, counts
 
 
-def _azimuth_width(azimuth: FloatArray) -> float:
+def _fall_spread_width(azimuth: FloatArray) -> float:
     """Return the width, degrees, over which the falls at one azimuth are spread in a rose.
 
     It is 0 for a single plane, and if all sectors have equally many planes.
@@ -84,26 +86,26 @@ def _azimuth_width(azimuth: FloatArray) -> float:
 
 def fall_rose(
     cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
-) -> Rose:
+) -> FallRose:
     """Compute the share of falls in each sector of azimuth (rose), over the `informative_blocks` of a cube.
 
     Nominal outcomes are used, and the cube is read one record at a time.
 
     A fall in the 3-D model counts with its `direction_weight`, which is small if the fall changes direction under
     nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of an earthquake,
-    and then over earthquakes, with intervals from `bootstrap` for each sector by itself. ``from_normal`` measures
-    azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite sectors. If the azimuth
-    step does not divide a sector, falls are spread over the step.
+    and then over earthquakes, with intervals from `bootstrap_interval` for each sector by itself.
+    ``from_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite
+    sectors. If the azimuth step does not divide a sector, falls are spread over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
     planes = model_of(cube).one_component
     for row, one in enumerate(iterate_records(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
-        azimuth, counts = _nominal_falls(one)
+        azimuth, counts = _nominal_fall_azimuths(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, azimuth_period_deg(cube)) if planes else counts
-            wide = _azimuth_width(azimuth) if planes else 0.0
+            wide = _fall_spread_width(azimuth) if planes else 0.0
             shares[row] = sector_shares(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
     if axial:
@@ -112,24 +114,24 @@ def fall_rose(
     means = means_by_earthquake(shares[fell], events[fell])
     if means.size == 0:
         nowhere = np.full(shares.shape[1], np.nan)
-        return Rose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, from_normal)
+        return FallRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, from_normal)
     # All sectors use the same bootstrap samples, since the seed is the same.
-    ends = [bootstrap(mean_over_sample, column, level=level, draws=draws) for column in means.T]
+    ends = [bootstrap_interval(mean_of_each_sample, column, level=level, draws=draws) for column in means.T]
     low, high = np.array(ends).T
-    return Rose(total, means.mean(axis=0), low, high, len(means), from_normal)
+    return FallRose(total, means.mean(axis=0), low, high, len(means), from_normal)
 
 
-def study_rose(cube: xr.Dataset) -> Rose:
-    """Compute the fall rose of all records of a cube, from the fault normal if one is known, otherwise from north.
+def rose_of_all_records(cube: xr.Dataset) -> FallRose:
+    """Compute the rose of falls under all records of a cube; angles count from the fault normal if one is known.
 
-    The sign of a fault normal is arbitrary, and a block in a plane falls along it, so both have roses of axes. Only a
-    3-D study without any fault normal has a rose of directions.
+    Otherwise angles count from north. The sign of a fault normal is arbitrary, and a block in a plane falls along it,
+    so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
     return fall_rose(cube, from_normal=known, axial=known or model_of(cube).one_component)
 
 
-def study_roses(cube: xr.Dataset) -> dict[str, Rose]:
-    """Compute the fall rose of each group of records; see `study_rose`."""
+def rose_of_each_group(cube: xr.Dataset) -> dict[str, FallRose]:
+    """Compute the rose of falls under each group of records, by the name of the group; see `rose_of_all_records`."""
     groups = record_groups(cube)
-    return {name: study_rose(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()}
+    return {name: rose_of_all_records(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()}

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.statistics.by_record import apply_by_record, iterate_records
-from overturning.statistics.circular import wrap_axis
+from overturning.statistics.by_record import apply_to_record_batches, iterate_records
+from overturning.statistics.circular import wrap_axis_difference
 
 _SHARES: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
@@ -23,7 +23,7 @@ def planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
     read in batches of records. The counts are the input of `planar_agreement_shares`.
     """
     variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
-    return apply_by_record(_planar_agreement_counts, cube, variables)
+    return apply_to_record_batches(_planar_agreement_counts, cube, variables)
 
 
 def _planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
@@ -42,15 +42,15 @@ def _planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
         "only_plane": (space == 0) & (plane == 1),
         "both": both,
         "over_edge": np.abs((apart + 180.0) % 360.0 - 180.0) <= 45.0,
-        "axes_apart": np.abs(xr.apply_ufunc(wrap_axis, apart)),
+        "axes_apart": np.abs(xr.apply_ufunc(wrap_axis_difference, apart)),
     })  # fmt: skip
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
 
 
-def planar_agreement_shares(counts: xr.Dataset, *keep: str) -> xr.Dataset:
+def planar_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Compute the shares of cases in which the 2-D model of the faces predicts the 3-D outcome.
 
-    The counts of `planar_agreement_counts` are summed over all dimensions but those of ``keep``.
+    The counts of `planar_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
 
     Returns
     -------
@@ -62,13 +62,13 @@ def planar_agreement_shares(counts: xr.Dataset, *keep: str) -> xr.Dataset:
         azimuth (over the predicted edge), and ``axis``, the mean angle between the two fall axes, degrees (45° for
         random axes).
     """
-    total = counts.sum([name for name in counts.dims if name not in keep])
+    total = agreement_counts.sum([name for name in agreement_counts.dims if name not in kept_dims])
     shares = {name: total[part] / total[of].where(total[of] > 0) for name, (part, of) in _SHARES.items()}
     return xr.Dataset({"cases": total["cases"], **shares})
 
 
 class TwistSummary(NamedTuple):
-    """Rotation about the vertical of stones that moved and still stand: number of stones, and quantiles, degrees."""
+    """Rotation about the vertical of stones that moved and still stand: number of stones, and quantiles in degrees."""
 
     stones: int
     median: float
@@ -96,16 +96,16 @@ def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float
 
 
 def summarise_twist(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
-    """Compute median, quantile and maximum of `twist_angles`, which are sorted in place."""
+    """Compute median, a quantile and maximum of rotations from `twist_angles`; the array is partly sorted in place."""
     if twist_deg.size == 0:
         return TwistSummary(0, *(float("nan"),) * 3)
-    return TwistSummary(twist_deg.size, *(_quantile(twist_deg, share) for share in (0.5, quantile, 1.0)))
+    return TwistSummary(twist_deg.size, *(_rotation_quantile(twist_deg, share) for share in (0.5, quantile, 1.0)))
 
 
-def _quantile(values: NDArray[np.float32], share: float) -> float:
-    """Compute a quantile in double precision by linear interpolation, without a copy of the values."""
-    place = share * (values.size - 1)
+def _rotation_quantile(rotations_deg: NDArray[np.float32], quantile_share: float) -> float:
+    """Compute a quantile of rotations in double precision by linear interpolation, without a copy of the array."""
+    place = quantile_share * (rotations_deg.size - 1)
     first = int(place)
-    ends = [first, min(first + 1, values.size - 1)]
-    values.partition(ends)
-    return float(np.quantile(values[ends].astype(np.float64), place - first))
+    ends = [first, min(first + 1, rotations_deg.size - 1)]
+    rotations_deg.partition(ends)
+    return float(np.quantile(rotations_deg[ends].astype(np.float64), place - first))

@@ -19,21 +19,28 @@ _STRIDE: Final = MAX_RUNS_PER_CELL + BATCH + 1
 Counts = NDArray[np.intp]
 
 Statistic = Callable[[Counts, Counts, Any], FloatArray]
-"""Function of the numbers of runs that fall towards +1 and −1, and of all runs."""
+"""Function of the number of runs that fall to +1, the number that fall to −1, and the number of runs."""
 
 
-def runs_disagree(towards: Counts, away: Counts, runs: Any) -> FloatArray:
-    """Return 1 if some runs fall and others stand, else 0."""
-    return np.asarray((towards + away > 0) & (towards + away < runs), np.float64)
+def runs_disagree(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
+    """Return 1 for cells in which some ensemble runs fall and others stand, else 0."""
+    return np.asarray((positive_falls + negative_falls > 0) & (positive_falls + negative_falls < run_count), np.float64)
 
 
-def falls_to_both_sides(towards: Counts, away: Counts, runs: Any) -> FloatArray:
-    """Return 1 if more than half of the runs fall, but not all to the same side, else 0."""
-    return np.asarray((np.minimum(towards, away) > 0) & (2 * (towards + away) > runs), np.float64)
+def runs_fall_to_both_sides(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
+    """Return 1 for cells in which more than half of the ensemble runs fall, but not all to the same side, else 0."""
+    return np.asarray(
+        (np.minimum(positive_falls, negative_falls) > 0) & (2 * (positive_falls + negative_falls) > run_count),
+        np.float64,
+    )
 
 
 def first_batch_estimate(
-    statistic: Statistic, towards: ArrayLike, away: ArrayLike, members: ArrayLike, settings: Ensemble
+    statistic: Statistic,
+    positive_share: ArrayLike,
+    negative_share: ArrayLike,
+    run_counts: ArrayLike,
+    ensemble_settings: Ensemble,
 ) -> FloatArray:
     """Estimate a statistic of the first batch of ensemble runs of each cell from all its runs, without stopping bias.
 
@@ -47,9 +54,9 @@ def first_batch_estimate(
     ----------
     statistic : callable
         Statistic of a batch, such as `runs_disagree`.
-    towards, away, members : array_like, of one shape
+    positive_share, negative_share, run_counts : array_like, of one shape
         Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
-    settings : Ensemble
+    ensemble_settings : Ensemble
         Settings of the ensemble.
 
     Returns
@@ -58,10 +65,12 @@ def first_batch_estimate(
         NaN if the cell was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
         unknown, or with more than `MAX_RUNS_PER_CELL` runs, for which the difference is negligible.
     """
-    runs = np.where(np.isfinite(towards), np.asarray(members, np.float64), 0.0)
-    fell, back = (np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (towards, away))
-    first = min(BATCH, settings.members)
-    orders, (i, j) = _shares_of_orders(first), _counts_by_code(first)
+    runs = np.where(np.isfinite(positive_share), np.asarray(run_counts, np.float64), 0.0)
+    fell, back = (
+        np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (positive_share, negative_share)
+    )
+    first = min(BATCH, ensemble_settings.members)
+    orders, (i, j) = _shares_of_run_orders(first), _fall_counts_by_code(first)
     says, found = statistic(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -77,21 +86,21 @@ def first_batch_estimate(
         places = fell.flat[ended] * _STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _counts_by_code(made)
-        unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, settings.half_width)
-        more = max(min(BATCH, settings.members - made), 1)
-        orders, sums = (np.convolve(one * unsettled, _shares_of_orders(more)) for one in (orders, sums))
+        i, j = _fall_counts_by_code(made)
+        unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, ensemble_settings.half_width)
+        more = max(min(BATCH, ensemble_settings.members - made), 1)
+        orders, sums = (np.convolve(one * unsettled, _shares_of_run_orders(more)) for one in (orders, sums))
         made += more
     return found
 
 
-def _counts_by_code(runs: int) -> tuple[Counts, Counts]:
-    """Return the numbers of runs that fall to +1 and to −1 for each code, towards · `_STRIDE` + away."""
-    towards, away = np.divmod(np.arange(runs * _STRIDE + 1), _STRIDE)
+def _fall_counts_by_code(run_count: int) -> tuple[Counts, Counts]:
+    """Return the numbers of runs that fall to +1 and to −1 for each code: first number × `_STRIDE` + second."""
+    towards, away = np.divmod(np.arange(run_count * _STRIDE + 1), _STRIDE)
     return towards, away
 
 
-def _shares_of_orders(runs: int) -> FloatArray:
-    """Return the share of all orders of one batch of runs with each number of falls to +1 and −1."""
-    towards, away = _counts_by_code(runs)
-    return np.asarray(comb(runs, towards) * comb(runs - towards, away) / 3.0**runs)
+def _shares_of_run_orders(run_count: int) -> FloatArray:
+    """Return the share of all orders of outcomes of one batch of runs for each number of falls to +1 and to −1."""
+    towards, away = _fall_counts_by_code(run_count)
+    return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

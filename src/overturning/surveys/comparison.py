@@ -1,4 +1,4 @@
-"""Compare observed falls of a survey with the prediction, and read and write the comparison."""
+"""Comparison of the observed falls of a survey with the prediction for its site, and its file."""
 
 import hashlib
 import math
@@ -17,7 +17,7 @@ from overturning.statistics.circular import (
     TestResult,
     chi_square_test,
     grouped_watson_test,
-    resultant,
+    mean_angle_and_resultant,
     sector_index,
     watson_u2_test,
 )
@@ -101,16 +101,16 @@ class SurveyComparison:
     never: int = 0
 
     @property
-    def directed(self) -> int:
-        """Number of fallen stones with known direction."""
+    def fallen_in_known_direction(self) -> int:
+        """Number of fallen stones whose direction of fall is known."""
         return self.fallen - self.without_direction
 
 
-def _direction_density(site_prediction: SitePrediction, stone: Stone) -> FloatArray:
-    """Return the predicted density of the fall directions of a stone; piecewise constant if its face is known."""
+def _fall_direction_density(site_prediction: SitePrediction, stone: Stone) -> FloatArray:
+    """Return the predicted probability of each azimuth sector for the fall of a stone, shape (sectors,)."""
     if not has_known_face(stone):
         return site_prediction.sector_probabilities(*stone.slenderness)
-    if site_prediction.never_falls(stone):
+    if site_prediction.stone_never_falls(stone):
         return site_prediction.share
     sides = site_prediction.side_probabilities(stone)[1:]
     # Distribution function from the first border over two circles; each cell gets its part of each sector.
@@ -133,7 +133,7 @@ def compare_survey(
     Parameters
     ----------
     stones : sequence of Stone
-        Stones from `read_survey_result`.
+        Stones from `read_survey`.
     cube, background
         As in `SitePrediction`.
     random_survey_count, seed : int
@@ -155,15 +155,17 @@ def compare_survey(
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
     exact = [
-        _fall_azimuth_distribution(site, density, stone.azimuth_deg) for stone, density, _ in fallen if not stone.octant
+        _cumulative_fall_probability(site, density, stone.azimuth_deg)
+        for stone, density, _ in fallen
+        if not stone.octant
     ]
-    mean, length = resultant(azimuth)
+    mean, length = mean_angle_and_resultant(azimuth)
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
-    predicted_mean, predicted_length = resultant(site.azimuth, density)
+    predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
     share_mean, share_low, share_high = _computed_fall_share(site, stones)
     ratio, p_value = _direction_likelihood_ratio(site, fallen, random_survey_count, seed)
     return SurveyComparison(
-        **_stone_counts(site, stones),
+        **_count_stones_by_attribute(site, stones),
         mean_direction_deg=mean,
         resultant=length,
         predicted_mean_direction_deg=predicted_mean,
@@ -193,13 +195,13 @@ def _fallen_stones(site_prediction: SitePrediction, stones: Sequence[Stone]) -> 
     fallen: list[_Fallen] = []
     for stone in stones:
         if stone.has_direction:
-            density = _direction_density(site_prediction, stone)
+            density = _fall_direction_density(site_prediction, stone)
             fallen += stone.count * [(stone, density, site_prediction.octant_probabilities(density))]
     return fallen
 
 
 def _computed_fall_share(site_prediction: SitePrediction, stones: Sequence[Stone]) -> tuple[float, float, float]:
-    """Return mean, smallest and largest over the blocks of the cube of the share of the stones that falls."""
+    """Return the computed share of stones that fall: mean, least and largest over heights and frictions of the cube."""
     falls = np.array([site_prediction.fall_probability(stone) for stone in stones])
     weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
@@ -210,8 +212,8 @@ def _computed_fall_share(site_prediction: SitePrediction, stones: Sequence[Stone
     return float(share.mean()), float(low), float(high)
 
 
-def _stone_counts(site_prediction: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
-    """Return the numbers of stones of a comparison, by the attributes of `SurveyComparison`."""
+def _count_stones_by_attribute(site_prediction: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+    """Count the stones of a survey for each count attribute of `SurveyComparison`."""
 
     def count(condition: Callable[[Stone], bool]) -> int:
         """Return the number of stones that meet a condition."""
@@ -224,24 +226,24 @@ def _stone_counts(site_prediction: SitePrediction, stones: Sequence[Stone]) -> d
         "without_face": count(lambda stone: stone.has_direction and math.isnan(stone.face_azimuth_deg)),
         "without_b_over_h": count(lambda stone: stone.has_direction and math.isnan(stone.slenderness[0])),
         "without_direction": count(lambda stone: stone.fell and not stone.has_direction),
-        "beyond": count(site_prediction.is_outside_grid),
-        "beyond_heights": count(site_prediction.is_outside_heights),
-        "never": count(lambda stone: stone.has_direction and site_prediction.never_falls(stone)),
+        "beyond": count(site_prediction.has_b_over_h_outside_grid),
+        "beyond_heights": count(site_prediction.has_height_outside_grid),
+        "never": count(lambda stone: stone.has_direction and site_prediction.stone_never_falls(stone)),
     }
 
 
 def _direction_likelihood_ratio(
-    site_prediction: SitePrediction, fallen: Sequence[_Fallen], random_survey_count: int, seed: int
+    site_prediction: SitePrediction, fallen_stones: Sequence[_Fallen], random_survey_count: int, seed: int
 ) -> tuple[float, float]:
-    """Return the sum of ln(predicted/uniform) over fallen stones, and the share of uniform surveys that reach it."""
-    if not fallen:
+    """Return the sum of ln(predicted/uniform) over fallen stones, and the share of random surveys that reach it."""
+    if not fallen_stones:
         return math.nan, math.nan
     generator, uniform_octant = (
         np.random.Generator(np.random.PCG64(seed)),
         site_prediction.octant_probabilities(site_prediction.share),
     )
     ratios, simulated = [], np.zeros(random_survey_count)
-    for stone, density, octants in fallen:
+    for stone, density, octants in fallen_stones:
         if stone.octant:
             table, chance, place = octants / uniform_octant, uniform_octant, int(sector_index(stone.azimuth_deg, 8))
         else:
@@ -259,7 +261,7 @@ def _direction_likelihood_ratio(
 
 
 def _confusion_matrix(site_prediction: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
-    """Count observed against most probable sides of the stones with known face, B/H and outcome; None if none."""
+    """Count stones by observed and most probable side, shape (sides, sides); None if no face and B/H are known."""
     known = [stone for stone in stones if has_known_face(stone) and (stone.has_direction or not stone.fell)]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
@@ -267,9 +269,14 @@ def _confusion_matrix(site_prediction: SitePrediction, stones: Sequence[Stone]) 
     return confusion if known else None
 
 
-def _fall_azimuth_distribution(site_prediction: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
-    """Return the distribution function of the fall azimuth from the first border, linear within each sector."""
-    below = np.concatenate([[0.0], np.cumsum(density)])
+def _cumulative_fall_probability(
+    site_prediction: SitePrediction, sector_probabilities: FloatArray, azimuth_deg: float
+) -> float:
+    """Return the probability of a fall between the first sector border and an azimuth, clockwise.
+
+    The probability is linear within each sector.
+    """
+    below = np.concatenate([[0.0], np.cumsum(sector_probabilities)])
     return float(
         min(
             1.0,
@@ -284,7 +291,7 @@ def _fall_azimuth_distribution(site_prediction: SitePrediction, density: FloatAr
 
 @dataclass(frozen=True)
 class SurveyResult:
-    """Comparison with name and SHA-256 of the survey file, and the id of the record of the site.
+    """Stored comparison of a survey with the prediction for its site, with the survey file and the record of the site.
 
     ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`.
     """
@@ -299,11 +306,11 @@ class SurveyResult:
 def make_survey_result(
     survey_path: Path, record_id: str, comparison: SurveyComparison, unit_warnings: Sequence[str] = ()
 ) -> SurveyResult:
-    """Combine a comparison with name and hash of the survey file, and with the doubts about its values."""
+    """Combine the comparison of a survey with name and hash of its file, and with doubts about its units."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     return SurveyResult(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings))
 
 
 def read_survey_result(path: Path) -> SurveyResult:
-    """Read a stored comparison; a `ResultError` if it is missing or from another version."""
+    """Read the stored comparison of a survey; a `ResultError` if the file is missing or from another version."""
     return read_result(SurveyResult, path, "comparison with a survey")

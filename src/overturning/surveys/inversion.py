@@ -19,7 +19,7 @@ from overturning.surveys.responses import (
     STOOD,
     StoneKind,
     StoneResponses,
-    uninformative_probabilities,
+    probabilities_without_information,
 )
 from overturning.surveys.stones import BACKGROUND, Stone
 
@@ -31,7 +31,7 @@ independent ones. The value is calibrated in `verification/backwards_coverage.py
 """
 
 ALL_OUTCOMES: Final = np.arange(DIRECTION_BINS + 1)
-"""Indices of all direction bins, and of standing."""
+"""Outcome indices: those of all direction bins, and `STOOD`."""
 
 _OCTANT: Final = np.append(sector_index(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
 """Compass octant of each direction bin; 8 stands for standing."""
@@ -45,7 +45,7 @@ MIN_FIT_P_VALUE: Final = 0.01
 
 @dataclass(frozen=True)
 class SurveyInversion:
-    """Bayesian inversion of surveys for the motion.
+    """Bayesian inversion: infers the ground motion from surveys of fallen and standing stones.
 
     Parameters
     ----------
@@ -84,15 +84,15 @@ class SurveyInversion:
             (place % table.shape[2])[:, None],
             np.where(outcome_indices == STOOD, STOOD, (outcome_indices - back) % DIRECTION_BINS),
         ]
-        free = (1 - self.background) * seen + self.background * uninformative_probabilities()[outcome_indices].astype(
-            np.float32
-        )
+        free = (1 - self.background) * seen + self.background * probabilities_without_information()[
+            outcome_indices
+        ].astype(np.float32)
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
     def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
-        """Compute the log-likelihood of a survey of independent stones, shape (2, s, l, r).
+        """Compute the log-likelihood of a survey for each motion, level and rotation, shape (2, s, l, r).
 
-        Index 0 is the part from falling or standing, index 1 the part from directions of fallen stones.
+        Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
         total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
         for stone in stones:
@@ -103,10 +103,10 @@ class SurveyInversion:
                 total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
         return total
 
-    def posterior(
+    def compute_posterior(
         self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER
     ) -> MotionPosterior:
-        """Compute the posterior probability of motion, level and rotation.
+        """Compute the posterior probability of motion, peak velocity level and rotation from log-likelihoods.
 
         Parameters
         ----------
@@ -134,8 +134,8 @@ class SurveyInversion:
         )
 
     def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> InversionResult:
-        """Invert a survey called `survey_name`."""
-        posterior = self.posterior(self.log_likelihood(stones))
+        """Infer the motion from the stones of a survey called `survey_name`."""
+        posterior = self.compute_posterior(self.log_likelihood(stones))
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
         return InversionResult(
             survey_name, fell, stood, self.fixed, self.posterior_predictive_p_value(stones, posterior), posterior

@@ -37,7 +37,7 @@ SHIPPED: Final = (
 
 @dataclass(frozen=True, eq=False)
 class CandidateMotion:
-    """Candidate motion of a survey, as recorded.
+    """Candidate for the motion that shook the stones of a survey, not scaled or rotated.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class CandidateMotion:
 
     @classmethod
     def from_motion(cls, name: str, earthquake: str, motion: Motion) -> "CandidateMotion":
-        """Create a candidate from a motion and compute its PGA, PGV and axis; an ArgumentError if nothing moves."""
+        """Create a candidate from a motion, with its PGA, PGV and axis; an ArgumentError if the motion is zero."""
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = azimuth_cosine_pairs(azimuth), motion.horizontal
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
@@ -71,7 +71,7 @@ class CandidateMotion:
 
     @property
     def samples_sha256(self) -> str:
-        """SHA-256 of the samples of the motion."""
+        """SHA-256 hash of the samples of the candidate motion."""
         one = self.motion
         parts = (one.north, one.east, np.zeros(0) if one.up is None else one.up, np.array(one.sampling_interval))
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
@@ -92,7 +92,7 @@ def read_shipped_records() -> list[CandidateMotion]:
 
 
 def synthetic_pulses() -> list[CandidateMotion]:
-    """Create one-cycle sine and cosine pulses towards north."""
+    """Create candidate motions: one cycle of a sine and of a cosine towards north, for each of `PERIODS`."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         CandidateMotion.from_motion(
@@ -104,7 +104,7 @@ def synthetic_pulses() -> list[CandidateMotion]:
 
 
 def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
-    """Read motions, named by their record ids; motions with the same id (on rock and on soil) are named by file."""
+    """Read motion files; a motion whose record id occurs twice (as on rock and on soil) gets its file name as id."""
     records = [read_motion(path) for path in paths]
     ids = [one.record_id for one in records]
     files = zip(records, paths, strict=True)

@@ -13,8 +13,8 @@ from overturning.model.falls import model_of
 from overturning.model.model import StoneOutcomes
 from overturning.settings import Population, UniformRange
 from overturning.statistics.by_record import load_record
-from overturning.statistics.circular import resultant, sector_index
-from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility
+from overturning.statistics.circular import mean_angle_and_resultant, sector_index
+from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 from overturning.study.ensemble import wilson_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
@@ -44,7 +44,7 @@ MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 
 @dataclass(frozen=True)
 class StonePopulation:
-    """Stones of a population; attributes are arrays of shape (n,).
+    """Properties of the stones of a population; arrays of shape (n,), n the number of stones.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class StonePopulation:
     lot: FloatArray
 
     def class_masks(self) -> dict[str, NDArray[np.bool_]]:
-        """Return masks of four classes of stones: slender and stout half, each split into smaller and taller half."""
+        """Return a mask of each of four classes: slender and stout stones, each of them split at its median height."""
         shape, classes = float(np.median(self.b_over_h)), {}
         for own, text in ((self.b_over_h <= shape, "up to"), (self.b_over_h > shape, "above")):
             size = float(np.median(self.height[own])) if own.any() else 0.0
@@ -73,7 +73,7 @@ class StonePopulation:
 
 
 def draw_stones(population: Population) -> StonePopulation:
-    """Draw properties of stones that a population does not fix: scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
+    """Draw the stones of a population at random, as scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
     generator = np.random.Generator(np.random.PCG64(population.seed))
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
@@ -87,13 +87,15 @@ def draw_stones(population: Population) -> StonePopulation:
     return StonePopulation(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
 
 
-def random_neighbours(grid_values: FloatArray, values: FloatArray, uniform_numbers: FloatArray) -> NDArray[np.intp]:
-    """Choose at random, for each value, one of its two neighbours in an ascending grid; return their positions.
+def random_neighbour_indices(
+    grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
+) -> NDArray[np.intp]:
+    """Choose at random, for each stone, one of the two neighbouring values of an ascending grid; return its index.
 
     Probabilities are linear in the distance, so that means are interpolated linearly. `uniform_numbers` are random
-    numbers between 0 and 1. Values outside the grid take its end.
+    numbers between 0 and 1. Stones outside the grid take its end.
     """
-    where = np.interp(values, grid_values, np.arange(grid_values.size))
+    where = np.interp(stone_values, grid_values, np.arange(grid_values.size))
     below = np.floor(where)
     return (below + (uniform_numbers < where - below)).astype(np.intp)
 
@@ -108,13 +110,15 @@ def share_outside_grid(cube: xr.Dataset, stones: StonePopulation) -> float:
 
 
 def stone_outcomes(site_cube: xr.Dataset, stones: StonePopulation) -> StoneOutcomes:
-    """Return the outcomes of n stones under one record; `site_cube` is its cube, with or without amplitudes.
+    """Return the outcomes of the stones of a population under one record.
+
+    `site_cube` is the cube of this record, with or without amplitudes.
 
     A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
     side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
-        name: random_neighbours(site_cube[name].to_numpy(), getattr(stones, name), lot)
+        name: random_neighbour_indices(site_cube[name].to_numpy(), getattr(stones, name), lot)
         for name, lot in zip(_SIZES, stones.lot, strict=True)
     }
     grid, ratio = site_cube["friction"].to_numpy(), site_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
@@ -127,7 +131,9 @@ def stone_outcomes(site_cube: xr.Dataset, stones: StonePopulation) -> StoneOutco
 
 
 def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, FloatArray]:
-    """Compute the fractions of stones that fall, shift and rotate, among the stones with a known outcome.
+    """Compute the fractions of stones that fall, shift and rotate, for each of a amplitudes.
+
+    Stones with an unknown outcome do not count.
 
     Returns
     -------
@@ -155,7 +161,10 @@ def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, 
         made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
     octant = np.where(np.isfinite(outcomes.azimuth), sector_index(np.nan_to_num(outcomes.azimuth), len(OCTANTS)), -1)
     towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
-    axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(outcomes.azimuth, outcomes.fell, strict=True)]
+    axes = [
+        mean_angle_and_resultant(azimuth[fell], axial=True)
+        for azimuth, fell in zip(outcomes.azimuth, outcomes.fell, strict=True)
+    ]
     return made | {
         "unknown": 1.0 - outcomes.known.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
@@ -212,50 +221,56 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     return xr.Dataset(data, coordinates, about)
 
 
-def record_intensities(rates: xr.Dataset, intensity_file: xr.Dataset) -> dict[str, FloatArray]:
+def record_intensities(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> dict[str, FloatArray]:
     """Return PGA, PGV, PGV/PGA and SA(T) of each record and amplitude factor, by name, shape (record, amplitude).
 
     PGA, PGV and the pseudo-acceleration SA, g, at the periods T of the population (damping ratio 0.05) are RotD50, the
     median over azimuths.
     """
-    amplitude = rates["amplitude"].to_numpy()
+    amplitude = fall_rates["amplitude"].to_numpy()
     pga, pgv = (
-        intensity_file[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv")
+        intensity_table[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv")
     )
     spectra = {
-        f"SA({period})": intensity_file["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None] * amplitude
-        for period in rates.attrs.get("period", ())
+        f"SA({period})": intensity_table["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None] * amplitude
+        for period in fall_rates.attrs.get("period", ())
     }
     found_levels = {"PGA": pga / STANDARD_GRAVITY, "PGV": pgv / CM, "PGV/PGA": pgv / pga}
     return found_levels | {name: values / STANDARD_GRAVITY for name, values in spectra.items()}
 
 
-def record_jma_intensities(rates: xr.Dataset, intensity_file: xr.Dataset) -> FloatArray:
+def record_jma_intensities(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
     """Return the JMA instrumental intensity of each record and amplitude factor, shape (record, amplitude).
 
     It increases by 2 log₁₀ of the amplitude factor.
 
     Without a vertical component it is that of the horizontal components; NaN if unknown.
     """
-    whole, horizontal = (intensity_file[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
+    whole, horizontal = (intensity_table[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
     measured = np.where(np.isfinite(whole), whole, horizontal)[:, None]
-    return np.asarray(measured + 2 * np.log10(rates["amplitude"].to_numpy()))
+    return np.asarray(measured + 2 * np.log10(fall_rates["amplitude"].to_numpy()))
 
 
-def fit_fragility_curves(rates: xr.Dataset, intensity_file: xr.Dataset) -> list[FittedFragilityCurve]:
-    """Fit fragility curves of the whole population and of each class, for each of `MEASURES` and SA(T)."""
-    shares = {"all stones": (rates["fall_rate"].to_numpy(), int(rates.attrs["members"]))}
-    for name, members in zip(rates["stones"].to_numpy(), rates["members"].to_numpy(), strict=True):
-        shares[str(name)] = rates["class_rate"].sel(stones=name).to_numpy(), int(members)
+def fit_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
+    """Fit fragility curves of a population and of each of its classes, for each of `MEASURES` and SA(T)."""
+    shares = {"all stones": (fall_rates["fall_rate"].to_numpy(), int(fall_rates.attrs["members"]))}
+    for name, members in zip(fall_rates["stones"].to_numpy(), fall_rates["members"].to_numpy(), strict=True):
+        shares[str(name)] = fall_rates["class_rate"].sel(stones=name).to_numpy(), int(members)
     events, record = (
-        np.repeat(one, rates.sizes["amplitude"])
-        for one in (rates["event"].to_numpy().astype(str), np.arange(rates.sizes["record"]))
+        np.repeat(one, fall_rates.sizes["amplitude"])
+        for one in (fall_rates["event"].to_numpy().astype(str), np.arange(fall_rates.sizes["record"]))
     )
     units = dict(MEASURES)
     return [
-        fit_fragility(
-            name, (measure, units.get(measure, "g")), level.ravel(), share.ravel(), events, record=record, stones=stones
+        fit_fragility_curve(
+            name,
+            (measure, units.get(measure, "g")),
+            level.ravel(),
+            share.ravel(),
+            events,
+            record=record,
+            stone_count=stones,
         )
-        for measure, level in record_intensities(rates, intensity_file).items()
+        for measure, level in record_intensities(fall_rates, intensity_table).items()
         for name, (share, stones) in shares.items()
     ]

@@ -39,7 +39,7 @@ _STORED: Final = {
 
 @dataclass(frozen=True)
 class MotionPosterior:
-    """Posterior and prior probability of motion, level and rotation.
+    """Posterior and prior probability of candidate motion (s), level of peak velocity (l) and rotation (r).
 
     Attributes
     ----------
@@ -75,12 +75,12 @@ class MotionPosterior:
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
 
-    def credible_interval(self, values: ArrayLike, *, use_prior: bool = False) -> tuple[float, float]:
+    def credible_interval(self, level_values: ArrayLike, *, use_prior: bool = False) -> tuple[float, float]:
         """Compute the equal-tailed credible interval (`LEVEL`) of a quantity that increases with the level.
 
         Parameters
         ----------
-        values : array_like, shape (s, l)
+        level_values : array_like, shape (s, l)
             The quantity for each motion and level, positive.
         use_prior : bool
             Use the prior.
@@ -93,7 +93,7 @@ class MotionPosterior:
             (infinite).
         """
         weight = (self.prior if use_prior else self.probability).sum(axis=2).ravel()
-        logs = np.log(np.asarray(values, dtype=np.float64)).ravel()
+        logs = np.log(np.asarray(level_values, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
         # Each value represents the cell that reaches half way to its neighbours.
@@ -109,7 +109,7 @@ class MotionPosterior:
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
     def axis_probabilities(self) -> FloatArray:
-        """Return the posterior probability of each azimuth of largest velocity, in steps of `TURN_DEG` below 180°."""
+        """Return the posterior probability of each azimuth of largest velocity, 0 to 180° in steps of `TURN_DEG`."""
         place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
         below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
         # An axis between two steps is divided linearly between both.
@@ -117,17 +117,17 @@ class MotionPosterior:
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
         return np.asarray(shares[0] + shares[1])
 
-    def axis_arc(self, *, everything_fell: bool = False) -> tuple[float, float]:
-        """Return middle (0 to 180) and width of the credible arc of the axis of the motion, degrees.
+    def credible_axis_arc(self, *, everything_fell: bool = False) -> tuple[float, float]:
+        """Return middle (0 to 180) and width, degrees, of the credible arc of the axis of the largest velocity.
 
         The credible arc is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the
         survey fell (`everything_fell`).
         """
-        middle, width = self._shortest_arc()
+        middle, width = self._shortest_axis_arc()
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
-    def _shortest_arc(self) -> tuple[float, float]:
-        """Return middle and width of the shortest arc of the axis with probability `LEVEL`, degrees."""
+    def _shortest_axis_arc(self) -> tuple[float, float]:
+        """Return middle and width, degrees, of the shortest arc that contains the axis with probability `LEVEL`."""
         share = self.axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
@@ -140,7 +140,7 @@ class MotionPosterior:
 
 @dataclass(frozen=True)
 class InversionResult:
-    """Posterior of a survey, with a summary of the survey.
+    """Result of the inversion of a survey: posterior of the motion, and numbers of stones that fell and stood.
 
     Attributes
     ----------
@@ -169,19 +169,19 @@ class InversionResult:
         return self.fell > 0 and self.stood == 0
 
     @property
-    def axis_arc(self) -> tuple[float, float]:
-        """Middle and width of the credible arc of the axis, degrees; see `MotionPosterior.axis_arc`."""
-        return self.posterior.axis_arc(everything_fell=self.everything_fell)
+    def credible_axis_arc(self) -> tuple[float, float]:
+        """Middle and width, degrees, of the credible arc of the axis; see `MotionPosterior.credible_axis_arc`."""
+        return self.posterior.credible_axis_arc(everything_fell=self.everything_fell)
 
     @property
-    def strengths(self) -> dict[str, FloatArray]:
+    def pgv_and_pga(self) -> dict[str, FloatArray]:
         """PGV in cm/s and PGA in g, largest over all azimuths, of each motion at each level, shape (s, l)."""
         pgv = self.posterior.pgv
         return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
 
 
 def write_inversion(inversion_result: InversionResult, path: Path) -> None:
-    """Write the result of an inversion (NetCDF)."""
+    """Write the result of the inversion of a survey to a NetCDF file."""
     table = xr.Dataset(
         {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()},
         {"source": list(inversion_result.posterior.sources)},
@@ -195,7 +195,7 @@ def write_inversion(inversion_result: InversionResult, path: Path) -> None:
 
 
 def read_inversion(path: Path) -> InversionResult:
-    """Read a file written by `write_inversion`; a ResultError if it is missing or another kind of file."""
+    """Read the result of the inversion of a survey; a ResultError if the file is missing or of another kind."""
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()

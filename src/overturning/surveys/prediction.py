@@ -11,7 +11,7 @@ from overturning.model.edges import edge_probabilities
 from overturning.model.planes import fall_probability, plane_weight
 from overturning.model.symmetry import FULL_TURN, nearest_cells
 from overturning.statistics.circular import sector_index
-from overturning.statistics.falls import extend_to_full_circle, falls_towards
+from overturning.statistics.falls import extend_to_full_circle, falls_towards_azimuths
 from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -19,7 +19,7 @@ SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 
 
 class SitePrediction:
-    """Fall probabilities of a site by azimuth and slenderness.
+    """Prediction for the stones of a site: fall probabilities by azimuth and slenderness, from the cube of its record.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class SitePrediction:
         self.background = background
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
-        self.azimuth: FloatArray = falls_towards(site)["azimuth"].values.astype(np.float64)
+        self.azimuth: FloatArray = falls_towards_azimuths(site)["azimuth"].values.astype(np.float64)
         self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, divide_gaps=True)
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
@@ -68,10 +68,12 @@ class SitePrediction:
         start = (self.azimuth[0] + self.azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
-    def _interpolate_falls(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Interpolate the probability of falling towards n azimuths and away, and return the nearest times of falls.
+    def _interpolate_fall_probabilities(
+        self, azimuth_deg: FloatArray, b_over_h: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Interpolate the probabilities of falling towards n azimuths and away; return them with times of the falls.
 
-        Shapes are (2, blocks, n) and (blocks, n).
+        Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H.
         """
         place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
         low = int(place)
@@ -82,7 +84,7 @@ class SitePrediction:
         cell = nearest_cells(self.plane, azimuth_deg, FULL_TURN).cell
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
-    def is_outside_grid(self, stone: Stone) -> bool:
+    def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
         """True if a B/H of a stone lies outside the grid of the cube, whose nearest value is then used."""
         least, most = self.b_over_h[[0, -1]].tolist()
         return min(stone.slenderness) < least - 1e-9 or max(stone.slenderness) > most + 1e-9
@@ -92,7 +94,7 @@ class SitePrediction:
         return int(nearest_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
-        """Return the probability of each sector of azimuth for a fallen stone of unknown orientation; sums to 1.
+        """Return the probability of each azimuth sector for the fall of a stone of unknown orientation; sums to 1.
 
         It is the mean of `side_probabilities` over all face azimuths. Without ``b_over_h`` all B/H of the cube have
         equal weight, and without ``b_over_h_side`` the footprint is square.
@@ -128,8 +130,8 @@ class SitePrediction:
         self._densities[of] = found
         return found
 
-    def never_falls(self, stone: Stone) -> bool:
-        """True if no stone of this shape falls in the cube, which then predicts no direction of its fall."""
+    def stone_never_falls(self, stone: Stone) -> bool:
+        """True if no stone of this shape falls in the cube, so that no direction of fall is predicted."""
         if has_known_face(stone):
             return bool(
                 (
@@ -160,14 +162,17 @@ class SitePrediction:
     def _side_probabilities_without_background(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for n face azimuths, without background; NaN if unknown."""
-        return _mean_of_known(self._side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1)
+        """Return the probabilities of `SIDES` for n face azimuths, shape (5, n), without background; NaN if unknown."""
+        return _mean_of_known_values(self._side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1)
 
     def _side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for each block and n face azimuths, shape (5, blocks, n), NaN unknown."""
-        planes = [self._interpolate_falls(face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(slenderness)]
+        """Return the probabilities of `SIDES` by block, for n face azimuths, shape (5, blocks, n); NaN if unknown."""
+        planes = [
+            self._interpolate_fall_probabilities(face_azimuth_deg + 90.0 * i, shape)
+            for i, shape in enumerate(slenderness)
+        ]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
         p = np.where(known, p, 0.0)
@@ -199,7 +204,7 @@ class SitePrediction:
             weight = np.ones(1) if math.isfinite(face) else self.share
             # Shape (blocks, B/H, faces).
             falls = 1.0 - np.stack([self._side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1)
-            found = _mean_of_known(falls, axis=(1, 2), weight=weight)
+            found = _mean_of_known_values(falls, axis=(1, 2), weight=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)
         found = self._fall_probabilities[key]
         if math.isnan(stone.height):
@@ -207,25 +212,27 @@ class SitePrediction:
         at_height = np.array([np.interp(stone.height, self.height, column) for column in found.T])
         return np.asarray(np.broadcast_to(at_height, found.shape))
 
-    def is_outside_heights(self, stone: Stone) -> bool:
+    def has_height_outside_grid(self, stone: Stone) -> bool:
         """True if the height of a stone is known and lies outside the grid of the cube."""
         return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
 
-    def octant_probabilities(self, sector_probability: FloatArray) -> FloatArray:
-        """Return the probability of each compass octant from probabilities of the azimuth sectors of the cube."""
+    def octant_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
+        """Convert probabilities of the azimuth sectors of the cube to those of the compass octants, shape (8,)."""
         fine = np.zeros(8)
-        for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probability, strict=True):
+        for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probabilities, strict=True):
             np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
 
 
 def _shape_key(b_over_h: float, b_over_h_side: float) -> str:
-    """Return a dictionary key for two B/H values; a text, since NaN does not equal itself."""
+    """Return two B/H values as a text, a dictionary key; numbers would not do, since NaN does not equal itself."""
     return f"{b_over_h} {b_over_h_side}"
 
 
-def _mean_of_known(values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None) -> FloatArray:
-    """Return the mean over axes of the values that are not NaN, with weights along the last; NaN if all are NaN."""
+def _mean_of_known_values(
+    values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None
+) -> FloatArray:
+    """Return the mean over array axes of the values that are not NaN, with weights along the last axis."""
     known = np.isfinite(values)
     weights = known if weight is None else known * weight
     with np.errstate(invalid="ignore"):
@@ -233,7 +240,7 @@ def _mean_of_known(values: FloatArray, axis: int | tuple[int, ...], weight: Floa
 
 
 def has_known_face(stone: Stone) -> bool:
-    """True if the face azimuth and a B/H of a stone are known, so that its own faces can be used."""
+    """True if the face azimuth and a B/H of a stone are known."""
     return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness[0])
 
 

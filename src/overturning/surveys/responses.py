@@ -69,7 +69,7 @@ DRAWS: Final = 64
 
 @dataclass(frozen=True)
 class StoneKind:
-    """Size and shape of a stone, as far as known.
+    """Size and shape of a stone; unknown sizes are None.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class StoneKind:
         return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
 
     def node_weights(self, population: Population) -> FloatArray:
-        """Return the weight of each simulated height and B/H, shape (heights, shapes); sums to 1."""
+        """Return the weights of the simulated heights and B/H for this kind, shape (heights, shapes); they sum to 1."""
         generator = np.random.Generator(np.random.PCG64(population.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
         height, width = (
@@ -124,7 +124,7 @@ class StoneKind:
 
 
 def stone_kinds_of_survey(stones: Sequence[Stone], file_name: str) -> list[StoneKind]:
-    """Return size and shape of each stone of a survey; an ArgumentError names the file and has a line per fault."""
+    """Return the kind of each stone of a survey; an ArgumentError lists all stones outside the simulated range."""
     kinds, faults = [], []
     for stone in stones:
         try:
@@ -137,7 +137,7 @@ def stone_kinds_of_survey(stones: Sequence[Stone], file_name: str) -> list[Stone
 
 
 class StoneResponses:
-    """Outcomes of kinds of stones under motions at all levels of peak velocity, cached for further surveys.
+    """Outcome probabilities of kinds of stones under candidate motions at all levels of peak velocity, with a cache.
 
     Parameters
     ----------
@@ -156,19 +156,21 @@ class StoneResponses:
     def __init__(
         self,
         motions: Sequence[CandidateMotion],
-        kinds: Sequence[StoneKind],
+        stone_kinds: Sequence[StoneKind],
         population: Population | None = None,
         *,
         folder: Path | None = None,
         threads: int = 1,
         progress: Callable[[int, int], None] | None = None,
     ) -> None:
-        if not motions or not kinds:
-            raise ArgumentError(f"{len(motions)} motions, {len(kinds)} kinds of stones; at least one of each is needed")
+        if not motions or not stone_kinds:
+            raise ArgumentError(
+                f"{len(motions)} motions, {len(stone_kinds)} kinds of stones; at least one of each is needed"
+            )
         self.motions = tuple(motions)
         folder = folder or response_cache_folder()
-        self._weights = node_weights_by_kind(kinds, population)
-        needed = needed_nodes(self._weights)
+        self._weights = node_weights_by_kind(stone_kinds, population)
+        needed = needed_grid_nodes(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
             if progress:
@@ -179,12 +181,14 @@ class StoneResponses:
             progress(len(motions), len(motions))
         self.table = lru_cache(64)(self._outcome_table)
 
-    def _outcome_table(self, kind: StoneKind) -> NDArray[np.float32]:
-        """Return the probability of each direction bin, relative to the north of the motion, and of standing.
+    def _outcome_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
+        """Return the probability that a kind of stone falls in each direction bin (from the motion's north), or stands.
 
         Shape (motions, levels, orientations, bins + 1).
         """
-        return np.stack([_outcome_probabilities(one, self._weights[kind]) for one in self._ways[kind.aspect]])
+        return np.stack(
+            [_outcome_probabilities(one, self._weights[stone_kind]) for one in self._ways[stone_kind.aspect]]
+        )
 
 
 def response_cache_folder() -> Path:
@@ -193,14 +197,14 @@ def response_cache_folder() -> Path:
 
 
 def node_weights_by_kind(
-    kinds: Sequence[StoneKind], population: Population | None = None
+    stone_kinds: Sequence[StoneKind], population: Population | None = None
 ) -> dict[StoneKind, FloatArray]:
-    """Return the weights of each kind once, see `StoneKind.node_weights`."""
-    return {kind: kind.node_weights(population or Population()) for kind in dict.fromkeys(kinds)}
+    """Return the weights of the simulated heights and B/H for each kind of stone; see `StoneKind.node_weights`."""
+    return {kind: kind.node_weights(population or Population()) for kind in dict.fromkeys(stone_kinds)}
 
 
-def needed_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
-    """Return for each D/B the heights and B/H at which kinds of stones have a weight, shape (heights, shapes)."""
+def needed_grid_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
+    """Return a mask of the heights and B/H that must be simulated, for each D/B, shape (heights, shapes)."""
     needed: dict[float, NDArray[np.bool_]] = {}
     for kind, weight in weights_by_kind.items():
         needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
@@ -208,7 +212,7 @@ def needed_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, ND
 
 
 def count_uncached_cases(
-    motions: Sequence[CandidateMotion], kinds: Sequence[StoneKind], folder: Path | None = None
+    motions: Sequence[CandidateMotion], stone_kinds: Sequence[StoneKind], folder: Path | None = None
 ) -> tuple[int, float]:
     """Count the cases that `StoneResponses` would compute, without cached ones, and estimate the computing time.
 
@@ -220,12 +224,15 @@ def count_uncached_cases(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in needed_nodes(node_weights_by_kind(kinds)).items():
+    for aspect, nodes in needed_grid_nodes(node_weights_by_kind(stone_kinds)).items():
         names = [f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()]
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations.size
         for one in motions:
             kept: list[str] = []
-            with suppress(Exception), np.load(_response_file(one, aspect, folder or response_cache_folder())) as stored:
+            with (
+                suppress(Exception),
+                np.load(_response_cache_path(one, aspect, folder or response_cache_folder())) as stored,
+            ):
                 kept = stored.files  # a torn archive holds nothing
             count = each * len(set(names) - set(kept))
             cases += count
@@ -233,8 +240,8 @@ def count_uncached_cases(
     return cases, seconds
 
 
-def _response_file(candidate: CandidateMotion, aspect: float, folder: Path) -> Path:
-    """Return the path of the cache file of the responses to a motion; its name is a hash of all inputs."""
+def _response_cache_path(candidate: CandidateMotion, aspect: float, folder: Path) -> Path:
+    """Return the path of the cache file of the responses to a motion; the file name is a hash of all inputs."""
     grid = repr(
         (
             candidate.pgv,
@@ -254,12 +261,12 @@ def _response_file(candidate: CandidateMotion, aspect: float, folder: Path) -> P
 def load_or_compute_outcomes(
     candidate: CandidateMotion, aspect: float, needed_nodes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """Load the outcomes of stones under a motion from the cache, or simulate and cache them (see `_response_file`).
+    """Load the outcomes of stones under a motion from the cache; simulate missing ones and add them to the cache.
 
     Returns by key ``height-shape``, for the nodes that are True, shape (heights, shapes): direction bin of the fall,
     `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
     """
-    path, known = _response_file(candidate, aspect, folder), dict[str, NDArray[np.int8]]()
+    path, known = _response_cache_path(candidate, aspect, folder), dict[str, NDArray[np.int8]]()
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}
@@ -287,7 +294,7 @@ def _source_hash() -> str:
 def compute_outcomes(
     candidate: CandidateMotion, aspect: float, grid_nodes: Sequence[tuple[int, int]], threads: int
 ) -> NDArray[np.int8]:
-    """Simulate stones at grid nodes of height and B/H, shape (nodes, frictions, levels, orientations).
+    """Simulate stones at grid nodes of height and B/H; outcomes of shape (nodes, frictions, levels, orientations).
 
     An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
     """
@@ -320,20 +327,20 @@ def _outcome_probabilities(
     near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
     # Without known outcomes the probabilities are uninformative.
-    shares += 1e-6 * uninformative_probabilities()
+    shares += 1e-6 * probabilities_without_information()
     shares /= shares.sum(axis=-1, keepdims=True)
     shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_direction_probabilities()
     return shares.astype(np.float32)
 
 
-def uninformative_probabilities() -> FloatArray:
-    """Return the probability of each direction bin and of standing without any information, shape (bins + 1,)."""
+def probabilities_without_information() -> FloatArray:
+    """Return the probability of each direction bin and of standing if nothing is known, shape (bins + 1,)."""
     return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
 
 
 @cache
 def observed_direction_probabilities() -> FloatArray:
-    """Return the probability that a simulated direction (rows) is observed in each bin, shape (bins, bins)."""
+    """Return the probability that a fall simulated in one direction bin is observed in another, shape (bins, bins)."""
     angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
     row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BINS

@@ -31,15 +31,15 @@ LARGEST_FACTOR: Final = 1e6
 
 
 LARGEST_SHARE_BEYOND: Final = 0.9
-"""Largest share of falls from levels beyond the records; above it, a hazard with implausible levels is refused."""
+"""Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
 PLAUSIBLE_TOPS: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (5.0, 2000.0, 0.01, "m/s")}
 """By unit: least and largest plausible highest level of a hazard curve, and the likely other unit: how many of it make
 one of this unit, and its name."""
 
 
-class CurveRow(BaseModel, extra="forbid"):
-    """A row of ``fragility.csv``, as `statistics.fragility.write_fragility_csv` writes it."""
+class FragilityCurveRow(BaseModel, extra="forbid"):
+    """Row of the fragility table ``fragility.csv``: the fragility curve of a class of stones."""
 
     stones: str
     measure: str
@@ -55,8 +55,8 @@ class CurveRow(BaseModel, extra="forbid"):
     id: str = ""
 
 
-class HazardRow(BaseModel, extra="forbid"):
-    """A row of a hazard curve."""
+class HazardCurveRow(BaseModel, extra="forbid"):
+    """Row of a hazard table: annual rate at which the shaking exceeds an intensity level."""
 
     measure: str
     unit: str
@@ -66,7 +66,7 @@ class HazardRow(BaseModel, extra="forbid"):
 
 @dataclass(frozen=True)
 class HazardCurve:
-    """A hazard curve; between its levels it is a power law.
+    """Hazard curve: annual rate of exceedance of intensity levels; a power law between levels.
 
     Attributes
     ----------
@@ -82,13 +82,13 @@ class HazardCurve:
     rate: FloatArray
 
     def exceedance_rate(self, level: ArrayLike) -> FloatArray:
-        """Interpolate the annual rate of exceedance of levels within the curve, 1/year."""
+        """Interpolate the annual rate, 1/year, at which the shaking exceeds given levels."""
         return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
 
     def fall_rate(
         self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
     ) -> FloatArray:
-        """Compute the annual rate of falls from shaking between two intensity levels within the hazard curve, 1/year.
+        """Compute the annual rate of falls, 1/year, from shaking between two intensity levels.
 
         ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
         is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
@@ -127,7 +127,7 @@ class HazardCurve:
 
 @dataclass(frozen=True)
 class SurvivalEstimate:
-    """Survival of a class of stones under a hazard.
+    """Survival of a class of stones under a seismic hazard during an exposure time.
 
     Attributes
     ----------
@@ -158,8 +158,8 @@ class SurvivalEstimate:
     first: float
 
 
-def estimate_survival(curve: CurveRow, hazard: HazardCurve, years: float) -> SurvivalEstimate:
-    """Compute the probability that stones with a fragility curve (known median) survive years of a hazard."""
+def estimate_survival(fragility: FragilityCurveRow, hazard: HazardCurve, years: float) -> SurvivalEstimate:
+    """Compute the probability that stones with a fragility curve (known median) stand after years of a hazard."""
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
@@ -170,28 +170,32 @@ def estimate_survival(curve: CurveRow, hazard: HazardCurve, years: float) -> Sur
         """Return the annual rate of falls, 1/year."""
         return np.asarray(hazard.fall_rate(median, spread) + seldom * fall_probability(last, median, spread))
 
-    spread = curve.log_spread
+    spread = fragility.log_spread
     # An end outside the data is 0 or infinite: all shaking overturns the stone, or none.
-    medians = np.clip([curve.median, curve.median_low, curve.median_high], 1e-9 * hazard.level[0], 1e9 * last)
+    medians = np.clip(
+        [fragility.median, fragility.median_low, fragility.median_high],
+        1e-9 * hazard.level[0],
+        1e9 * last,
+    )
     rate, strong, weak = (float(one) for one in fall_rates(medians, spread))
     strong += seldom * float(1 - fall_probability(last, medians[1], spread)[0])
-    known = float(hazard.fall_rate(curve.median, spread, curve.least, curve.most)[0])
-    if curve.least <= last <= curve.most:  # above the last level, with the probability there
-        known += seldom * float(fall_probability(last, curve.median, spread)[0])
+    known = float(hazard.fall_rate(fragility.median, spread, fragility.least, fragility.most)[0])
+    if fragility.least <= last <= fragility.most:  # above the last level, with the probability there
+        known += seldom * float(fall_probability(last, fragility.median, spread)[0])
     share = math.nan
-    if math.isfinite(curve.other_spread):
-        each = fall_rates(curve.median * np.exp(CAPACITIES * curve.other_spread), curve.record_spread)
+    if math.isfinite(fragility.other_spread):
+        each = fall_rates(fragility.median * np.exp(CAPACITIES * fragility.other_spread), fragility.record_spread)
         weight = np.exp(-0.5 * CAPACITIES**2)
         share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
-    first = float(fall_probability(float(hazard.level[0]), curve.median, spread)[0])
+    first = float(fall_probability(float(hazard.level[0]), fragility.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
-    return SurvivalEstimate(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
+    return SurvivalEstimate(fragility.stones, fragility.measure, rate, stands, low, high, share, beyond, first)
 
 
 @dataclass(frozen=True)
 class SurvivalByClass:
-    """Survival of the classes of a fragility table under a hazard table over some years.
+    """Survival of all classes of stones of a fragility table under the hazard of a hazard table.
 
     Attributes
     ----------
@@ -210,34 +214,43 @@ class SurvivalByClass:
     years: float
     hazard: str
     hazards: dict[str, HazardCurve]
-    estimates: tuple[tuple[CurveRow, HazardCurve, SurvivalEstimate], ...]
-    without_curve: tuple[CurveRow, ...]
+    estimates: tuple[tuple[FragilityCurveRow, HazardCurve, SurvivalEstimate], ...]
+    without_curve: tuple[FragilityCurveRow, ...]
 
 
 def survival_by_class(
-    curves: Sequence[CurveRow], hazards: dict[str, HazardCurve], years: float, file_names: tuple[str, str]
+    fragility_curves: Sequence[FragilityCurveRow],
+    hazard_curves: dict[str, HazardCurve],
+    years: float,
+    file_names: tuple[str, str],
 ) -> SurvivalByClass:
-    """Compute the survival of all classes whose intensity measure the hazard has.
+    """Compute the survival of all classes of stones for whose intensity measure there is a hazard curve.
 
     `file_names` are those of the fragility and the hazard table; a ResultError names them if a unit differs, or if they
     have no measure in common.
     """
     fragility, hazard = file_names
-    units = {one.measure: one.unit for one in curves}
-    for measure in hazards.keys() & units.keys():
-        own = hazards[measure].unit
+    units = {one.measure: one.unit for one in fragility_curves}
+    for measure in hazard_curves.keys() & units.keys():
+        own = hazard_curves[measure].unit
         if own != units[measure]:
             raise ResultError(f"{hazard}: {measure} in {own}, but {fragility} has it in {units[measure]}; convert it")
-    shared = [one for one in curves if one.measure in hazards]
+    shared = [one for one in fragility_curves if one.measure in hazard_curves]
     if not shared:
-        raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
+        raise ResultError(
+            f"{hazard}: {', '.join(hazard_curves)}; {fragility} has {', '.join(units)}: give one of these"
+        )
     known = [one for one in shared if math.isfinite(one.log_spread)]
-    estimates = ((one, hazards[one.measure], estimate_survival(one, hazards[one.measure], years)) for one in known)
-    return SurvivalByClass(years, hazard, hazards, tuple(estimates), tuple(one for one in shared if one not in known))
+    estimates = (
+        (one, hazard_curves[one.measure], estimate_survival(one, hazard_curves[one.measure], years)) for one in known
+    )
+    return SurvivalByClass(
+        years, hazard, hazard_curves, tuple(estimates), tuple(one for one in shared if one not in known)
+    )
 
 
 def hazard_unit_warning(hazard: HazardCurve) -> str:
-    """Return the reason to doubt the unit of a hazard curve, with the likely cause; empty if its levels are plausible.
+    """Return a warning if the levels of a hazard curve are implausible in its unit, with the likely cause; else "".
 
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 5 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
@@ -254,7 +267,7 @@ def hazard_unit_warning(hazard: HazardCurve) -> str:
 
 
 def upper_bound_of_fall_rate(years: float) -> float:
-    """Return the upper bound (probability `BOUND_PROBABILITY`) of the annual rate of falls at a place without any fall.
+    """Return an upper bound (`BOUND_PROBABILITY`) of the annual rate of falls, 1/year, after years without a fall.
 
     The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
     their earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a
@@ -263,20 +276,22 @@ def upper_bound_of_fall_rate(years: float) -> float:
     return -math.log1p(-BOUND_PROBABILITY) / years
 
 
-def upper_bound_of_hazard_factor(curve: CurveRow, hazard: HazardCurve, years: float, fall_rate_bound: float) -> float:
-    """Compute the factor on the hazard under which only 5 % of a class would still stand: an upper bound.
+def upper_bound_of_hazard_factor(
+    fragility: FragilityCurveRow, hazard: HazardCurve, years: float, fall_rate_bound: float
+) -> float:
+    """Compute an upper bound of a factor on the hazard: that under which only 5 % of a class would still stand.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
     larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
     spread are unknown. NaN without a bound.
     """
-    rate = estimate_survival(curve, hazard, years).rate
+    rate = estimate_survival(fragility, hazard, years).rate
     if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
     def excess_fall_rate(log_factor: float) -> float:
-        """Return the difference between the fall rate under a scaled hazard and its bound."""
-        return estimate_survival(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
+        """Return the share of the class that stands under a scaled hazard, minus 5 %."""
+        return estimate_survival(fragility, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
     first, last = math.log(fall_rate_bound / rate), math.log(LARGEST_FACTOR * max(1.0, fall_rate_bound / rate))
@@ -285,26 +300,28 @@ def upper_bound_of_hazard_factor(curve: CurveRow, hazard: HazardCurve, years: fl
     return math.exp(brentq(excess_fall_rate, first, last)) if excess_fall_rate(last) < 0 else math.nan
 
 
-def fall_rate_below_curve(curve: CurveRow, hazard: HazardCurve) -> float:
-    """Return the annual rate of falls from shaking weaker than the hazard curve, by extrapolation, 1/year."""
+def fall_rate_below_first_level(fragility: FragilityCurveRow, hazard: HazardCurve) -> float:
+    """Extrapolate the annual rate of falls, 1/year, from shaking below the first level of a hazard curve."""
     steepness = np.log(hazard.rate[0] / hazard.rate[1]) / np.log(hazard.level[1] / hazard.level[0])
     level = hazard.level[0] * np.array([0.1, 1.0])
     below = HazardCurve(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
-    return float(below.fall_rate(curve.median, curve.log_spread)[0])
+    return float(below.fall_rate(fragility.median, fragility.log_spread)[0])
 
 
-def read_fragility_curves(path: Path) -> list[CurveRow]:
-    """Read the fragility curves of a run; a ResultError if the table is invalid."""
+def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
+    """Read a table of fragility curves (``fragility.csv``); a ResultError if it is invalid."""
     return [
         row
-        for _, row in read_rows(path, CurveRow, delimiter=",", error_class=ResultError, table_kind="fragility table")
+        for _, row in read_rows(
+            path, FragilityCurveRow, delimiter=",", error_class=ResultError, table_kind="fragility table"
+        )
     ]
 
 
 def read_hazard_curves(path: Path) -> dict[str, HazardCurve]:
-    """Read hazard curves by measure; a ResultError if levels or rates are not monotonic, or there is only one level."""
-    rows: dict[str, list[tuple[int, HazardRow]]] = {}
-    for line, row in read_rows(path, HazardRow, delimiter=",", error_class=ResultError, table_kind="hazard table"):
+    """Read hazard curves, by intensity measure; a ResultError if levels or rates are not monotonic."""
+    rows: dict[str, list[tuple[int, HazardCurveRow]]] = {}
+    for line, row in read_rows(path, HazardCurveRow, delimiter=",", error_class=ResultError, table_kind="hazard table"):
         rows.setdefault(row.measure, []).append((line, row))
     found = {}
     for measure, of_measure in rows.items():

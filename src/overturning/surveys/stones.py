@@ -26,7 +26,7 @@ _YES, _NO = {"yes", "fell", "true", "1", "y"}, {"no", "stood", "false", "0", "n"
 
 @dataclass(frozen=True)
 class Stone:
-    """One row of a survey.
+    """Stone of a survey, or a group of equal stones: one row of the survey table.
 
     Attributes
     ----------
@@ -66,53 +66,53 @@ class Stone:
 
     @property
     def has_direction(self) -> bool:
-        """True if it fell, and in a known direction."""
+        """True if the stone fell in a known direction."""
         return self.fell and math.isfinite(self.azimuth_deg)
 
     @property
     def slenderness(self) -> tuple[float, float]:
-        """B/H in the plane of the face's normal and at right angles; if one is not given, the footprint is square."""
+        """B/H in the plane of the face normal and in the plane across; if one is not given, the footprint is square."""
         front, side = self.b_over_h, self.b_over_h_side
         return (side if math.isnan(front) else front), (front if math.isnan(side) else side)
 
     @property
     def narrow_face_deg(self) -> float:
-        """Azimuth that the face across the smaller B/H faces, degrees; NaN if no face is given."""
+        """Azimuth, degrees, of the normal of the face over which the stone is most slender; NaN if no face is given."""
         front, side = self.slenderness
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 
 
 def _parse_yes_or_no(text: str) -> bool:
-    """Return True for yes and False for no."""
+    """Parse a table cell: True for "yes", False for "no", and their synonyms."""
     if text.lower() not in _YES | _NO:
         raise ValueError("write yes or no")
     return text.lower() in _YES
 
 
 def _parse_octant(text: str) -> int:
-    """Return the number of a compass octant, 0 for north, clockwise."""
+    """Parse the name of a compass octant to its number: 0 for north, clockwise."""
     if text.upper() not in OCTANTS:
         raise ValueError(f"use one of {' '.join(OCTANTS)}")
     return OCTANTS.index(text.upper())
 
 
-def _refuse_gon(cell: str | float) -> str | float:
+def _refuse_azimuth_in_gon(azimuth_text: str | float) -> str | float:
     """Raise a ValueError for an azimuth that is probably in gon."""
     try:
-        azimuth = float(cell)
+        azimuth = float(azimuth_text)
     except ValueError:
-        return cell  # the field refuses it
+        return azimuth_text  # the field refuses it
     if 360 < azimuth <= 400:
         raise ValueError("give degrees from -360 to 360; an azimuth in gon (400 to a turn) times 0.9")
-    return cell
+    return azimuth_text
 
 
-_Degrees = Annotated[float, BeforeValidator(_refuse_gon), Field(ge=-360, le=360)]
+_Degrees = Annotated[float, BeforeValidator(_refuse_azimuth_in_gon), Field(ge=-360, le=360)]
 _Slenderness = Annotated[float, Field(ge=0.01, le=5)]
 
 
 class SurveyRow(BaseModel):
-    """One line of a survey: its columns."""
+    """Row of the table of a survey, with its columns."""
 
     fell: Annotated[bool | None, BeforeValidator(_parse_yes_or_no)] = None
     azimuth_deg: _Degrees = math.nan
@@ -145,15 +145,15 @@ class SurveyRow(BaseModel):
             raise ValueError("fell: a stone that stood has no fall direction; empty azimuth_deg and octant")
         return self
 
-    def to_stone(self, line: int) -> Stone:
-        """Return the stone of this row, with directions from true north."""
+    def to_stone(self, line_number: int) -> Stone:
+        """Convert this row of a survey to a stone, with directions from true north."""
         azimuth, north = self.azimuth_deg if self.octant is None else 45.0 * self.octant, self.magnetic_declination_deg
         return Stone(
             fell=self.fell is not False,
             azimuth_deg=(azimuth + north) % 360,
             octant=self.octant is not None,
             face_azimuth_deg=(self.face_azimuth_deg + north) % 360,
-            line=line,
+            line=line_number,
             height=self.height_m,
             **{name: getattr(self, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
         )
@@ -177,29 +177,29 @@ _SYNONYMS: Final = {
 """Names that people give to columns of a survey, each with the name of the column."""
 
 _SHORT: Final = 5
-"""Letters of a short name, which many other words are like."""
+"""Largest number of letters of a short column name; short names resemble many other words."""
 
 _LEAST: Final = 3
-"""Different azimuths from which their unit can be doubted."""
+"""Smallest number of different azimuths for which a warning about their unit is given."""
 
 _NEAR: Final = 0.75
-"""Similarity of two names, as `difflib` counts it, from which one is taken for a misspelt other."""
+"""Smallest similarity (of `difflib`) of a misspelt column name and the known name."""
 
 
-def _is_misspelling(name: str, column: str) -> bool:
-    """True if a name is a misspelt short column name: letters swapped, omitted or doubled, or an s added.
+def _is_misspelling(column_name: str, known_column: str) -> bool:
+    """True if a column name is a misspelling of a known short one: letters swapped, omitted, doubled, or an s added.
 
     Words of their own are as near: county, country, ground.
     """
-    swapped = sorted(name) == sorted(column)
-    lacks_one = any(name == column[:at] + column[at + 1 :] for at in range(len(column)))
-    doubled = any(name == column[: at + 1] + column[at:] for at in range(len(column)))
-    return swapped or lacks_one or doubled or name in (f"{column}s", f"{column}ed")
+    swapped = sorted(column_name) == sorted(known_column)
+    lacks_one = any(column_name == known_column[:at] + known_column[at + 1 :] for at in range(len(known_column)))
+    doubled = any(column_name == known_column[: at + 1] + known_column[at:] for at in range(len(known_column)))
+    return swapped or lacks_one or doubled or column_name in (f"{known_column}s", f"{known_column}ed")
 
 
-def _intended_column(name: str) -> str:
-    """Return the column of a survey of which an unknown name is probably a misspelling; "" if there is none."""
-    plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name).strip()).strip("_?.")
+def _intended_column_name(column_name: str) -> str:
+    """Return the known column name that an unknown column name probably means; "" if there is none."""
+    plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", column_name).strip()).strip("_?.")
     long = [one for one in (*COLUMNS, *_SYNONYMS) if len(one) > _SHORT]
     near = [one for one in COLUMNS if len(one) <= _SHORT and _is_misspelling(plain, one)]
     near = near or difflib.get_close_matches(plain, long, 1, _NEAR)
@@ -207,15 +207,15 @@ def _intended_column(name: str) -> str:
     return _SYNONYMS.get(found, found)
 
 
-def azimuth_unit_warnings(rows: Sequence[SurveyRow], file_name: str) -> list[str]:
-    """Return doubts about the unit of a survey's azimuths, each with the likely cause; `file_name` is that of its file.
+def azimuth_unit_warnings(survey_rows: Sequence[SurveyRow], file_name: str) -> list[str]:
+    """Return warnings that the azimuths of a survey may be in another unit (radians, gon), with the name of its file.
 
     Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
     above 360, which `SurveyRow` refuses, or are the half and full quarters of 400.
     """
     doubts = []
     for column in ("azimuth_deg", "face_azimuth_deg"):
-        values = [getattr(one, column) for one in rows if math.isfinite(getattr(one, column))]
+        values = [getattr(one, column) for one in survey_rows if math.isfinite(getattr(one, column))]
         different = set(values)
         largest = max(map(abs, values), default=0.0)
         if len(different) >= _LEAST and largest <= 2 * math.pi and any(one % 1 for one in values):
@@ -232,7 +232,7 @@ def azimuth_unit_warnings(rows: Sequence[SurveyRow], file_name: str) -> list[str
 
 
 def read_survey(path: Path) -> list[Stone]:
-    """Read the stones of a survey file, in its order; see `read_survey_with_notes`."""
+    """Read the stones of a survey file, in the order of its rows; see `read_survey_with_notes`."""
     return read_survey_with_notes(path)[0]
 
 
@@ -252,7 +252,7 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
 
     def refuse_column(column: str) -> str:
         """Return the reason to refuse an unknown column; empty if it is only skipped."""
-        if meant := _intended_column(column):
+        if meant := _intended_column_name(column):
             return f"did you mean {meant}? A column for something else needs a name that is less like it"
         others.append(column or "without a name")
         return ""

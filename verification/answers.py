@@ -12,7 +12,7 @@ from overturning.findings.collect import Findings, findings
 from overturning.findings.values import Estimate
 from overturning.report.filters import estimate, share
 from overturning.study.load import load_study
-from verification.tables import ROOT, markdown, publish
+from verification.tables import ROOT, markdown_table, publish_markdown
 
 Row = tuple[str, str, int]
 """Quantity, its value with its 95 % interval, and the number of earthquakes."""
@@ -21,46 +21,46 @@ PICTURES: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"
 """Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
-def _row(quantity: str, one: Estimate, *, percent: bool = False) -> Row:
-    """Return a row of the table; without an interval if there are too few earthquakes."""
+def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> Row:
+    """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
     digits = 1 if one.value is not None and one.value < 0.1 else 0
     shown = share(one, digits, to=" to ") if percent else estimate(one, to=" to ")
     return quantity, shown, one.earthquakes
 
 
-def _group(name: str) -> str:
+def _short_group_name(group_name: str) -> str:
     """Return a short name of a group of records."""
-    return "no pulse" if name.startswith("without") else "velocity pulse"
+    return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
 
-def _direction(found: Findings) -> Iterator[Row]:
+def _direction_rows(found: Findings) -> Iterator[Row]:
     for group in found.direction.groups:
-        yield _row(f"alignment with the fault normal, {_group(group.group)}", group.alignment)
+        yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.group)}", group.alignment)
 
 
-def _reference(found: Findings) -> Iterator[Row]:
+def _reference_rows(found: Findings) -> Iterator[Row]:
     for group in found.reference_alignments:
         axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
         for name in ("peak velocity", "fault normal"):
-            yield _row(f"alignment with the {name}, {_group(group.group)}", axes[name].all_b_over_h)
+            yield _finding_row(f"alignment with the {name}, {_short_group_name(group.group)}", axes[name].all_b_over_h)
 
 
-def _contrast(found: Findings) -> Iterator[Row]:
+def _contrast_rows(found: Findings) -> Iterator[Row]:
     (one,) = (each for each in found.contrasts if each.primary)
-    yield _row("falls in both", one.both_overturn, percent=True)
-    yield _row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
-    yield _row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
+    yield _finding_row("falls in both", one.both_overturn, percent=True)
+    yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
+    yield _finding_row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
     if one.same_direction.value is not None:
-        yield _row("falls the same way, where it falls in both", one.same_direction, percent=True)
+        yield _finding_row("falls the same way, where it falls in both", one.same_direction, percent=True)
 
 
 STUDIES: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
-    "near-fault": _direction, "in-space": _reference, "three-tier": _contrast, "waiau": _contrast,
+    "near-fault": _direction_rows, "in-space": _reference_rows, "three-tier": _contrast_rows, "waiau": _contrast_rows,
 }  # fmt: skip
 
 
 def main() -> None:
-    """Write the table and copy the maps."""
+    """Write the table of findings into README.md and copy the maps of the studies."""
     lines = []
     for name, rows in STUDIES.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")
@@ -71,7 +71,9 @@ def main() -> None:
     for picture, study_name in PICTURES.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
         shutil.copyfile(drawn, ROOT / "docs" / "images" / picture)
-    publish({"found": markdown(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)})
+    publish_markdown(
+        {"found": markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)}
+    )
 
 
 if __name__ == "__main__":

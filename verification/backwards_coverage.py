@@ -31,7 +31,7 @@ from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
 from overturning.surveys.responses import LEVELS, StoneKind, StoneResponses
 from overturning.surveys.stones import Stone, read_survey
-from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, wrap_text, write_csv
+from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 
 PARTS: Final = ("ruin", "coverage")
 RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
@@ -47,8 +47,8 @@ HOLDS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 
 
 @dataclass(frozen=True)
-class Truth:
-    """A survey and the motion under which it was simulated."""
+class SimulatedSurvey:
+    """Simulated survey, with its true motion, peak velocity and axis."""
 
     motion: CandidateMotion
     level: float
@@ -61,7 +61,7 @@ def log_uniform(generator: np.random.Generator, low: float, high: float, count: 
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), count)))
 
 
-def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> Truth:
+def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurvey:
     """Simulate a survey of 12 to 60 stones of all sizes: columns, or in a third of the surveys square prisms."""
     draw, count = generator, int(generator.integers(12, 61))
     level, turn = float(log_uniform(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
@@ -99,32 +99,35 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
               face_azimuth_deg=float(face[i]), height=float(height[i]), round=columns)
         for i in range(count) if lapse[i] or result.overturned[i] in (0, 1)
     ]  # fmt: skip
-    return Truth(motion, level, (motion.axis + turn) % 180, stones)
+    return SimulatedSurvey(motion, level, (motion.axis + turn) % 180, stones)
 
 
-def check_intervals(one: MotionPosterior, truth: Truth) -> dict[str, float]:
-    """Return for each interval whether it contains the true value, and its width."""
+def check_intervals(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict[str, float]:
+    """Check whether each interval contains the true value; return this and the widths by name."""
     found: dict[str, float] = {}
-    pga = one.pga[:, None] * one.pgv
-    true_pga = truth.level * truth.motion.pga / truth.motion.pgv
-    for name, values, true in (("pgv", one.pgv, truth.level), ("pga", pga, true_pga)):
-        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
+    pga = posterior.pga[:, None] * posterior.pgv
+    true_pga = survey.level * survey.motion.pga / survey.motion.pgv
+    for name, values, true in (("pgv", posterior.pgv, survey.level), ("pga", pga, true_pga)):
+        (low, high), (least, most) = (
+            posterior.credible_interval(values),
+            posterior.credible_interval(values, use_prior=True),
+        )
         found[f"{name}_holds"] = low <= true <= high
         # A missing bound is replaced by that of the prior.
         found[f"{name}_ratio"] = (most if high == np.inf else high) / (low or least)
         found[f"{name}_before"] = most / least
-    weakest, strongest = one.credible_interval(pga)
-    middle, width = one.credible_axis_arc(everything_fell=all(stone.fell for stone in truth.stones))
-    found["axis_holds"] = abs((truth.axis - middle + 90) % 180 - 90) <= width / 2
+    weakest, strongest = posterior.credible_interval(pga)
+    middle, width = posterior.credible_axis_arc(everything_fell=all(stone.fell for stone in survey.stones))
+    found["axis_holds"] = abs((survey.axis - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
 
-def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
-    """Return one row for each survey and power; the records of the true earthquake have zero prior probability."""
+def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
+    """Invert simulated surveys, with zero prior for the true earthquake; return a row for each survey and exponent."""
     library = candidate_motions()
     true = [one for one in library if one.event]
     events = sorted({one.event for one in true})
-    truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(surveys)]
+    truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
     kinds = [StoneKind.from_stone(stone) for truth in truths for stone in truth.stones]
     inversion, rows = SurveyInversion(StoneResponses(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
@@ -145,26 +148,26 @@ def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
 
 
 def choose_power(rows: pd.DataFrame) -> float:
-    """Return the largest power with which each interval covers `AIM` of the surveys; the smallest if none does."""
+    """Return the largest exponent for which each interval covers the share `AIM` of the surveys; else the smallest."""
     covered = rows.groupby("power")[HOLDS].mean().min(axis=1)
     good = covered.index[covered >= AIM]
     return float(good.max()) if good.size else POWERS[0]
 
 
-def cross_validated(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the surveys of each half with the power that was chosen on the other half."""
+def cross_validate_power(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of each half of the earthquakes for the exponent that was chosen on the other half."""
     halves = [(half, choose_power(rows[rows["half"] != half])) for half in (0, 1)]
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
 
-def share_interval(rows: pd.DataFrame, name: str) -> ConfidenceInterval:
+def share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
     its surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ
     for n of n earthquakes).
     """
-    of_event = rows.groupby("event")[name].agg(["sum", "size"]).to_numpy(np.float64)
+    of_event = rows.groupby("event")[column].agg(["sum", "size"]).to_numpy(np.float64)
     exact = unanimous_share_interval(of_event[:, 0] / of_event[:, 1])
     if exact is not None:
         return exact
@@ -176,25 +179,25 @@ def share_interval(rows: pd.DataFrame, name: str) -> ConfidenceInterval:
     return bootstrap_interval(of_sample, of_event)
 
 
-def percent(rows: pd.DataFrame, name: str) -> str:
-    """Return the label of the share of surveys for which a column is true, with its interval if there is one."""
-    low, high = share_interval(rows, name)
+def coverage_label(rows: pd.DataFrame, column: str) -> str:
+    """Return a label with the share of surveys for which a column is true, and its interval if there is one."""
+    low, high = share_interval(rows, column)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
-    return f"{100 * rows[name].mean():.0f} %{bounds}"
+    return f"{100 * rows[column].mean():.0f} %{bounds}"
 
 
-def line(name: str, rows: pd.DataFrame) -> tuple[str, ...]:
-    """Return a line of the table: coverage and widths for some surveys."""
+def coverage_line(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
+    """Return a table line with coverage and widths of the intervals for a group of surveys."""
     powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
-    held = (percent(rows, each) for each in HOLDS)
+    held = (coverage_label(rows, each) for each in HOLDS)
     shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
     widths = (f"{rows[each].median():.3g}" for each in ("pgv_ratio", "pga_ratio", "axis_width"))
-    return (name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
+    return (group_name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
 
 
-def bodies(rows: pd.DataFrame) -> dict[str, str]:
-    """Return the Markdown of each marker."""
-    shown, shipped = cross_validated(rows), rows[rows["power"] == POWER]
+def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
+    """Return the tables and the text on coverage as Markdown, by marker."""
+    shown, shipped = cross_validate_power(rows), rows[rows["power"] == POWER]
     few = shown["stones"] < 36
     parts = {
         "**reported: all**": shown,
@@ -224,11 +227,12 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         f"PGA, and the arc of the axis is 162° of 180°. With the default exponent {POWER:g}, the check of fit rejects "
         f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
-    return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}
+    lines = [coverage_line(*part) for part in parts.items()]
+    return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown_table(head, lines)}"}
 
 
-def ruin(threads: int) -> str:
-    """Return the estimated motion of the invented ruin as a list, and draw its figure."""
+def estimate_ruin_motion(threads: int) -> str:
+    """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
     stones = read_survey(RUIN)
     inversion = SurveyInversion(
         StoneResponses(candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads)
@@ -248,14 +252,14 @@ def main(
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
     """Simulate surveys, estimate their motions, and publish the tables."""
-    named = parts_of(parts, PARTS)
+    named = select_parts(parts, PARTS)
     if "ruin" in named:
-        publish({"example-ruin": ruin(threads)})
+        publish_markdown({"example-ruin": estimate_ruin_motion(threads)})
     if "coverage" not in named:
         return
     rows = measure_coverage(surveys, threads)
-    write_csv(cross_validated(rows), RESULTS / "backwards-coverage.csv")
-    publish(bodies(rows))
+    write_csv(cross_validate_power(rows), RESULTS / "backwards-coverage.csv")
+    publish_markdown(markdown_by_marker(rows))
     print(
         f"powers chosen on the other half: {choose_power(rows[rows['half'] == 1])}, "
         f"{choose_power(rows[rows['half'] == 0])}; "

@@ -29,11 +29,11 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar
-from verification.inputs import NO_SLIDING, grid, near_fault, study_groups
-from verification.measures import answers, difference, error_shares, join_results, percent
-from verification.tables import RESULTS, Figure, figures_table, parts_of, publish, write_figures
-from verification.timing import fastest, run_program
-from verification.whole_run import whole_run
+from verification.inputs import NO_SLIDING, case_grid, default_study_groups, read_default_motions
+from verification.measures import compare_results, error_shares, join_results, percentage, run_case_groups
+from verification.tables import RESULTS, MeasuredFigure, figures_table, publish_markdown, select_parts, write_figures
+from verification.timing import minimum_processor_time, run_program
+from verification.whole_run import measure_whole_run
 
 
 @njit
@@ -58,25 +58,25 @@ SOFT = Contact(static_penetration=2e-5)
 def peak_operations() -> float:
     """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
-    return rounds * 256 * 16 / fastest(lambda: _independent_multiply_adds(rounds))
+    return rounds * 256 * 16 / minimum_processor_time(lambda: _independent_multiply_adds(rounds))
 
 
-def operations_per_step(advance: Any) -> int:
+def operations_per_step(compiled_loop: Any) -> int:
     """Return the floating-point operations of one block step, counted in the machine code.
 
     Counts vector instructions for additions, subtractions, multiplications, divisions, minima and maxima. Each
     operation occurs once in vector form; the scalar code for remaining columns is not counted.
     """
-    assembly = next(iter(advance.inspect_asm().values()))
+    assembly = next(iter(compiled_loop.inspect_asm().values()))
     return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))
 
 
-def callable_from_here(inner: Any) -> Any:
-    """Return a compiled loop that Python can call; the original can only be called by compiled code."""
+def python_callable_loop(inner_loop: Any) -> Any:
+    """Wrap a compiled loop, which only compiled code can call, so that Python can call it."""
 
     @njit
     def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
-        inner(kind, state, columns, steps, ticks)
+        inner_loop(kind, state, columns, steps, ticks)
 
     return advance
 
@@ -87,61 +87,65 @@ def standing_motion() -> Motion:
     return Motion(2.0 * np.sin(2 * np.pi * t / 0.7), 0 * t, sampling_interval=0.01)
 
 
-def scalar_runs(motion: Motion, centred: bool, blocks: int = 8, steps: int = 128) -> tuple[Callable[[], object], int]:
-    """Return a run of some blocks in the scalar loop, with a step stable for both schemes, and its block steps."""
+def scalar_runs(
+    motion: Motion, is_centred: bool, blocks: int = 8, steps: int = 128
+) -> tuple[Callable[[], object], int]:
+    """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
     width, height = np.array([0.24]), np.array([0.6])
     stiff, _, dashpot = (float(one[0]) for one in SOFT.constants_per_mass(width, height, GRANITE_DENSITY))
     wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
-    return lambda: [scalar.run(centred, wave, *own, mu) for mu in frictions], blocks * steps * (motion.samples - 1)
+    return lambda: [scalar.run_scalar_block(is_centred, wave, *own, mu) for mu in frictions], blocks * steps * (
+        motion.samples - 1
+    )
 
 
-def throughput() -> list[Figure]:
+def measure_throughput() -> list[MeasuredFigure]:
     """Measure block steps per second and core (repeated steps included), relative to the scalar loop and the limit."""
-    rows: list[Figure] = []
+    rows: list[MeasuredFigure] = []
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
     for scheme in ("centred", "cundall"):
         constants, loops = SCHEMES[Scheme[scheme.upper()]]
-        advance = callable_from_here(loops(vertical=False, with_friction=True))
+        advance = python_callable_loop(loops(vertical=False, with_friction=True))
         advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")
         # Interleaved, so that other load on the machine affects both alike.
         ratios, speeds = [], []
         for _ in range(3):
-            speed = wide / fastest(lambda s=scheme: run_cases(motion, many, scheme=s, **how), 1)  # type: ignore[misc]
-            ratios.append(speed / (narrow / fastest(plain_run, 1)))
+            speed = wide / minimum_processor_time(lambda s=scheme: run_cases(motion, many, scheme=s, **how), 1)  # type: ignore[misc]
+            ratios.append(speed / (narrow / minimum_processor_time(plain_run, 1)))
             speeds.append(speed)
         operations = operations_per_step(advance)
         rows += [
-            Figure(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
-            Figure(f"speed over that of the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
-            Figure(f"operations per block step, {scheme}", operations),
-            Figure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak),
+            MeasuredFigure(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
+            MeasuredFigure(f"speed over that of the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
+            MeasuredFigure(f"operations per block step, {scheme}", operations),
+            MeasuredFigure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak),
         ]
-    return [Figure("floating-point limit", peak / 1e9, "10^9/s"), *rows]
+    return [MeasuredFigure("floating-point limit", peak / 1e9, "10^9/s"), *rows]
 
 
-def sweep() -> list[Figure]:
+def measure_sweep() -> list[MeasuredFigure]:
     """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
-    motion = near_fault()["rinaldi"]
+    motion = read_default_motions()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
-    cases = grid(*axes)
+    cases = case_grid(*axes)
     rigid = np.stack([rocking(motion.times(factor), cases).overturned for factor in (1.0, 0.99, 1.01)])
     firm = (rigid == rigid[0]).all(axis=0)
     # As a user runs it; the second run omits the mirrored half of the grid.
     given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
-    whole = fastest(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
-    default = fastest(lambda: simulate_arrays(motion, **given), 15) / cases.size
-    exact = fastest(lambda: rocking(motion, cases)) / cases.size
+    whole = minimum_processor_time(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
+    default = minimum_processor_time(lambda: simulate_arrays(motion, **given), 15) / cases.size
+    exact = minimum_processor_time(lambda: rocking(motion, cases)) / cases.size
     return [
-        Figure("cases of the sweep", cases.size),
-        Figure("time per case, nothing left out", whole * 1e3, "ms"),
-        Figure("time per case, default", default * 1e3, "ms"),
-        Figure("time per case, exact rigid block", exact * 1e3, "ms"),
-        Figure(
+        MeasuredFigure("cases of the sweep", cases.size),
+        MeasuredFigure("time per case, nothing left out", whole * 1e3, "ms"),
+        MeasuredFigure("time per case, default", default * 1e3, "ms"),
+        MeasuredFigure("time per case, exact rigid block", exact * 1e3, "ms"),
+        MeasuredFigure(
             "agreement with the exact rigid block",
             100 * float((run_cases(motion, cases).overturned == rigid[0])[firm].mean()),
             "%",
@@ -149,7 +153,7 @@ def sweep() -> list[Figure]:
     ]
 
 
-def compilation() -> list[Figure]:
+def measure_compilation() -> list[MeasuredFigure]:
     """Measure the time of compilation (start with an empty cache minus start with a filled one) and of loading."""
     program = (
         "import time, numpy as np; from overturning import Motion, Cases, run_cases\n"
@@ -158,65 +162,72 @@ def compilation() -> list[Figure]:
     )
     with tempfile.TemporaryDirectory() as folder:
         cold, warm = (float(run_program(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
-    return [Figure("compilation, cold", cold - warm, "s"), Figure("loading a compiled kernel", warm, "s")]
+    return [
+        MeasuredFigure("compilation, cold", cold - warm, "s"),
+        MeasuredFigure("loading a compiled kernel", warm, "s"),
+    ]
 
 
-def default_study(azimuths: int = 36) -> list[Figure]:
+def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
     """Measure the kernel time of the 133,056 flags of the default study on two threads, and its wrong flags."""
-    groups = study_groups(azimuths)
-    run_cases(*study_groups(2, 28)[0])
+    groups = default_study_groups(azimuths)
+    run_cases(*default_study_groups(2, 28)[0])
     start, busy = time.perf_counter(), time.process_time()
     found = join_results([run_cases(*group, threads=2) for group in groups])
     seconds, busy = time.perf_counter() - start, time.process_time() - busy
-    fine = answers(groups, threads=2, time_step="0.125 stable").results
-    far = difference(found, fine, (len(groups), azimuths, 2, -1, 3))
+    fine = run_case_groups(groups, threads=2, time_step="0.125 stable").results
+    far = compare_results(found, fine, (len(groups), azimuths, 2, -1, 3))
     rows = [
-        Figure("default study: flags, mirrored half included", 2 * found.status.size),
-        Figure("default study: kernel time on two threads", seconds, "s"),
-        Figure("default study: processor time, both threads together", busy, "s"),
+        MeasuredFigure("default study: flags, mirrored half included", 2 * found.status.size),
+        MeasuredFigure("default study: kernel time on two threads", seconds, "s"),
+        MeasuredFigure("default study: processor time, both threads together", busy, "s"),
     ]
     for where, counts in (
         ("where the neighbours agree", far.firm),
         ("of all cells, against an eighth of the step", far.counts),
     ):
         flags, sides = error_shares(counts)
-        rows.append(Figure(f"default study: wrong flags {where}", flags, "%"))
-        rows.append(Figure(f"default study: wrong sides {where}", sides, "%"))
+        rows.append(MeasuredFigure(f"default study: wrong flags {where}", flags, "%"))
+        rows.append(MeasuredFigure(f"default study: wrong sides {where}", sides, "%"))
     return rows
 
 
-def left_out(azimuths: int = 18) -> list[Figure]:
-    """Measure the work saved by leaving out in the default study, and the flags and sides that change."""
-    groups = study_groups(azimuths)
-    short = answers(groups, threads=2).results
-    full = answers(groups, threads=2, leave_out=False).results
+def measure_left_out_work(azimuths: int = 18) -> list[MeasuredFigure]:
+    """Measure the work saved in the default study by leaving out samples at rest, and the outcomes that change."""
+    groups = default_study_groups(azimuths)
+    short = run_case_groups(groups, threads=2).results
+    full = run_case_groups(groups, threads=2, leave_out=False).results
     nudged = [group._replace(motion=group.motion.times(1 + 1e-9)) for group in groups]
-    other = difference(answers(nudged, threads=2, leave_out=False).results, full).counts
+    other = compare_results(run_case_groups(nudged, threads=2, leave_out=False).results, full).counts
     below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
-    moves, far = short.block_steps > 0, difference(short, full)
+    moves, far = short.block_steps > 0, compare_results(short, full)
     return [
-        Figure("cases, mirrored half left out", below.size),
-        Figure("cases above a threshold, which are simulated", int(moves.sum())),
-        Figure(
-            "block steps, share of those with nothing left out", percent(far.block_steps, full.block_steps.sum()), "%"
+        MeasuredFigure("cases, mirrored half left out", below.size),
+        MeasuredFigure("cases above a threshold, which are simulated", int(moves.sum())),
+        MeasuredFigure(
+            "block steps, share of those with nothing left out",
+            percentage(far.block_steps, full.block_steps.sum()),
+            "%",
         ),
-        Figure("samples at rest and left out, mean per simulated case", float(short.samples_left_out[moves].mean())),
-        Figure("flags changed by leaving out", far.counts.flags),
-        Figure("sides changed by leaving out", far.counts.flags + far.counts.sides),
-        Figure("flags changed by amplitudes larger by 1e-9", other.flags),
-        Figure("sides changed by amplitudes larger by 1e-9", other.flags + other.sides),
-        Figure("simulated cases with μ < B/H", int((moves & below).sum())),
-        Figure("simulated cases with μ < B/H that fall", int((short.overturned[below] != 0).sum())),
-        Figure("largest rotation over α in cases with μ < B/H", float(short.peak_rotation[below].max())),
+        MeasuredFigure(
+            "samples at rest and left out, mean per simulated case", float(short.samples_left_out[moves].mean())
+        ),
+        MeasuredFigure("flags changed by leaving out", far.counts.flags),
+        MeasuredFigure("sides changed by leaving out", far.counts.flags + far.counts.sides),
+        MeasuredFigure("flags changed by amplitudes larger by 1e-9", other.flags),
+        MeasuredFigure("sides changed by amplitudes larger by 1e-9", other.flags + other.sides),
+        MeasuredFigure("simulated cases with μ < B/H", int((moves & below).sum())),
+        MeasuredFigure("simulated cases with μ < B/H that fall", int((short.overturned[below] != 0).sum())),
+        MeasuredFigure("largest rotation over α in cases with μ < B/H", float(short.peak_rotation[below].max())),
     ]
 
 
-def growth() -> list[Figure]:
+def measure_growth() -> list[MeasuredFigure]:
     """Measure the memory of a million cases, and the time per case from 10⁴ to 10⁶ cases."""
     t = np.arange(60) * 0.02
     motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
     rng = np.random.default_rng(2)
-    rows: list[Figure] = []
+    rows: list[MeasuredFigure] = []
     each = {}
     run_cases(motion, Cases(0.0, 0.6, 0.3, 0.5))  # loads the compiled kernel
     for count in (10_000, 100_000, 1_000_000):
@@ -225,19 +236,20 @@ def growth() -> list[Figure]:
         start = time.process_time()
         run_cases(motion, cases)
         each[count] = (time.process_time() - start) / count
-        rows.append(Figure(f"time per case of {count} short cases", each[count] * 1e6, "us"))
+        rows.append(MeasuredFigure(f"time per case of {count} short cases", each[count] * 1e6, "us"))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     rows += [
-        Figure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x"),
-        Figure("peak memory at 10^6 cases", peak / 2**20, "GiB"),
-        Figure("peak memory added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
+        MeasuredFigure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x"),
+        MeasuredFigure("peak memory at 10^6 cases", peak / 2**20, "GiB"),
+        MeasuredFigure("peak memory added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
     ]
     return rows
 
 
-PARTS: dict[str, Callable[[], list[Figure]]] = {
-    "growth": growth, "throughput": throughput, "sweep": sweep, "compilation": compilation,
-    "study": default_study, "whole-run": whole_run, "left-out": left_out,
+PARTS: dict[str, Callable[[], list[MeasuredFigure]]] = {
+    "growth": measure_growth, "throughput": measure_throughput, "sweep": measure_sweep,
+    "compilation": measure_compilation, "study": measure_default_study,
+    "whole-run": measure_whole_run, "left-out": measure_left_out_work,
 }  # fmt: skip
 
 
@@ -246,15 +258,15 @@ def main(
 ) -> None:
     """Measure the speed of the kernels; parts that are not named keep their figures."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
-    rows: list[Figure] = []
-    for name in (names := parts_of(parts, PARTS)):
+    rows: list[MeasuredFigure] = []
+    for name in (names := select_parts(parts, PARTS)):
         measure = PARTS[name]
         found = measure()
         print(body := figures_table(found), flush=True)
         rows += found
-        known = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts) or name != names[-1])
+        known = write_figures(rows, RESULTS / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1])
         bodies = {"bench": figures_table(known)}
-        publish(bodies | ({name: body} if name == "left-out" else {}))
+        publish_markdown(bodies | ({name: body} if name == "left-out" else {}))
 
 
 if __name__ == "__main__":

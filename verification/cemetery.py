@@ -30,20 +30,29 @@ from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_for_variant
 from overturning.study.sweep import scale_motion
 from overturning.surveys.population import draw_stones
-from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrap_text, write_figures
+from verification.tables import (
+    RESULTS,
+    ROOT,
+    MeasuredFigure,
+    iterate_rows,
+    markdown_table,
+    publish_markdown,
+    wrap_text,
+    write_figures,
+)
 
 STUDY: Final = ROOT / "results" / "near-fault"
 PUBLISHED: Final = ROOT / "surveys" / "published.csv"
 
 
-def published(path: Path = PUBLISHED) -> pd.DataFrame:
-    """Return the published fall rates."""
+def read_published_rates(path: Path = PUBLISHED) -> pd.DataFrame:
+    """Read the table of published fall rates."""
     return pd.read_csv(path)
 
 
-def recorded_rates(found: xr.Dataset) -> FloatArray:
+def recorded_rates(findings: xr.Dataset) -> FloatArray:
     """Return the fall rate under each record at amplitude 1, percent."""
-    return np.asarray(100 * found["fall_rate"].sel(amplitude=1.0).to_numpy())
+    return np.asarray(100 * findings["fall_rate"].sel(amplitude=1.0).to_numpy())
 
 
 def compare_rates(low: float, high: float, rates: FloatArray) -> str:
@@ -65,18 +74,18 @@ def rate_label(low: float, high: float) -> str:
     return f"{low:g} %" if low == high else f"{low:g} to {high:g} %"
 
 
-def table(rows: pd.DataFrame, rates: FloatArray) -> str:
-    """Return the table of stated near-field rates, compared with the computed ones."""
+def rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
+    """Return a Markdown table of stated near-field fall rates, compared with the computed ones."""
     lines = []
-    for row in lines_of(rows[rows["near_field"] == "yes"]):
+    for row in iterate_rows(rows[rows["near_field"] == "yes"]):
         low, high = row.rate_low_percent, row.rate_high_percent
         ends = (0.0 if np.isnan(low) else low, 100.0 if np.isnan(high) else high)
         lines.append((row.event, row.where, rate_label(low, high), compare_rates(*ends, rates), row.source))
-    return markdown(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
+    return markdown_table(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
 
 
-def sentence(rates: FloatArray, found: xr.Dataset) -> str:
-    """Return a sentence on the computed rates."""
+def rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
+    """Return a sentence on the computed fall rates."""
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
@@ -88,9 +97,9 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     )
 
 
-def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
-    """Draw stated rates as bars, and computed ones as points below them."""
-    near = list(lines_of(rows[rows["near_field"] == "yes"]))
+def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
+    """Draw stated fall rates as bars, and computed ones as points below them."""
+    near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
     with style():
         figure, panels = grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
         axes: Any = panels[0, 0]
@@ -111,7 +120,7 @@ def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         save(figure, path)
 
 
-def cemetery(results: StudyResults) -> str:
+def compare_fall_rates(results: StudyResults) -> str:
     """Return the fall rate of the population as Markdown, and draw its figure for the docs."""
     found = population_findings(results)
     assert found is not None
@@ -134,13 +143,17 @@ def cemetery(results: StudyResults) -> str:
         f"The median fall rate under the records at amplitude 1 is {middle:.0f} %; the middle half of the records "
         f"gives {low:.0f} to {high:.0f} %. The next table gives the median fall rate over records and amplitudes."
     )
-    table = markdown(("JMA intensity", "median fall rate", "motions", "records", "earthquakes"), rows)
-    return f"{text}\n\n{table}\n"
+    intensity_table = markdown_table(("JMA intensity", "median fall rate", "motions", "records", "earthquakes"), rows)
+    return f"{text}\n\n{intensity_table}\n"
 
 
-def number(one: Estimate) -> str:
-    """Return an estimate with its interval."""
-    text = f"{one.value:.2f}" if one.low is None else f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
+def estimate_label(estimate: Estimate) -> str:
+    """Return a label with an estimate and its interval."""
+    text = (
+        f"{estimate.value:.2f}"
+        if estimate.low is None
+        else f"{estimate.value:.2f} ({estimate.low:.2f} to {estimate.high:.2f})"
+    )
     return text.replace("-", "−")
 
 
@@ -151,14 +164,14 @@ def criteria_tables(results: StudyResults) -> dict[str, str]:
     shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
         (one.criterion, one.rule, percent(one.hit_rate), percent(one.false_alarm_rate),
-         number(one.skill), number(one.skill_within_block_shape))
+         estimate_label(one.skill), estimate_label(one.skill_within_block_shape))
         for one in found.scores
     ]  # fmt: skip
     heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")
-    leads = [(found.best_criterion, name, number(lead)) for name, lead in found.skill_lead.items()]
+    leads = [(found.best_criterion, name, estimate_label(lead)) for name, lead in found.skill_lead.items()]
     return {
-        "criteria": markdown(heads, rows),
-        "criteria-blocks": markdown(("criterion", "compared with", "difference of the skills"), leads),
+        "criteria": markdown_table(heads, rows),
+        "criteria-blocks": markdown_table(("criterion", "compared with", "difference of the skills"), leads),
     }
 
 
@@ -184,30 +197,35 @@ def simulate_each_stone(results: StudyResults) -> str:
     )
 
 
-def two_d_accuracy() -> list[Figure]:
+def planar_model_accuracy() -> list[MeasuredFigure]:
     """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {name: float(one) for name, one in planar_agreement_shares(planar_agreement_counts(cube)).items()}
     beside = 100 * found["flag_beside"]
     return [
-        Figure("cases in space", int(found["cases"])),
-        Figure("2-D model predicts correctly whether it falls", 100 * found["flag"], "%"),
-        Figure("2-D model predicts correctly whether it falls, a neighbour in B/H has another flag", beside, "%"),
-        Figure("2-D model predicts another edge than the one it falls over", 100 * (1 - found["face"]), "%"),
+        MeasuredFigure("cases in space", int(found["cases"])),
+        MeasuredFigure("2-D model predicts correctly whether it falls", 100 * found["flag"], "%"),
+        MeasuredFigure(
+            "2-D model predicts correctly whether it falls, a neighbour in B/H has another flag", beside, "%"
+        ),
+        MeasuredFigure("2-D model predicts another edge than the one it falls over", 100 * (1 - found["face"]), "%"),
     ]
 
 
 def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
-    write_figures(two_d_accuracy(), RESULTS / "in-space.csv")
+    write_figures(planar_model_accuracy(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
-        publish({"population": f"{cemetery(results)}\n{wrap_text(simulate_each_stone(results), '- ')}"})
-        publish(criteria_tables(results))
-        rows, rates = published(), recorded_rates(found)
-        draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
-        publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})
+        comparison = compare_fall_rates(results)
+        publish_markdown({"population": f"{comparison}\n{wrap_text(simulate_each_stone(results), '- ')}"})
+        publish_markdown(criteria_tables(results))
+        rows, rates = read_published_rates(), recorded_rates(found)
+        draw_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
+        publish_markdown(
+            {"published-surveys": rate_table(rows, rates), "published-surveys-computed": rate_sentence(rates, found)}
+        )
 
 
 if __name__ == "__main__":

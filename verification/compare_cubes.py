@@ -19,32 +19,32 @@ from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_differences
 from overturning.study.cube import open_cube
-from verification.measures import ROCKS, percent
-from verification.tables import markdown
+from verification.measures import ROCKS, percentage
+from verification.tables import markdown_table
 
 SLIDES = 1e-3
 """Peak slip from which a stone counts as sliding, m."""
 
 
-def differ_in_azimuth(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
-    """True where two 3-D falls are `MAX_AZIMUTH_DIFFERENCE_DEG` or more apart, by azimuth, degrees; NaN is False."""
-    turn = np.nan_to_num(np.asarray(second, np.float64) - np.asarray(first, np.float64))
+def azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
+    """True where the azimuths, degrees, of two falls differ by at least `MAX_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
+    turn = np.nan_to_num(np.asarray(second_azimuths, np.float64) - np.asarray(first_azimuths, np.float64))
     return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= MAX_AZIMUTH_DIFFERENCE_DEG)
 
 
-def neighbours_agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[np.bool_]:
+def neighbours_agree(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
     """Return True for cells whose neighbours in azimuth (or orientation) and B/H have the same flag.
 
-    A full circle is closed. With fall azimuths `towards` (3-D, degrees), these must agree as well.
+    A full circle is closed. With fall azimuths `fall_azimuths` (3-D, degrees), these must agree as well.
     """
     same = np.ones(flags.shape, bool)
     for name in {"azimuth", "orientation", "b_over_h"} & set(flags.dims):
         at, values = flags.get_axis_num(name), np.asarray(flags[name])
         along, kept = np.moveaxis(flags.values, at, 0), np.moveaxis(same, at, 0)
         equal = along[1:] == along[:-1]
-        if towards is not None:
-            ways = np.moveaxis(towards, at, 0)
-            equal &= ~differ_in_azimuth(ways[1:], ways[:-1])
+        if fall_azimuths is not None:
+            ways = np.moveaxis(fall_azimuths, at, 0)
+            equal &= ~azimuths_differ(ways[1:], ways[:-1])
         kept[1:] &= equal
         kept[:-1] &= equal
         if name == "azimuth" and values.size > 1 and values[-1] + values[1] - values[0] == values[0] + 360:
@@ -52,7 +52,7 @@ def neighbours_agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -
     return same
 
 
-def rotation(cube: xr.Dataset) -> FloatArray:
+def relative_peak_rotation(cube: xr.Dataset) -> FloatArray:
     """Return the peak rotation (3-D: peak tilt) over α; NaN for an element without α."""
     if "peak_tilt" not in cube:
         return np.asarray(cube.peak_rotation, dtype=np.float64)
@@ -61,72 +61,80 @@ def rotation(cube: xr.Dataset) -> FloatArray:
 
 
 def fallen_label(flags: NDArray[np.int8]) -> str:
-    """Return the number of cells that fall, and their share of those with an answer."""
+    """Return a label with the number of cells that fall, and their share of the cells with a known outcome."""
     known = flags != INT8_MISSING
     down = int((known & (flags != 0)).sum())
-    return f"{down:,} ({percent(down, int(known.sum())):.2f} %)"
+    return f"{down:,} ({percentage(down, int(known.sum())):.2f} %)"
 
 
-def spread_label(changes: FloatArray) -> str:
-    """Return the median and the 95 % quantile of the absolute values."""
+def change_label(changes: FloatArray) -> str:
+    """Return a label of changes: their median, and the 95 % quantile of their absolute values."""
     return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
 
 
-def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
-    """Return the changes from one cube to the other, by counted quantity."""
-    both = [name for name in old.record_id.values if name in new.record_id.values]
-    old, new = (cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old, new))
-    if not both or dict(old.sizes) != dict(new.sizes):
-        raise ResultError(f"cubes of {dict(old.sizes)} and {dict(new.sizes)} cells; compare those of one study")
-    grid = [str(name) for name in old.overturned.dims if name != "record" and name in old.coords]
-    if name := next((name for name in grid if not np.array_equal(old[name].values, new[name].values)), ""):
+def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
+    """Return the changes from one cube of a study to another, as text by quantity."""
+    both = [name for name in old_cube.record_id.values if name in new_cube.record_id.values]
+    old_cube, new_cube = (
+        cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old_cube, new_cube)
+    )
+    if not both or dict(old_cube.sizes) != dict(new_cube.sizes):
+        raise ResultError(
+            f"cubes of {dict(old_cube.sizes)} and {dict(new_cube.sizes)} cells; compare those of one study"
+        )
+    grid = [str(name) for name in old_cube.overturned.dims if name != "record" and name in old_cube.coords]
+    if name := next((name for name in grid if not np.array_equal(old_cube[name].values, new_cube[name].values)), ""):
         raise ResultError(f"cubes of different {name} values; compare those of one study")
-    flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
-    before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values
-    azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None
-    away = None if azimuths is None else differ_in_azimuth(*azimuths)
+    flags = old_cube.overturned.fillna(INT8_MISSING).astype(np.int8)
+    before, after = flags.values, new_cube.overturned.fillna(INT8_MISSING).astype(np.int8).values
+    azimuths = (old_cube.fall_azimuth.values, new_cube.fall_azimuth.values) if "fall_azimuth" in old_cube else None
+    away = None if azimuths is None else azimuths_differ(*azimuths)
     firm = neighbours_agree(flags, None if azimuths is None else azimuths[0])
     counts = count_differences(before, after, away)
     firmly = count_differences(before[firm], after[firm], None if away is None else away[firm])
-    turned, turned_too, stands = rotation(old), rotation(new), (before == 0) & (after == 0)
-    slid, slid_too = (np.asarray(cube.peak_slip, dtype=np.float64) for cube in (old, new))
+    turned, turned_too, stands = (
+        relative_peak_rotation(old_cube),
+        relative_peak_rotation(new_cube),
+        (before == 0) & (after == 0),
+    )
+    slid, slid_too = (np.asarray(cube.peak_slip, dtype=np.float64) for cube in (old_cube, new_cube))
     rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)
     return {
         "cells": f"{before.size:,}",
         "fall, before": fallen_label(before),
         "fall, after": fallen_label(after),
         "without an answer, before and after": f"{(before == INT8_MISSING).sum():,}, {(after == INT8_MISSING).sum():,}",
-        "cells with another status": f"{(old.status.values != new.status.values).sum():,}",
+        "cells with another status": f"{(old_cube.status.values != new_cube.status.values).sum():,}",
         "flags changed": f"{counts.flags:,}",
         "of them where the neighbours agree": f"{firmly.flags:,}",
         "sides changed, of what falls in both": f"{counts.sides:,} of {counts.fallen:,}",
         "of these where the neighbours agree": f"{firmly.sides:,} of {firmly.fallen:,}",
-        "peak rotation of what rocks and stands: change in α, median and 95 %": spread_label(
+        "peak rotation of what rocks and stands: change in α, median and 95 %": change_label(
             (turned_too - turned)[rocks]
         ),
-        "peak slip of what stands: change in %, median and 95 %": spread_label(
+        "peak slip of what stands: change in %, median and 95 %": change_label(
             100 * (slid_too[slides] / slid[slides] - 1)
         ),
     }
 
 
-def table(cubes: Sequence[Path]) -> str:
+def comparison_table(cubes: Sequence[Path]) -> str:
     """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
     opened = [open_cube(path, element=None, amplitude=None) for path in cubes]
     steps = [(i, i + 1) for i in range(len(cubes) - 1)] + [(0, len(cubes) - 1)] * (len(cubes) > 2)
-    columns = [changes(opened[first], opened[last]) for first, last in steps]
+    columns = [cube_changes(opened[first], opened[last]) for first, last in steps]
     names = [path.stem if len({one.stem for one in cubes}) == len(cubes) else str(path) for path in cubes]
     head = [f"{names[first]} → {names[last]}" for first, last in steps]
-    return markdown(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])
+    return markdown_table(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])
 
 
 def main(
     old: Annotated[Path, typer.Argument(help="a cube")],
     newer: Annotated[list[Path], typer.Argument(help="later cubes of the same study, in order")],
 ) -> None:
-    """Print the table."""
+    """Print the table of changes between cubes of one study."""
     try:
-        print(table([old, *newer]))
+        print(comparison_table([old, *newer]))
     except ResultError as error:
         raise SystemExit(str(error)) from None
 

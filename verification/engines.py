@@ -34,7 +34,7 @@ AFTER_SCENE: Final = 3.0
 
 
 class Stone(NamedTuple):
-    """Free body: centre (m), corners relative to it (m), mass per metre of depth (kg/m), moment of inertia (kg m)."""
+    """Free 2-D body: centre, m, corners from the centre, m, mass, kg, and moment of inertia, kg m², per m of depth."""
 
     x: float
     z: float
@@ -43,28 +43,32 @@ class Stone(NamedTuple):
     inertia: float
 
 
-def block(height: float, b_over_h: float) -> Stone:
-    """Return a rectangle on the ground, with unit mass."""
+def rectangular_stone(height: float, b_over_h: float) -> Stone:
+    """Return a rectangular stone that stands on the ground, with unit mass."""
     b, h = 0.5 * height * b_over_h, 0.5 * height
     return Stone(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
 
 
-def stones(placed: Iterable[PlacedElement]) -> list[Stone]:
-    """Return the free elements of a scene."""
-    return [Stone(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in placed]
+def free_stones(free_elements: Iterable[PlacedElement]) -> list[Stone]:
+    """Convert the free elements of a scene to stones."""
+    return [Stone(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in free_elements]
 
 
-def resample(acceleration: np.ndarray, interval: float, step: float, after: float) -> np.ndarray:
-    """Return the acceleration at the time steps of an engine; zero after the record."""
-    times = (np.arange(int((acceleration.size * interval + after) / step)) + 0.5) * step
-    return np.interp(times, np.arange(acceleration.size) * interval, acceleration, right=0.0)
+def resample_acceleration(
+    acceleration: np.ndarray, sampling_interval: float, time_step: float, rest_time: float
+) -> np.ndarray:
+    """Interpolate the acceleration of a record at the time steps of an engine; zero after the record."""
+    times = (np.arange(int((acceleration.size * sampling_interval + rest_time) / time_step)) + 0.5) * time_step
+    return np.interp(times, np.arange(acceleration.size) * sampling_interval, acceleration, right=0.0)
 
 
-def _sides(bodies: list[Any], ground: np.ndarray, advance: Callable[[float], None], early: bool) -> list[int]:
-    """Return the sides to which bodies fall, in order; with `early`, end when the last body has fallen."""
+def _fall_sides(
+    bodies: list[Any], ground_acceleration: np.ndarray, advance_engine: Callable[[float], None], early: bool
+) -> list[int]:
+    """Step an engine and return the side to which each body falls; with `early`, end when the last body has fallen."""
     sides = [0] * len(bodies)
-    for acceleration in ground.tolist():
-        advance(acceleration)
+    for acceleration in ground_acceleration.tolist():
+        advance_engine(acceleration)
         for index, body in enumerate(bodies):
             if sides[index] == 0 and abs(body.angle) > FALLEN:
                 sides[index] = -1 if body.angle > 0 else 1
@@ -73,8 +77,10 @@ def _sides(bodies: list[Any], ground: np.ndarray, advance: Callable[[float], Non
     return sides
 
 
-def box2d(free: Sequence[Stone], ground: np.ndarray, friction: float, step: float, early: bool = False) -> list[int]:
-    """Return the sides to which stones fall in Box2D; `ground` is the acceleration at the engine's time steps."""
+def box2d(
+    free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
+) -> list[int]:
+    """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
 
     world = b2World(gravity=(0.0, -STANDARD_GRAVITY * SCALE), doSleep=False)
@@ -89,13 +95,15 @@ def box2d(free: Sequence[Stone], ground: np.ndarray, friction: float, step: floa
 
     def advance(acceleration: float) -> None:
         world.gravity = (-acceleration * SCALE, -STANDARD_GRAVITY * SCALE)
-        world.Step(step, 30, 10)
+        world.Step(time_step, 30, 10)
 
-    return _sides(bodies, ground, advance, early)
+    return _fall_sides(bodies, ground_acceleration, advance, early)
 
 
-def pymunk(free: Sequence[Stone], ground: np.ndarray, friction: float, step: float, early: bool = False) -> list[int]:
-    """Return the sides to which stones fall in pymunk; `ground` is the acceleration at the engine's time steps."""
+def pymunk(
+    free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
+) -> list[int]:
+    """Return the side to which each stone falls in pymunk under ground accelerations at its time steps."""
     import pymunk as engine
 
     space = engine.Space()
@@ -116,12 +124,12 @@ def pymunk(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
 
     def advance(acceleration: float) -> None:
         space.gravity = (-acceleration, -STANDARD_GRAVITY)
-        space.step(step)
+        space.step(time_step)
 
-    return _sides(bodies, ground, advance, early)
+    return _fall_sides(bodies, ground_acceleration, advance, early)
 
 
-def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: float) -> list[int]:
+def mujoco(free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float) -> list[int]:
     """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
 
@@ -129,10 +137,10 @@ def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
     (b, h) = stone.corners[2]
     axes = (("slide", "1 0 0"), ("slide", "0 0 1"), ("hinge", "0 1 0"))
     joints = "".join(f'<joint type="{kind}" axis="{axis}"/>' for kind, axis in axes)
-    model = _mujoco_model((b, 0.5, h), joints, friction, step)
+    model = _mujoco_model((b, 0.5, h), joints, friction, time_step)
     data = engine.MjData(model)
     model.opt.gravity[2] = -STANDARD_GRAVITY
-    for acceleration in ground.tolist():
+    for acceleration in ground_acceleration.tolist():
         model.opt.gravity[0] = -acceleration
         engine.mj_step(model, data)
         if abs(data.qpos[2]) > FALLEN:
@@ -140,15 +148,17 @@ def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
     return [0]
 
 
-def _mujoco_model(half: tuple[float, float, float], joints: str, friction: float, step: float, ratio: int = 1) -> Any:
+def _mujoco_model(
+    half_sizes: tuple[float, float, float], joints: str, friction: float, time_step: float, ratio: int = 1
+) -> Any:
     """Return a model of a box of 1 kg on a plane; `ratio` is the impedance ratio of friction and contact."""
     import mujoco as engine
 
-    size = " ".join(map(str, half))
+    size = " ".join(map(str, half_sizes))
     return engine.MjModel.from_xml_string(
-        f"""<mujoco><option timestep="{step}" integrator="implicitfast" cone="elliptic" impratio="{ratio}"/>
-        <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * step} 1"/></default>
-        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half[2]}">{joints}
+        f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic" impratio="{ratio}"/>
+        <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * time_step} 1"/></default>
+        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half_sizes[2]}">{joints}
         <geom type="box" size="{size}" mass="1"/></body></worldbody></mujoco>"""
     )
 
@@ -162,19 +172,19 @@ class Prism(NamedTuple):
     friction: float
 
 
-def gravity_in_frame(motion: Motion, orientation_deg: float, step: float) -> np.ndarray:
+def gravity_in_frame(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
     """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
     along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.samples) if motion.up is None else motion.up]
-    x, y, z = (resample(wave, motion.sampling_interval, step, AFTER_BLOCK) for wave in waves)
+    x, y, z = (resample_acceleration(wave, motion.sampling_interval, time_step, AFTER_BLOCK) for wave in waves)
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
 
 
-def mujoco_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float] | None:
+def mujoco_in_space(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
 
-    model = _mujoco_model((prism.b, prism.d, prism.h), "<freejoint/>", prism.friction, step, ratio=10)
+    model = _mujoco_model((prism.b, prism.d, prism.h), "<freejoint/>", prism.friction, time_step, ratio=10)
     data = engine.MjData(model)
     for pull in gravity:
         model.opt.gravity[:] = pull
@@ -184,14 +194,14 @@ def mujoco_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[flo
     return None
 
 
-def bullet_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float] | None:
+def bullet_in_space(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
 
     client = engine.connect(engine.DIRECT)
     try:
         engine.setPhysicsEngineParameter(
-            fixedTimeStep=step, numSolverIterations=100, numSubSteps=0, contactSlop=0.0, enableConeFriction=1,
+            fixedTimeStep=time_step, numSolverIterations=100, numSubSteps=0, contactSlop=0.0, enableConeFriction=1,
             erp=0.2, contactERP=0.2, frictionERP=0.2, restitutionVelocityThreshold=1e9, physicsClientId=client,
         )  # fmt: skip
         ground = engine.createMultiBody(
@@ -226,8 +236,8 @@ SPACE_ENGINES: Final[dict[str, SpaceEngine]] = {"MuJoCo": mujoco_in_space, "Bull
 _MODULES: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
 
 
-def installed(engines: Mapping[str, Any], *names: str) -> dict[str, Any]:
-    """Return the installed engines among those named (default: all); print a note for each missing one."""
+def installed_engines(engines: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    """Return the named engines (default: all) that are installed; print a note for each missing one."""
     missing = {name for name in names or engines if find_spec(_MODULES[name]) is None}
     for name in missing:
         print(f"{name} is not installed: make peers")
@@ -239,8 +249,8 @@ def side_of_block(
     step: float = STEP,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in an engine."""
-    ground = resample(acceleration, interval, step, AFTER_BLOCK)
-    return engine([block(height, b_over_h)], ground, friction, step)[0]
+    ground = resample_acceleration(acceleration, interval, step, AFTER_BLOCK)
+    return engine([rectangular_stone(height, b_over_h)], ground, friction, step)[0]
 
 
 def sides_of_scene(
@@ -248,7 +258,13 @@ def sides_of_scene(
     step: float = STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in an engine."""
-    return engine(stones(placed), resample(acceleration, interval, step, AFTER_SCENE), friction, step, early=early)
+    return engine(
+        free_stones(placed),
+        resample_acceleration(acceleration, interval, step, AFTER_SCENE),
+        friction,
+        step,
+        early=early,
+    )
 
 
 def fall_azimuth(engine: SpaceEngine, motion: Motion, orientation_deg: float, prism: Prism, step: float) -> float:

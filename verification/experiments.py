@@ -28,15 +28,22 @@ from overturning.model.scene import gravestone
 from overturning.model.shapes import RectangularPrism
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from verification.inputs import NO_SLIDING, Group, grid, half_circle_azimuths, near_fault, study_groups
-from verification.measures import ROCKS, Flags, answers, difference, error_shares, percent
-from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, write_csv
-from verification.timing import Answer, run_in_subprocess
+from verification.inputs import (
+    NO_SLIDING,
+    CaseGroup,
+    case_grid,
+    default_study_groups,
+    half_circle_azimuths,
+    read_default_motions,
+)
+from verification.measures import ROCKS, Flags, compare_results, error_shares, percentage, run_case_groups
+from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, write_csv
+from verification.timing import TimedResults, run_in_subprocess
 
 Bodies = dict[str, str]
 
 
-class Thinned(NamedTuple):
+class ThinnedStudy(NamedTuple):
     """Part of the default study that an experiment runs."""
 
     azimuths: int
@@ -46,14 +53,14 @@ class Thinned(NamedTuple):
     kept: Path = RESULTS
     """Folder in which the tables are stored."""
 
-    def groups(self) -> list[Group]:
+    def groups(self) -> list[CaseGroup]:
         """Return the cases."""
-        return study_groups(self.azimuths, self.every_record)
+        return default_study_groups(self.azimuths, self.every_record)
 
 
-def table(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
-    """Return a Markdown table of the columns `heads` of named rows."""
-    return markdown((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
+def named_rows_table(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
+    """Return a Markdown table of named rows with the columns `heads`."""
+    return markdown_table((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
 
 
 STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
@@ -65,7 +72,7 @@ BOUNDARY: Final = "shift of the boundary, %"
 AT_EQUAL: Final = ["median error of peak rotation", BOUNDARY, "wrong flags, %", "wrong sides, %"]
 
 
-def default_step(thin: Thinned) -> Bodies:
+def default_step(thin: ThinnedStudy) -> Bodies:
     """Measure error and cost over the step, the basis of the default scheme and step."""
     groups = thin.groups()
     ratios = np.unique(groups[0].cases.b_over_h)
@@ -75,11 +82,11 @@ def default_step(thin: Thinned) -> Bodies:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
         return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 
-    exact, rows = answers(groups, threads=2, **FINEST).results, []
+    exact, rows = run_case_groups(groups, threads=2, **FINEST).results, []
     right = boundary(exact.overturned)
     for scheme, share in STEPS:
-        found, seconds = answers(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
-        far = difference(found, exact)
+        found, seconds = run_case_groups(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
+        far = compare_results(found, exact)
         shift = (np.abs(boundary(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts.cases}
@@ -90,16 +97,19 @@ def default_step(thin: Thinned) -> Bodies:
     curve = pd.DataFrame(rows)
     write_csv(curve, thin.kept / "default-step.csv")
     shown = ["scheme", "step", "processor time, s", *AT_EQUAL, "marked", "largest energy error"]
-    return {"default-step": markdown(shown, curve[shown].to_numpy(dtype=object)), "equal-error": equal_error(curve)}
+    return {
+        "default-step": markdown_table(shown, curve[shown].to_numpy(dtype=object)),
+        "equal-error": equal_error(curve),
+    }
 
 
-def equal_error(curve: pd.DataFrame) -> str:
+def equal_error(error_curves: pd.DataFrame) -> str:
     """Return the cost of the default over that of Cundall's scheme at the same error, by log-log interpolation.
 
     Errors need not decrease with the step: the coarsest step that reaches the error of the default counts.
     """
-    default = curve[curve["scheme"] == "centred"].iloc[-1]
-    yardstick, lines = curve[curve["scheme"] == "cundall"].sort_values("processor time, s"), []
+    default = error_curves[error_curves["scheme"] == "centred"].iloc[-1]
+    yardstick, lines = error_curves[error_curves["scheme"] == "cundall"].sort_values("processor time, s"), []
     for head in AT_EQUAL:
         errors = np.log(yardstick[head].clip(lower=1e-12).to_numpy())
         costs = np.log(yardstick["processor time, s"].to_numpy())
@@ -113,26 +123,28 @@ def equal_error(curve: pd.DataFrame) -> str:
         elif reached.size:
             where = ", at least"
         lines.append((head, f"{default[head]:.3g}", f"1/{np.exp(cost) / default['processor time, s']:.0f}{where}"))
-    return markdown(("measure of error", "error of the default", "processor time over that of Cundall's scheme"), lines)
+    return markdown_table(
+        ("measure of error", "error of the default", "processor time over that of Cundall's scheme"), lines
+    )
 
 
-def step_and_contact(thin: Thinned) -> Bodies:
+def step_and_contact(thin: ThinnedStudy) -> Bodies:
     """Measure marked cases and wrong flags over step, softness and damping."""
     groups, lines = thin.groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
         for ratio in (0.02, 0.1, 0.25, 1.0, 4.0):
             given: dict[str, Any] = {"model": gravestone(Contact(static_penetration=penetration, damping_ratio=ratio))}
-            exact = answers(groups, threads=2, time_step="0.125 stable", **given).results
-            own = difference(exact, exact)
+            exact = run_case_groups(groups, threads=2, time_step="0.125 stable", **given).results
+            own = compare_results(exact, exact)
             computed = own.moving.cases + own.moving.unanswered
-            cells = [f"{percent(own.unstable, computed):.2f}"]
+            cells = [f"{percentage(own.unstable, computed):.2f}"]
             for step in steps.values():
-                far = difference(answers(groups, threads=2, time_step=step, **given).results, exact)
-                cells.append(f"{percent(far.unstable, computed):.2f} / {error_shares(far.moving)[0]:.2f}")
+                far = compare_results(run_case_groups(groups, threads=2, time_step=step, **given).results, exact)
+                cells.append(f"{percentage(far.unstable, computed):.2f} / {error_shares(far.moving)[0]:.2f}")
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
-    cells_of = markdown(("δ/B", "ξ", "0.125", *steps), lines)
+    cells_of = markdown_table(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
         f"Each row of the table has {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which "
         "the shaking is strong enough to move the block."
@@ -154,36 +166,36 @@ RULES: Final = {
 """Statements that change one rule of the clock before the kernel is imported, by name."""
 
 
-def fine_steps(thin: Thinned) -> Bodies:
+def fine_steps(thin: ThinnedStudy) -> Bodies:
     """Measure the effect of each rule of the clock; each is compiled in a separate process."""
     groups, rows = thin.groups(), {}
-    exact = answers(groups, threads=2, time_step="0.125 stable").results
+    exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, before) in enumerate(RULES.items()):
             (found,) = run_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
-            rows[name] = difference(found.results, exact).costs(found.seconds)
+            rows[name] = compare_results(found.results, exact).costs(found.seconds)
             print(name, rows[name], flush=True)
-    return {"fine-steps": table("", rows, list(next(iter(rows.values()))))}
+    return {"fine-steps": named_rows_table("", rows, list(next(iter(rows.values()))))}
 
 
-def rigid_limit(thin: Thinned) -> Bodies:
+def rigid_limit(thin: ThinnedStudy) -> Bodies:
     """Measure error and cost over contact stiffness and step, and the cases that no computation decides."""
     groups = thin.groups()
     # A change in the ninth digit, below the accuracy of any record.
-    moved = [Group(motion.times(1 + 1e-9), cases) for motion, cases in groups]
+    moved = [CaseGroup(motion.times(1 + 1e-9), cases) for motion, cases in groups]
 
-    def under(contact: float, among: list[Group] = groups, **how: Any) -> Answer:
-        return answers(among, model=gravestone(Contact(static_penetration=contact)), **how)
+    def under(contact: float, among: list[CaseGroup] = groups, **how: Any) -> TimedResults:
+        return run_case_groups(among, model=gravestone(Contact(static_penetration=contact)), **how)
 
-    def wrong(one: Answer, other: Answer) -> tuple[str, ...]:
-        return tuple(f"{share:.2f}" for share in error_shares(difference(one.results, other.results).counts))
+    def wrong(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
+        return tuple(f"{share:.2f}" for share in error_shares(compare_results(one.results, other.results).counts))
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
     reference = (2e-8, "0.125")
     exact, lines, costs = under(reference[0], time_step=steps[reference[1]]), [], {}
     if thin.checkout is not None:
         (before,) = run_in_subprocess(groups, [{}], checkout=thin.checkout)
-        costs["of the other checkout"] = difference(before.results, exact.results).costs(before.seconds)
+        costs["of the other checkout"] = compare_results(before.results, exact.results).costs(before.seconds)
     for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
         found = {
             name: exact if (penetration, name) == reference else under(penetration, time_step=step)
@@ -191,7 +203,7 @@ def rigid_limit(thin: Thinned) -> Bodies:
         }
         cells = ("–" if one is exact else " / ".join(wrong(one, exact)) for one in found.values())
         lines.append((f"{penetration:g}", *cells))
-        costs[f"{penetration:g}"] = difference(found["auto"].results, exact.results).costs(found["auto"].seconds)
+        costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).costs(found["auto"].seconds)
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
     own, finer = under(STATIC_PENETRATION), under(STATIC_PENETRATION, refinement=8)
     stiffer = under(STATIC_PENETRATION / 4)
@@ -208,16 +220,16 @@ def rigid_limit(thin: Thinned) -> Bodies:
     }
     heads = ["million block steps", "processor time, s", *AT_EQUAL[2:], AT_EQUAL[0], "marked"]
     return {
-        "rigid-limit": table("δ/B", costs, heads),
-        "rigid-limit-map": markdown(("δ/B", *steps), lines),
-        "chaos": markdown(
+        "rigid-limit": named_rows_table("δ/B", costs, heads),
+        "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
+        "chaos": markdown_table(
             ("between", "flags that differ, %", "sides that differ, %"),
             [(name, *wrong(*pair)) for name, pair in pairs.items()],
         ),
     }
 
 
-class Peaks(NamedTuple):
+class KernelOutcomes(NamedTuple):
     """Results of a kernel for the cases of all motions, in order: sides, peak rotations over α, and steps."""
 
     sides: NDArray[Any]
@@ -225,13 +237,15 @@ class Peaks(NamedTuple):
     steps: NDArray[Any]
 
 
-def run_two_d(group: Group, damping: float, general: bool) -> Peaks:
+def run_two_d(group: CaseGroup, damping: float, general: bool) -> KernelOutcomes:
     """Run blocks with the kernel for single blocks, or with the general one."""
     found = run(gravestone(Contact(damping_ratio=damping)), *group, Numerics(general=general))
-    return Peaks(found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps)
+    return KernelOutcomes(
+        found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps
+    )
 
 
-def run_three_d(group: Group, damping: float) -> Peaks:
+def run_three_d(group: CaseGroup, damping: float) -> KernelOutcomes:
     """Run square prisms that face along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
@@ -243,18 +257,18 @@ def run_three_d(group: Group, damping: float) -> Peaks:
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
     sides, tilts, steps = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Peaks(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
+    return KernelOutcomes(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
-def damping_ratio(thin: Thinned) -> Bodies:
+def damping_ratio(thin: ThinnedStudy) -> Bodies:
     """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
     exceeds 0.01 α. Blocks are squat from B/H = 0.4.
     """
-    cases = grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
-    groups = [Group(motion, cases) for motion in list(near_fault().values())[:: thin.every_record]]
-    kernels: dict[str, Callable[[Group, float], Peaks]] = {
+    cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
+    groups = [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[:: thin.every_record]]
+    kernels: dict[str, Callable[[CaseGroup, float], KernelOutcomes]] = {
         "kernel for single blocks": partial(run_two_d, general=False),
         "general kernel": partial(run_two_d, general=True),
         "3-D kernel": run_three_d,
@@ -270,34 +284,36 @@ def damping_ratio(thin: Thinned) -> Bodies:
     for damping in (0.5, 1.0, 2.0, DAMPING_RATIO, 4.0, 6.0, 10.0):
         cells = [f"{damping:g}"]
         for kernel in kernels.values():
-            found = Peaks(*map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True)))
+            found = KernelOutcomes(
+                *map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True))
+            )
             stands, away = rocks & (found.sides == 0), np.abs(found.rotations - peak)
-            off = (f"{percent((away[of] > 0.01).sum(), of.sum()):.1f}" for of in (stands, stands & squat))
+            off = (f"{percentage((away[of] > 0.01).sum(), of.sum()):.1f}" for of in (stands, stands & squat))
             wrong, spent = (firm & (found.sides != side)).sum(), found.steps.sum() / 1e6
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
     standing = f"{rocks.sum()} rock without falling, and {(rocks & squat).sum()} are squat and rock without falling."
     about = f"{firm.sum()} of {firm.size} blocks are firm; among the firm blocks, {standing}"
-    return {"damping-ratio": markdown(("ξ", *kernels), lines) + f"\n\n{about}"}
+    return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{about}"}
 
 
 ROUGH: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
 """Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
-def most_friction(thin: Thinned) -> Bodies:
+def most_friction(thin: ThinnedStudy) -> Bodies:
     """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
     shapes = half_circle_azimuths(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
-    motions, lines, first = list(near_fault().values())[:: thin.every_record], [], None
+    motions, lines, first = list(read_default_motions().values())[:: thin.every_record], [], None
     with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
         for friction in ROUGH:
-            groups = [Group(motion, grid(*shapes, friction)) for motion in motions]
-            found = answers(groups, threads=2).results
+            groups = [CaseGroup(motion, case_grid(*shapes, friction)) for motion in motions]
+            found = run_case_groups(groups, threads=2).results
             first = found if first is None else first
             steps = found.block_steps.sum() / first.block_steps.sum()
-            far = difference(found, first).counts
-            unbalanced = percent((found.status == Status.UNSTABLE).sum(), found.status.size)
+            far = compare_results(found, first).counts
+            unbalanced = percentage((found.status == Status.UNSTABLE).sum(), found.status.size)
             lines.append(
                 (f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in error_shares(far)))
             )
@@ -305,16 +321,16 @@ def most_friction(thin: Thinned) -> Bodies:
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
     rows = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records"
     about = f"{rows}; *steps* is the number of time steps, divided by that of the first row."
-    return {"most-friction": f"{markdown(heads, lines)}\n\n{about}"}
+    return {"most-friction": f"{markdown_table(heads, lines)}\n\n{about}"}
 
 
-EXPERIMENTS: Final[dict[str, tuple[Callable[[Thinned], Bodies], Thinned]]] = {
-    "default-step": (default_step, Thinned(2, 1)),
-    "step-and-contact": (step_and_contact, Thinned(4, 10)),
-    "fine-steps": (fine_steps, Thinned(6, 4)),
-    "rigid-limit": (rigid_limit, Thinned(18, 4)),
-    "damping-ratio": (damping_ratio, Thinned(12, 4)),
-    "most-friction": (most_friction, Thinned(18, 4)),
+EXPERIMENTS: Final[dict[str, tuple[Callable[[ThinnedStudy], Bodies], ThinnedStudy]]] = {
+    "default-step": (default_step, ThinnedStudy(2, 1)),
+    "step-and-contact": (step_and_contact, ThinnedStudy(4, 10)),
+    "fine-steps": (fine_steps, ThinnedStudy(6, 4)),
+    "rigid-limit": (rigid_limit, ThinnedStudy(18, 4)),
+    "damping-ratio": (damping_ratio, ThinnedStudy(12, 4)),
+    "most-friction": (most_friction, ThinnedStudy(18, 4)),
 }
 """Experiment and the part of the default study that it runs, by name."""
 
@@ -327,13 +343,13 @@ def main(
     ] = False,
 ) -> None:
     """Run experiments and write the tables into the docs."""
-    for name in parts_of(names, EXPERIMENTS):
+    for name in select_parts(names, EXPERIMENTS):
         measure, thin = EXPERIMENTS[name]
         if trial:
-            thin = Thinned(1, 14, kept=ROOT / "results" / "trial")
+            thin = ThinnedStudy(1, 14, kept=ROOT / "results" / "trial")
             print(*measure(thin._replace(checkout=checkout)).values(), sep="\n\n")
             continue
-        publish(measure(thin._replace(checkout=checkout)))
+        publish_markdown(measure(thin._replace(checkout=checkout)))
 
 
 if __name__ == "__main__":

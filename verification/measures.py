@@ -11,8 +11,8 @@ from overturning.dem.run import run_cases
 from overturning.model.results import CaseResults
 from overturning.model.status import Status
 from overturning.study.answers import DifferenceCounts, count_differences
-from verification.inputs import Group
-from verification.timing import Answer, time_run
+from verification.inputs import CaseGroup
+from verification.timing import TimedResults, time_run
 
 Peaks = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
@@ -21,45 +21,47 @@ ROCKS: Final = 0.05
 """Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
 
 
-def join_results(found: Sequence[CaseResults]) -> CaseResults:
-    """Return the results of several groups, joined in order."""
-    return CaseResults(**{name: np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])})
-
-
-def answers(groups: Sequence[Group], repeats: int = 1, **settings: Any) -> Answer:
-    """Run a set `repeats` times with settings (arguments of `run_cases`), after the first group as a warm-up."""
-    found, seconds = time_run(
-        lambda: [run_cases(group.motion, group.cases, **settings) for group in groups],
-        repeats,
-        lambda: run_cases(*groups[0], **settings),
+def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
+    """Join the results of several groups of cases, in order."""
+    return CaseResults(
+        **{name: np.concatenate([getattr(one, name) for one in group_results]) for name in vars(group_results[0])}
     )
-    return Answer(join_results(found), seconds)
 
 
-def rotation_errors(flags: Flags, peaks: Peaks, right_flags: Flags, right_peaks: Peaks) -> FloatArray:
-    """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in both."""
-    both = (flags == 0) & (right_flags == 0) & (right_peaks > ROCKS)
-    return np.abs(np.asarray(peaks, np.float64) - right_peaks)[both]
+def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settings: Any) -> TimedResults:
+    """Run groups of cases `repeats` times, after a warm-up run of the first; `settings` are those of `run_cases`."""
+    found, seconds = time_run(
+        lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
+        repeats,
+        lambda: run_cases(*case_groups[0], **settings),
+    )
+    return TimedResults(join_results(found), seconds)
 
 
-def rotation_error(flags: Flags, peaks: Peaks, right_flags: Flags, right_peaks: Peaks) -> float:
-    """Return the median of `rotation_errors`; NaN if no block counts."""
-    errors = rotation_errors(flags, peaks, right_flags, right_peaks)
+def peak_rotation_errors(flags: Flags, peaks: Peaks, reference_flags: Flags, reference_peaks: Peaks) -> FloatArray:
+    """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in results and reference."""
+    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > ROCKS)
+    return np.abs(np.asarray(peaks, np.float64) - reference_peaks)[both]
+
+
+def median_rotation_error(flags: Flags, peaks: Peaks, reference_flags: Flags, reference_peaks: Peaks) -> float:
+    """Return the median error of peak rotation, as a share of α (`peak_rotation_errors`); NaN if no block counts."""
+    errors = peak_rotation_errors(flags, peaks, reference_flags, reference_peaks)
     return float(np.median(errors)) if errors.size else float("nan")
 
 
-def order(steps: FloatArray, errors: FloatArray) -> float:
+def convergence_order(time_steps: FloatArray, errors: FloatArray) -> float:
     """Return the order of convergence: least-squares slope of log error over log step."""
     good = (errors > 0) & np.isfinite(errors)
     if good.sum() < 2:
         return float("nan")
-    return float(np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0])
+    return float(np.polyfit(np.log(time_steps[good]), np.log(errors[good]), 1)[0])
 
 
 def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
     """Return True for cells whose neighbours in azimuth (over half a circle) and B/H have the same flag.
 
-    The last axes are those of `inputs.grid`.
+    The last axes are those of `inputs.case_grid`.
     """
     along = np.moveaxis(flags, -4, 0)
     # At the azimuth + 180° the sides are exchanged.
@@ -70,8 +72,8 @@ def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
     return np.asarray(agree)
 
 
-class Difference(NamedTuple):
-    """Comparison of results with a reference."""
+class ResultDifference(NamedTuple):
+    """Differences between results and a reference: changed flags and sides, rotation errors, and cost."""
 
     counts: DifferenceCounts
     firm: DifferenceCounts
@@ -93,39 +95,41 @@ class Difference(NamedTuple):
             "processor time, s": round(seconds, 2),
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),
-            "median error of peak rotation": digits(np.median(self.rotation)),
-            "90th percentile": digits(np.quantile(self.rotation, 0.9)),
+            "median error of peak rotation": round_to_three_digits(np.median(self.rotation)),
+            "90th percentile": round_to_three_digits(np.quantile(self.rotation, 0.9)),
             "marked": self.unstable,
-            "largest energy error": digits(self.energy_error),
+            "largest energy error": round_to_three_digits(self.energy_error),
         }
 
 
-def difference(found: CaseResults, exact: CaseResults, shape: Sequence[int] = ()) -> Difference:
-    """Compare results with a reference; `shape` is that of the grid, and one size may be -1."""
-    right, flags = exact.overturned, found.overturned
-    firm = neighbours_agree(right.reshape(shape)).ravel() if shape else np.zeros(right.size, bool)
-    moves = exact.status != Status.AT_REST
-    return Difference(
+def compare_results(
+    results: CaseResults, reference_results: CaseResults, grid_shape: Sequence[int] = ()
+) -> ResultDifference:
+    """Compare results with reference results; `grid_shape` is the shape of the grid, and one size may be -1."""
+    right, flags = reference_results.overturned, results.overturned
+    firm = neighbours_agree(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
+    moves = reference_results.status != Status.AT_REST
+    return ResultDifference(
         count_differences(right, flags),
         count_differences(right[firm], flags[firm]),
         count_differences(right[moves], flags[moves]),
-        rotation_errors(flags, found.peak_rotation, right, exact.peak_rotation),
-        int((found.status == Status.UNSTABLE).sum()),
-        int(found.block_steps.sum()),
-        float(found.energy_error[found.status == Status.SIMULATED].max(initial=0.0)),
+        peak_rotation_errors(flags, results.peak_rotation, right, reference_results.peak_rotation),
+        int((results.status == Status.UNSTABLE).sum()),
+        int(results.block_steps.sum()),
+        float(results.energy_error[results.status == Status.SIMULATED].max(initial=0.0)),
     )
 
 
-def digits(value: Any) -> float:
+def round_to_three_digits(number: Any) -> float:
     """Round a number to three significant digits."""
-    return float(f"{value:.3g}")
+    return float(f"{number:.3g}")
 
 
-def percent(part: float, of: float) -> float:
-    """Return a share in percent; NaN for an empty total."""
-    return 100.0 * part / of if of else float("nan")
+def percentage(part: float, total: float) -> float:
+    """Return a part of a total in percent; NaN if the total is 0."""
+    return 100.0 * part / total if total else float("nan")
 
 
 def error_shares(counts: DifferenceCounts) -> tuple[float, float]:
-    """Return wrong flags, and cases that do not end on the same side (wrong flags included), both in percent."""
-    return percent(counts.flags, counts.cases), percent(counts.flags + counts.sides, counts.cases)
+    """Return the shares of cases with a wrong flag and of cases with a wrong flag or side, both in percent."""
+    return percentage(counts.flags, counts.cases), percentage(counts.flags + counts.sides, counts.cases)

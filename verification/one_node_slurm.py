@@ -78,13 +78,13 @@ def one_node_slurm(processors: int = 2) -> Iterator[None]:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
         about = {"host": socket.gethostname(), "folder": folder, "processors": processors, "memory": memory}
         ports = dict(zip(("controller", "daemon"), _free_ports(2), strict=True))
-        ending.enter_context(_configured(_TEMPLATE.format(**about, **ports)))
+        ending.enter_context(_fill_configuration(_TEMPLATE.format(**about, **ports)))
         own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
         own += [f"--key-file={key}", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/munge.log"]
-        ending.enter_context(_running(["munged", "--foreground", "--force", *own], folder))
+        ending.enter_context(_background_process(["munged", "--foreground", "--force", *own], folder))
         _wait_until((folder / "munge.socket").exists, folder)
-        ending.enter_context(_running(["slurmctld", "-D"], folder))
-        ending.enter_context(_running(["slurmd", "-D", "-N", "one"], folder))
+        ending.enter_context(_background_process(["slurmctld", "-D"], folder))
+        ending.enter_context(_background_process(["slurmd", "-D", "-N", "one"], folder))
         _wait_until(lambda: "idle" in _command_output("sinfo", "--noheader", "--format=%T"), folder)
         yield
 
@@ -98,7 +98,7 @@ def _free_ports(count: int) -> list[int]:
 
 
 @contextmanager
-def _configured(text: str) -> Iterator[None]:
+def _fill_configuration(text: str) -> Iterator[None]:
     before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else b""
     CONFIGURATION.parent.mkdir(exist_ok=True)
     CONFIGURATION.write_text(_MARK + text, encoding="utf-8")
@@ -112,7 +112,7 @@ def _configured(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def _running(command: list[str], folder: Path) -> Iterator[None]:
+def _background_process(command: list[str], folder: Path) -> Iterator[None]:
     program = shutil.which(command[0]) or command[0]
     with (
         (folder / f"{command[0]}.log").open("w", encoding="utf-8") as log,
@@ -133,9 +133,9 @@ def _command_output(*command: str) -> str:
     return done.stdout if done.returncode == 0 else ""
 
 
-def _wait_until(done: Callable[[], bool], folder: Path) -> None:
+def _wait_until(is_done: Callable[[], bool], folder: Path) -> None:
     deadline = time.monotonic() + _WAIT
-    while not done():
+    while not is_done():
         if time.monotonic() > deadline:
             logs = [log.read_text(encoding="utf-8", errors="replace")[-500:] for log in sorted(folder.glob("*.log"))]
             raise RuntimeError("SLURM does not start: " + "\n".join(logs))

@@ -11,7 +11,16 @@ import typer
 from overturning.files import atomic_write
 from verification.stability import figures as map_figures
 from verification.stability import page as map_page
-from verification.tables import RESULTS, ROOT, Figure, figures_table, publish, read_table, write_csv, write_figures
+from verification.tables import (
+    RESULTS,
+    ROOT,
+    MeasuredFigure,
+    figures_table,
+    publish_markdown,
+    read_table,
+    write_csv,
+    write_figures,
+)
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
 from verification.work_precision.parts import PARTS
@@ -33,28 +42,32 @@ def main(
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
 
-def publish_errors(rows: pd.DataFrame, root: Path) -> dict[str, float]:
-    """Draw and publish error against run time of all parts; return the orders of convergence."""
-    images, orders = root / "docs" / "images", error_page.orders(rows)
-    error_figures.draw_against_finer_steps(rows, images / "work-precision-steps.svg")
-    error_figures.draw_against_rigid_solutions(rows, images / "work-precision-rigid.svg")
-    _publish(error_page.figures(rows, orders), error_page.bodies(rows, orders), root)
+def publish_errors(error_rows: pd.DataFrame, root: Path) -> dict[str, float]:
+    """Draw and publish the error against run time of all methods; return the orders of convergence."""
+    images, orders = root / "docs" / "images", error_page.convergence_orders(error_rows)
+    error_figures.draw_against_finer_steps(error_rows, images / "work-precision-steps.svg")
+    error_figures.draw_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
+    _publish_figures_and_tables(
+        error_page.summary_figures(error_rows, orders), error_page.markdown_by_marker(error_rows, orders), root
+    )
     return orders
 
 
-def publish_stability(blocks: pd.DataFrame, scenes: pd.DataFrame, root: Path) -> None:
+def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, root: Path) -> None:
     """Draw and publish the maps of stability of single blocks and of scenes."""
     images = root / "docs" / "images"
-    map_figures.draw_map(blocks, images / "stability-map.svg")
-    map_figures.draw_shares(blocks, images / "stability-shares.svg")
-    map_figures.draw_scenes(scenes, images / "stability-scenes.svg")
-    _publish(map_page.figures(blocks, scenes), map_page.bodies(blocks, scenes), root)
+    map_figures.draw_map(block_rows, images / "stability-map.svg")
+    map_figures.draw_shares(block_rows, images / "stability-shares.svg")
+    map_figures.draw_scenes(scene_rows, images / "stability-scenes.svg")
+    _publish_figures_and_tables(
+        map_page.summary_figures(block_rows, scene_rows), map_page.markdown_by_marker(block_rows, scene_rows), root
+    )
 
 
-def _publish(figures: list[Figure], bodies: dict[str, str], root: Path) -> None:
+def _publish_figures_and_tables(figures: list[MeasuredFigure], bodies: dict[str, str], root: Path) -> None:
     kept = root / RESULTS.relative_to(ROOT)
-    known = write_figures(figures, kept / "exactness.csv", keep=True)
-    publish(bodies | {"exactness": figures_table(known)}, root)
+    known = write_figures(figures, kept / "exactness.csv", keep_other_figures=True)
+    publish_markdown(bodies | {"exactness": figures_table(known)}, root)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from verification.inputs import study_groups
+from verification.inputs import default_study_groups
 from verification.tables import ROOT
 from verification.timing import run_in_subprocess
 
@@ -23,7 +23,7 @@ def main(
     pairs: Annotated[int, typer.Option(min=1, help="pairs of runs")] = 5,
 ) -> None:
     """Print processor times, million block steps per second and their ratios."""
-    groups, settings = study_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
+    groups, settings = default_study_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
     runs = [
         [run_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)] for _ in range(pairs)
     ]

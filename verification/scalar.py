@@ -15,19 +15,35 @@ G = STANDARD_GRAVITY
 
 
 @njit
-def _implicit(  # type: ignore[no-untyped-def]
-    matrix, right, rx, rz, depth, stretch, guess, pull, mid, half, stiff, dashpot, mu, inertia
+def _solve_implicit_step(  # type: ignore[no-untyped-def]
+    matrix,
+    right_side,
+    rx,
+    rz,
+    penetrations,
+    spring_stretches,
+    predicted_velocity,
+    body_acceleration,
+    half_step_velocity,
+    half_step,
+    stiffness,
+    dashpot,
+    mu,
+    inertia,
 ):
-    """Return the velocities at the end of a centred step: three linear equations, implicit springs and dashpots."""
+    """Solve the three linear equations for the velocities at the end of a centred step (implicit contact forces)."""
     for p in range(3):
         matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = 0.0
-        matrix[p, p], right[p] = 1.0, mid[p] + half * pull[p]
+        matrix[p, p], right_side[p] = 1.0, half_step_velocity[p] + half_step * body_acceleration[p]
     for q in range(2):
-        rise, along = guess[1] - rx[q] * guess[2], guess[0] + rz[q] * guess[2]
-        n, f = stiff * depth[q] - dashpot * rise, stiff * stretch[q] + dashpot * along
-        if depth[q] <= 0.0 or n <= 0.0:
+        rise, along = (
+            predicted_velocity[1] - rx[q] * predicted_velocity[2],
+            predicted_velocity[0] + rz[q] * predicted_velocity[2],
+        )
+        n, f = stiffness * penetrations[q] - dashpot * rise, stiffness * spring_stretches[q] + dashpot * along
+        if penetrations[q] <= 0.0 or n <= 0.0:
             continue
-        d = dashpot + half * stiff
+        d = dashpot + half_step * stiffness
         normal, pressed = (0.0, d, -d * rx[q]), n + d * rise
         tangent, constant = (d, 0.0, d * rz[q]), -f + d * along
         if abs(f) > mu * n:
@@ -35,48 +51,56 @@ def _implicit(  # type: ignore[no-untyped-def]
             tangent, constant = (0.0, -sign * d, sign * d * rx[q]), -sign * pressed
         for row, t, m in ((0, 1.0, 0.0), (1, 0.0, 1.0), (2, inertia * rz[q], -inertia * rx[q])):
             for p in range(3):
-                matrix[row, p] += half * (t * tangent[p] + m * normal[p])
-            right[row] += half * (t * constant + m * pressed)
+                matrix[row, p] += half_step * (t * tangent[p] + m * normal[p])
+            right_side[row] += half_step * (t * constant + m * pressed)
     for p in range(3):
         for row in range(p + 1, 3):
             factor = matrix[row, p] / matrix[p, p]
             for column in range(p, 3):
                 matrix[row, column] -= factor * matrix[p, column]
-            right[row] -= factor * right[p]
-    w2 = right[2] / matrix[2, 2]
-    w1 = (right[1] - matrix[1, 2] * w2) / matrix[1, 1]
-    return (right[0] - matrix[0, 1] * w1 - matrix[0, 2] * w2) / matrix[0, 0], w1, w2
+            right_side[row] -= factor * right_side[p]
+    w2 = right_side[2] / matrix[2, 2]
+    w1 = (right_side[1] - matrix[1, 2] * w2) / matrix[1, 1]
+    return (right_side[0] - matrix[0, 1] * w1 - matrix[0, 2] * w2) / matrix[0, 0], w1, w2
 
 
 @njit
-def run(centred, motion, interval, steps, b, h, stiff, dashpot, mu):  # type: ignore[no-untyped-def]
+def run_scalar_block(  # type: ignore[no-untyped-def]
+    is_centred, acceleration, sampling_interval, steps_per_sample, half_width, half_height, stiffness, dashpot, mu
+):
     """Return the largest rotation (rad) of a block under a motion, and the number of block steps.
 
-    The scheme is the centred one or Cundall's, in fixed steps of each sampling interval, s. The block has half width b
-    and half height h, m; K/m, 1/s², and h/m, 1/s, are those of a corner; the motion is the ground's acceleration,
-    m/s².
+    The scheme is the centred one or Cundall's, in fixed steps of each sampling interval, s. Lengths are in m,
+    the ground acceleration is in m/s²; stiffness, 1/s², and dashpot, 1/s, are those of a corner, divided by the mass.
     """
-    inertia, dt, peak = 3.0 / (b * b + h * h), interval / steps, 0.0
-    place, v, a = np.array([0.0, h - 0.5 * G / stiff, 0.0]), np.zeros(3), np.zeros(3)
-    depth, spring, at = np.full(2, 0.5 * G / stiff), np.zeros(2), np.array([-b, b])
+    inertia, dt, peak = (
+        3.0 / (half_width * half_width + half_height * half_height),
+        sampling_interval / steps_per_sample,
+        0.0,
+    )
+    place, v, a = np.array([0.0, half_height - 0.5 * G / stiffness, 0.0]), np.zeros(3), np.zeros(3)
+    depth, spring, at = np.full(2, 0.5 * G / stiffness), np.zeros(2), np.array([-half_width, half_width])
     pull, guess, new, stretch, along = np.array([0.0, -G, 0.0]), np.zeros(3), np.zeros(2), np.zeros(2), np.zeros(2)
     matrix, right, mid = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
-    for step in range(motion.size * steps - steps):
-        sample, part = step // steps, (step % steps) / steps
-        pull[0] = -(motion[sample] + (motion[sample + 1] - motion[sample]) * part)
+    for step in range(acceleration.size * steps_per_sample - steps_per_sample):
+        sample, part = step // steps_per_sample, (step % steps_per_sample) / steps_per_sample
+        pull[0] = -(acceleration[sample] + (acceleration[sample + 1] - acceleration[sample]) * part)
         for p in range(3):
-            mid[p] = v[p] + 0.5 * dt * a[p] if centred else v[p]
-            place[p] += dt * mid[p] if centred else 0.0
+            mid[p] = v[p] + 0.5 * dt * a[p] if is_centred else v[p]
+            place[p] += dt * mid[p] if is_centred else 0.0
         c, s = math.cos(place[2]), math.sin(place[2])
-        rx, rz = (-b * c - h * s, b * c - h * s), (b * s - h * c, -b * s - h * c)
+        rx, rz = (
+            (-half_width * c - half_height * s, half_width * c - half_height * s),
+            (half_width * s - half_height * c, -half_width * s - half_height * c),
+        )
         for q in range(2):
             new[q], along[q] = -(place[1] + rz[q]), place[0] + rx[q]
             stretch[q] = spring[q] + along[q] - at[q] if depth[q] > 0.0 else 0.0
-        if centred:
+        if is_centred:
             for p in range(3):
                 guess[p] = mid[p] + 0.5 * dt * a[p]
-            end = _implicit(
-                matrix, right, rx, rz, new, stretch, guess, pull, mid, 0.5 * dt, stiff, dashpot, mu, inertia
+            end = _solve_implicit_step(
+                matrix, right, rx, rz, new, stretch, guess, pull, mid, 0.5 * dt, stiffness, dashpot, mu, inertia
             )
             for p in range(3):  # update the position with the new velocities
                 guess[p] = 0.5 * dt * (end[p] - guess[p])
@@ -89,18 +113,18 @@ def run(centred, motion, interval, steps, b, h, stiff, dashpot, mu):  # type: ig
             end = (v[0], v[1], v[2])
         a[0], a[1], a[2] = pull[0], pull[1], pull[2]
         for q in range(2):
-            rate = (new[q] - depth[q]) / dt if not centred else -(end[1] - rx[q] * end[2])
-            slide = (along[q] - at[q]) / dt if not centred else end[0] + rz[q] * end[2]
-            n = max(stiff * new[q] + dashpot * rate, 0.0) if new[q] > 0.0 else 0.0
-            f = -stiff * stretch[q] - dashpot * slide
+            rate = (new[q] - depth[q]) / dt if not is_centred else -(end[1] - rx[q] * end[2])
+            slide = (along[q] - at[q]) / dt if not is_centred else end[0] + rz[q] * end[2]
+            n = max(stiffness * new[q] + dashpot * rate, 0.0) if new[q] > 0.0 else 0.0
+            f = -stiffness * stretch[q] - dashpot * slide
             if abs(f) > mu * n:
                 f = math.copysign(mu * n, f)
-                stretch[q] = min(max(stretch[q], -mu * n / stiff), mu * n / stiff)
+                stretch[q] = min(max(stretch[q], -mu * n / stiffness), mu * n / stiffness)
             a[0], a[1], a[2] = a[0] + f, a[1] + n, a[2] + inertia * (rz[q] * f - rx[q] * n)
             depth[q], spring[q], at[q] = new[q], stretch[q], along[q]
         for p in range(3):
-            v[p] = mid[p] + 0.5 * dt * a[p] if centred else v[p] + dt * a[p]
-            if not centred:
+            v[p] = mid[p] + 0.5 * dt * a[p] if is_centred else v[p] + dt * a[p]
+            if not is_centred:
                 place[p] += dt * v[p]
         peak = max(peak, abs(place[2]))
-    return peak, (motion.size - 1) * steps
+    return peak, (acceleration.size - 1) * steps_per_sample

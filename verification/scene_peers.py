@@ -14,8 +14,8 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
 from overturning.model.scene import load_scene
-from verification.engines import ENGINES, installed
-from verification.inputs import Group, near_field
+from verification.engines import ENGINES, installed_engines
+from verification.inputs import CaseGroup, read_near_field_motion
 from verification.scenes import shaft_sides
 from verification.tables import RESULTS, ROOT, write_csv
 
@@ -25,7 +25,7 @@ EACH: Final = 24
 STEP: Final = 1.0 / 960.0
 
 
-def sample() -> pd.DataFrame:
+def sample_cases() -> pd.DataFrame:
     """Return record, azimuth (degrees), B/H of the shaft and µ of each case."""
     generator = np.random.Generator(np.random.PCG64(3))
     rows = [
@@ -41,25 +41,27 @@ def sample() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
 
 
-def answers(cases: pd.DataFrame) -> dict[str, np.ndarray]:
+def engine_sides(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return the sides to which the shaft falls, by installed engine."""
     scene = load_scene("three-tier", ROOT)
     height, _ = reference_element_size(scene)
     groups = [
-        Group(near_field(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"]))
+        CaseGroup(
+            read_near_field_motion(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"])
+        )
         for number in RECORDS
         if (rows := cases[cases["record"] == number]).size
     ]
     return {
         name.lower(): np.concatenate([shaft_sides(engine, scene, group, STEP) for group in groups])
-        for name, engine in installed(ENGINES, "pymunk", "Box2D").items()
+        for name, engine in installed_engines(ENGINES, "pymunk", "Box2D").items()
     }
 
 
 def main() -> None:
     """Write the table."""
-    cases = sample()
-    found = answers(cases)
+    cases = sample_cases()
+    found = engine_sides(cases)
     if len(found) < 2:
         raise ArgumentError("both engines are needed: make peers")
     write_csv(cases.assign(**found), TABLE)

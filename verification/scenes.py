@@ -23,11 +23,20 @@ from overturning.model.geometry import place_elements, reference_element_size
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
-from verification.engines import ENGINES, installed, sides_of_scene
-from verification.inputs import Group, grid, near_fault, near_field
+from verification.engines import ENGINES, installed_engines, sides_of_scene
+from verification.inputs import CaseGroup, case_grid, read_default_motions, read_near_field_motion
 from verification.measures import join_results
-from verification.tables import RESULTS, ROOT, Figure, figures_table, markdown, parts_of, publish, write_figures
-from verification.timing import fastest, run_in_subprocess, time_run
+from verification.tables import (
+    RESULTS,
+    ROOT,
+    MeasuredFigure,
+    figures_table,
+    markdown_table,
+    publish_markdown,
+    select_parts,
+    write_figures,
+)
+from verification.timing import minimum_processor_time, run_in_subprocess, time_run
 
 SHAFT: Final = 2
 """Index of the compared element, the topmost of three."""
@@ -51,20 +60,28 @@ GROUPS = (
 """Label, static penetration over width, damping ratio, scheme, time step."""
 
 
-def three_tier_cases() -> tuple[Scene, Group]:
+def three_tier_cases() -> tuple[Scene, CaseGroup]:
     """Return the scene of a shaft on two bases, and its 96 cases."""
     scene = load_scene("three-tier", ROOT)
     height, ratio = reference_element_size(scene)
     ratios = [0.2, 0.25, 0.3, round(ratio, 10)]
-    return scene, Group(near_field(7), grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
+    return scene, CaseGroup(read_near_field_motion(7), case_grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
 
 
-def median_error_percent(found: Any, exact: Any, chosen: np.ndarray) -> float:
+def median_error_percent(results: Any, reference_results_of_cases: Any, case_mask: np.ndarray) -> float:
     """Return the median error of the chosen peak rotations, percent."""
-    return 100 * float(np.median(np.abs(found[chosen] / np.where(exact > 0, exact, np.inf)[chosen] - 1)))
+    return 100 * float(
+        np.median(
+            np.abs(
+                results[case_mask]
+                / np.where(reference_results_of_cases > 0, reference_results_of_cases, np.inf)[case_mask]
+                - 1
+            )
+        )
+    )
 
 
-def speed() -> Iterator[Figure]:
+def measure_speed() -> Iterator[MeasuredFigure]:
     """Measure element steps per second and core; everything stands, nothing is left out."""
     time_axis = np.arange(300) * 0.01
     motion = Motion(2.0 * np.sin(9 * time_axis), 0 * time_axis, sampling_interval=0.01)
@@ -72,64 +89,74 @@ def speed() -> Iterator[Figure]:
         scene = load_scene(name, ROOT)
         cases = Cases(0.0, *reference_element_size(scene), np.linspace(0.5, 1.0, 192))
         found, seconds = time_run(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
-        yield Figure(f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s")
+        yield MeasuredFigure(
+            f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s"
+        )
 
 
-def with_contact(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
-    """Return the same scene with another contact law."""
+def scene_with_contact(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
+    """Return a scene with the contact law replaced."""
     law = {"between": ("stone", "stone"), "static_penetration": static_penetration, "damping_ratio": damping_ratio}
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def peers(count: int) -> Iterator[Figure]:
+def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
     """Measure time per case and share of correct outcomes for a shaft on two bases."""
     scene, (motion, cases) = three_tier_cases()
-    fine, firm = reference(scene, motion, cases)
+    fine, firm = reference_results(scene, motion, cases)
     right = fine.overturned[:, SHAFT]
-    yield Figure("cases of the sweep", cases.size)
-    yield Figure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
-    yield Figure("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
+    yield MeasuredFigure("cases of the sweep", cases.size)
+    yield MeasuredFigure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
+    yield MeasuredFigure("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
-    some = Group(motion, cases).subset(chosen)
+    some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
-    for name, engine in installed(ENGINES, "Box2D", "pymunk").items():
+    for name, engine in installed_engines(ENGINES, "Box2D", "pymunk").items():
         _, ended[name] = time_run(partial(shaft_sides, engine, scene, some, early=True), 1, int)
         found[name], times[name] = time_run(partial(shaft_sides, engine, scene, some), 1, int)
-        yield Figure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
-        yield Figure(f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms")
-        yield Figure(f"{name}: correct side of the shaft", 100 * float((found[name] == right[chosen]).mean()), "%")
+        yield MeasuredFigure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
+        yield MeasuredFigure(
+            f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms"
+        )
+        yield MeasuredFigure(
+            f"{name}: correct side of the shaft", 100 * float((found[name] == right[chosen]).mean()), "%"
+        )
     if len(found) == 2:
         one, other = found.values()
-        yield Figure("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
+        yield MeasuredFigure("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
     axes: dict[str, Any] = {name: np.unique(getattr(cases, name)) for name in ("azimuth_deg", "height", "b_over_h")}
     for label, penetration, damping, scheme, step in GROUPS:
-        stones = with_contact(scene, penetration, damping)
+        stones = scene_with_contact(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse, whole = time_run(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
         used = partial(simulate_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
-        whole, left = whole / cases.size, fastest(used, 2) / cases.size
+        whole, left = whole / cases.size, minimum_processor_time(used, 2) / cases.size
         same = coarse.overturned[:, SHAFT] == right
-        yield Figure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
-        yield Figure(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
-        yield Figure(
+        yield MeasuredFigure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
+        yield MeasuredFigure(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
+        yield MeasuredFigure(
             f"{label}: correct side of the shaft, cases of the other engines", 100 * float(same[chosen].mean()), "%"
         )
-        yield Figure(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
+        yield MeasuredFigure(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
         error = median_error_percent(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
-        yield Figure(f"{label}: median error of the shaft's peak rotation", error, "%")
+        yield MeasuredFigure(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
         error = median_error_percent(coarse.peak_rotation, fine.peak_rotation, stands)
-        yield Figure(f"{label}: median error of all peak rotations", error, "%")
+        yield MeasuredFigure(f"{label}: median error of all peak rotations", error, "%")
         for name, each in times.items():
-            yield Figure(f"{label}: speed over that of {name}, nothing left out", each / chosen.size / whole, "x")
-            yield Figure(f"{label}: speed over that of {name}, as a user runs it", each / chosen.size / left, "x")
+            yield MeasuredFigure(
+                f"{label}: speed over that of {name}, nothing left out", each / chosen.size / whole, "x"
+            )
+            yield MeasuredFigure(
+                f"{label}: speed over that of {name}, as a user runs it", each / chosen.size / left, "x"
+            )
         for name, each in ended.items() if label == "default" else ():
             text = f"{label}: speed over that of {name} ended when the shaft has fallen"
-            yield Figure(text, each / chosen.size / left, "x")
+            yield MeasuredFigure(text, each / chosen.size / left, "x")
 
 
-def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, early: bool = False) -> np.ndarray:
+def shaft_sides(engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, early: bool = False) -> np.ndarray:
     """Return the sides to which the shaft falls in an engine; with `early`, a case ends when it has fallen."""
     sides = []
     for index in range(group.cases.size):
@@ -140,8 +167,8 @@ def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, 
     return np.array(sides)
 
 
-def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
-    """Return the results at a tenth of the default step, and True for firm cases (see the module)."""
+def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
+    """Return the results at a tenth of the default step, and a mask of firm cases (see the module)."""
     fine = run(scene, motion, cases, Numerics(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.size, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
@@ -150,7 +177,7 @@ def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, 
     return fine, firm
 
 
-def steps() -> str:
+def time_step_table() -> str:
     """Return a table of error and time over the step, nothing left out; the reference is 1/20 of the default step."""
     chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
@@ -162,12 +189,12 @@ def steps() -> str:
         errors = (median_error_percent(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
         time = f"{1e3 * seconds / len(stands):.3g}"
         rows.append((step.replace("auto", "default"), time, *(f"{one:.2g}" for one in errors)))
-    return markdown(
+    return markdown_table(
         ("", "time per case, ms", "error of all peak rotations, %", "error of the shaft's peak rotation, %"), rows
     )
 
 
-def pillars() -> Iterator[Figure]:
+def measure_pillars() -> Iterator[MeasuredFigure]:
     """Count flags of three pillars under real records changed by leaving out, and by an amplitude changed by 1e-9."""
     ways = {
         "leaving out": (True, 1.0),
@@ -180,27 +207,27 @@ def pillars() -> Iterator[Figure]:
         for number, (width, height) in enumerate(sizes, 1):
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
         scene = check_scene({"name": "pillar", "elements": elements})
-        cases = grid(np.arange(0, 360, 45.0), *reference_element_size(scene), 1.0)
-        for motion in near_fault().values():
+        cases = case_grid(np.arange(0, 360, 45.0), *reference_element_size(scene), 1.0)
+        for motion in read_default_motions().values():
             full = run(scene, motion, cases, Numerics(leave_out=False)).overturned
             flags += full.size
             for way, (short, factor) in ways.items():
                 found = run(scene, motion.times(factor), cases, Numerics(leave_out=short)).overturned
                 changed[way] += int((found != full).sum())
-    yield Figure("three pillars under real records: flags", flags)
+    yield MeasuredFigure("three pillars under real records: flags", flags)
     for way, number in changed.items():
-        yield Figure(f"three pillars under real records: flags changed by {way}", number)
+        yield MeasuredFigure(f"three pillars under real records: flags changed by {way}", number)
 
 
-def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
+def compare_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[MeasuredFigure]:
     """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in the general one.
 
     A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
     computation of this kind decides it. The other cells must agree.
     """
-    motions = [near_field(number) for number in records]
+    motions = [read_near_field_motion(number) for number in records]
     # Half of the azimuths; the others are mirror images.
-    cases = grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
+    cases = case_grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
     def answer(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
         numerics = Numerics(general=general, time_step=step, leave_out=False)
@@ -216,16 +243,16 @@ def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
     rocked = np.maximum(other.peak_rotation, 1e-12)
     same, side = (100 * float(np.mean(one[~chaos])) for one in (~far, own.overturned == other.overturned))
     about = "a gravestone in both kernels"
-    yield Figure(f"{about}: cells", own.status.size)
-    yield Figure(f"{about}: share of cells that fall", 100 * float(fell.mean()), "%")
-    yield Figure(f"{about}: chaotic cells", int(chaos.sum()))
-    yield Figure(f"{about}: cells with different flags", int(far.sum()))
-    yield Figure(f"{about}: cells with different flags, without chaotic cells", int((far & ~chaos).sum()))
-    yield Figure(f"{about}: same flag, without chaotic cells", same, "%")
-    yield Figure(f"{about}: same side, without chaotic cells", side, "%")
+    yield MeasuredFigure(f"{about}: cells", own.status.size)
+    yield MeasuredFigure(f"{about}: share of cells that fall", 100 * float(fell.mean()), "%")
+    yield MeasuredFigure(f"{about}: chaotic cells", int(chaos.sum()))
+    yield MeasuredFigure(f"{about}: cells with different flags", int(far.sum()))
+    yield MeasuredFigure(f"{about}: cells with different flags, without chaotic cells", int((far & ~chaos).sum()))
+    yield MeasuredFigure(f"{about}: same flag, without chaotic cells", same, "%")
+    yield MeasuredFigure(f"{about}: same side, without chaotic cells", side, "%")
     apart = float(np.median(np.abs(own.peak_rotation[stands] / rocked[stands] - 1)))
-    yield Figure(f"{about}: median relative difference of peak rotation", apart)
-    yield Figure(
+    yield MeasuredFigure(f"{about}: median relative difference of peak rotation", apart)
+    yield MeasuredFigure(
         f"{about}: time in the general kernel over that in the kernel for single blocks", general_seconds / seconds, "x"
     )
 
@@ -237,22 +264,22 @@ def main(
     peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 40,
 ) -> None:
     """Measure, and write the tables; parts that are not named keep their figures."""
-    made: dict[str, tuple[str, Callable[[], Iterator[Figure]]]] = {
-        "speed": ("scenes.csv", speed),
-        "peers": ("scenes.csv", partial(peers, peer_cases)),
-        "pillars": ("scenes.csv", pillars),
-        "kernels": ("both-kernels.csv", kernels),
+    made: dict[str, tuple[str, Callable[[], Iterator[MeasuredFigure]]]] = {
+        "speed": ("scenes.csv", measure_speed),
+        "peers": ("scenes.csv", partial(compare_with_peers, peer_cases)),
+        "pillars": ("scenes.csv", measure_pillars),
+        "kernels": ("both-kernels.csv", compare_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in GROUPS[1:])
-    for name in parts_of(parts, (*made, "steps")):
+    for name in select_parts(parts, (*made, "steps")):
         if name == "steps":
-            publish({"scene-steps": steps()})
+            publish_markdown({"scene-steps": time_step_table()})
             continue
         file, measure = made[name]
-        figures = write_figures(list(measure()), RESULTS / file, keep=True)
+        figures = write_figures(list(measure()), RESULTS / file, keep_other_figures=True)
         shown = [figure for figure in figures if not figure.quantity.startswith(others)]
         print(body := figures_table(shown), flush=True)
-        publish({"both-kernels" if name == "kernels" else "scene-speed": body})
+        publish_markdown({"both-kernels" if name == "kernels" else "scene-speed": body})
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Measured figures within the sentences of README.md and docs/.
 
-A page contains ``<!--=name-->5<!--/-->``. `fill`, which `verification.tables.publish` calls, replaces the text between
-the markers by the figure `FIGURES[name]`, computed from the tables in verification/results. To state a new figure, add
-it to `FIGURES`, write its marker into the page, and run `python -m verification.tables`.
+A page contains ``<!--=name-->5<!--/-->``. `verification.tables.publish_markdown` calls `fill_markers`, which replaces
+the text between the markers by the figure `FIGURES[name]`, computed from the tables in verification/results. To state a
+new figure, add it to `FIGURES`, write its marker into the page, and run `python -m verification.tables`.
 """
 
 import re
@@ -16,26 +16,26 @@ import pandas as pd
 MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
-def table_cell(file: str, quantity: str, written: str, results: Path) -> str:
-    """Return a figure from a file of `verification.tables.write_figures`, in the format `written`."""
+def table_cell(file: str, quantity: str, number_format: str, results: Path) -> str:
+    """Return a figure from a file of `verification.tables.write_figures`, in the format `number_format`."""
     rows = pd.read_csv(results / file)
-    return written.format(rows.loc[rows["quantity"] == quantity, "value"].item())
+    return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def eighth_step_figures(written: str, results: Path) -> str:
+def eighth_step_figures(number_format: str, results: Path) -> str:
     """Format wrong flags of the default step and of 1/8 of it, %, and the ratio of their processor times."""
     curve = pd.read_csv(results / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
-    return written.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
+    return number_format.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
 
 
-def rigid_block_counts(written: str, results: Path) -> str:
+def rigid_block_counts(number_format: str, results: Path) -> str:
     """Format the counts of record cases, of those unlike the rigid block, and of such among the engines' cases."""
     rows = pd.read_csv(results / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
     (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)
-    return written.format(at[0], at[1] + at[2], at[3])
+    return number_format.format(at[0], at[1] + at[2], at[3])
 
 
 def boulder_test_count(results: Path) -> str:
@@ -78,6 +78,6 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
 """Function that returns the text of a marker from the folder of the tables, by name."""
 
 
-def fill(text: str, results: Path) -> str:
-    """Return a page with its markers filled; raise a KeyError for an unknown marker."""
-    return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results)}<!--/-->", text)
+def fill_markers(text: str, results_folder: Path) -> str:
+    """Return a page with the figures written between its markers; a KeyError for an unknown marker."""
+    return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results_folder)}<!--/-->", text)

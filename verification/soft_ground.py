@@ -12,13 +12,13 @@ from overturning.findings.results import StudyResults, open_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, variant_settings
 from overturning.units import STANDARD_GRAVITY
-from verification.tables import RESULTS, ROOT, markdown, publish, wrap_text, write_csv
+from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, wrap_text, write_csv
 
 STUDY: Final = ROOT / "results" / "soft-ground"
 
 
-def rates(results: StudyResults) -> pd.DataFrame:
-    """Return fall rate and axis of every record on every ground, for each amplitude."""
+def rates_by_ground(results: StudyResults) -> pd.DataFrame:
+    """Return a table of fall rate and fall axis for each record, ground and amplitude."""
     rows = []
     for ground_name, found in results.populations.items():
         table = found[["fall_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
@@ -27,8 +27,8 @@ def rates(results: StudyResults) -> pd.DataFrame:
     return pd.concat(rows)
 
 
-def periods(results: StudyResults) -> str:
-    """Return the fundamental periods of the variants, in order."""
+def fundamental_periods(results: StudyResults) -> str:
+    """Return the fundamental periods, s, of the soil columns of the variants as text, in order."""
     found = []
     for name in results.study.variants:
         site = variant_settings(results.study, name).site
@@ -37,25 +37,32 @@ def periods(results: StudyResults) -> str:
     return ", ".join(f"{one:.2f} s" for one in found)
 
 
-def ground_name(one: SiteFallRates) -> str:
-    """Return the layers of a ground, from the surface down; "rock" without layers."""
-    layers = (f"{layer.thickness_m:g} m of soil ({layer.velocity_m_s:g} m/s)" for layer in one.layers)
+def ground_name(rates: SiteFallRates) -> str:
+    """Return a name for a ground: its layers from the surface down, or "rock" without layers."""
+    layers = (f"{layer.thickness_m:g} m of soil ({layer.velocity_m_s:g} m/s)" for layer in rates.layers)
     return " over ".join(layers) or "rock"
 
 
-def bodies(results: StudyResults) -> dict[str, str]:
+def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     """Return tables and sentences on soft ground as Markdown, by marker."""
     found, failed = site_fall_rates(results), unconverged_soil_analyses(results)
     rows, answers = [], []
     for one in found:
         turned = "–" if one.axis_turned_deg is None else f"{one.axis_turned_deg:.0f}° ({one.axes_compared})"
-        rates = [f"{100 * (rate or 0.0):.0f} %" for rate in (one.mean_fall_rate, one.median_fall_rate)]
+        fall_rates = [f"{100 * (rate or 0.0):.0f} %" for rate in (one.mean_fall_rate, one.median_fall_rate)]
         pga = (one.median_pga_m_s2 or 0.0) / STANDARD_GRAVITY
         rows.append(
-            (f"{one.amplitude:g}", ground_name(one), f"{pga:.2f}", *rates, one.records_with_half_fallen, turned)
+            (
+                f"{one.amplitude:g}",
+                ground_name(one),
+                f"{pga:.2f}",
+                *fall_rates,
+                one.records_with_half_fallen,
+                turned,
+            )
         )
         if one.amplitude == 1.0:
-            text = f"The mean fall rate over the records on the ground “{ground_name(one)}” is {rates[0]}."
+            text = f"The mean fall rate over the records on the ground “{ground_name(one)}” is {fall_rates[0]}."
             if one.axis_turned_deg is not None:
                 text += (
                     f" Compared with rock, the axis of falls turns by {one.axis_turned_deg:.0f}° "
@@ -65,10 +72,10 @@ def bodies(results: StudyResults) -> dict[str, str]:
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
     text = (
         f"The soil computation converged for all surface motions except {len(failed)}. The fundamental periods of the "
-        f"layers at small strain are {periods(results)}."
+        f"layers at small strain are {fundamental_periods(results)}."
     )
     return {
-        "soft-ground": markdown((*heads, "axis turned, median (records)"), rows),
+        "soft-ground": markdown_table((*heads, "axis turned, median (records)"), rows),
         "soft-ground-answer": "\n".join(wrap_text(sentence, "- ") for sentence in answers),
         "soft-ground-convergence": wrap_text(text),
     }
@@ -78,8 +85,8 @@ def main() -> None:
     """Write verification/results/soft-ground.csv and the page."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
     with open_results(STUDY, study) as results:
-        write_csv(rates(results), RESULTS / "soft-ground.csv")
-        publish(bodies(results))
+        write_csv(rates_by_ground(results), RESULTS / "soft-ground.csv")
+        publish_markdown(markdown_by_marker(results))
 
 
 if __name__ == "__main__":

@@ -28,11 +28,19 @@ from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
 from verification import inputs
-from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed
-from verification.inputs import near_fault, strong_part
-from verification.measures import order
+from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed_engines
+from verification.inputs import read_default_motions, strong_part
+from verification.measures import convergence_order
 from verification.reference import body_cundall
-from verification.tables import RESULTS, ROOT, Figure, figures_table, parts_of, publish, write_figures
+from verification.tables import (
+    RESULTS,
+    ROOT,
+    MeasuredFigure,
+    figures_table,
+    publish_markdown,
+    select_parts,
+    write_figures,
+)
 from verification.timing import run_program, time_run
 
 Outcome = dict[str, np.ndarray]
@@ -55,19 +63,21 @@ def rocking_motion(samples: int = 2000) -> Motion:
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
 
 
-def azimuth_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the angle between azimuths, degrees."""
-    return np.abs((a - b + 180.0) % 360.0 - 180.0)
+def azimuth_difference(first_azimuth_deg: np.ndarray, second_azimuth_deg: np.ndarray) -> np.ndarray:
+    """Return the angle between two azimuths, degrees, 0 to 180."""
+    return np.abs((first_azimuth_deg - second_azimuth_deg + 180.0) % 360.0 - 180.0)
 
 
-def run_all(motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = GRID, **options: Any) -> Outcome:
-    """Return the outcomes of a grid under motions multiplied by a factor."""
+def run_grid_under_motions(
+    motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = GRID, **options: Any
+) -> Outcome:
+    """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
     found = [simulate_arrays(motion.times(factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
-def throughput() -> Iterator[Figure]:
+def measure_throughput() -> Iterator[MeasuredFigure]:
     """Measure block steps per second and core, with vertices and on a rim, and the time to compile the kernel."""
     grid = {"orientation_deg": GRID["orientation_deg"], "height": [0.6], "b_over_h": np.linspace(0.4, 0.5, 16)}
     for scheme, body, name in (
@@ -79,10 +89,10 @@ def throughput() -> Iterator[Figure]:
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
         found, seconds = time_run(partial(simulate_arrays, rocking_motion(), body, **grid, **options), 2)
         rate = found["block_steps"].sum() / seconds / 1e6
-        yield Figure(f"space: block steps per second and core, {name}", rate, "million")
+        yield MeasuredFigure(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
         cold = run_program(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
-    yield Figure("space: processor time of the first case with an empty cache, imports included", cold, "s")
+    yield MeasuredFigure("space: processor time of the first case with an empty cache, imports included", cold, "s")
 
 
 _SOME_CASES: Final = """
@@ -95,14 +105,14 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 
 
-def memory() -> Iterator[Figure]:
+def measure_memory() -> Iterator[MeasuredFigure]:
     """Measure how the peak memory grows with the number of cases; each number in a separate process."""
     _, few, many = (int(run_program(_SOME_CASES, count)[0]) for count in (1000, 1000, 21000))
-    yield Figure("space: memory of 1000 cases", few / 1024, "MB")
-    yield Figure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
+    yield MeasuredFigure("space: memory of 1000 cases", few / 1024, "MB")
+    yield MeasuredFigure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
-def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
+def prism_outcomes(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_cases(Body(RectangularPrism()), motion, cases, numerics)
     found: Outcome = {}
@@ -114,7 +124,7 @@ def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     return found
 
 
-def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
+def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     """Return the order of convergence by quantity, and the median errors by `FINER_STEPS`, rad.
 
     The quantities are the peak tilt of stones that rock and stand, and the fall azimuth of stones that fall. The stones
@@ -125,8 +135,8 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     pulse = Motion(
         5.0 * window * np.sin(5.0 * t), 4.0 * window * np.cos(8.0 * t), sampling_interval=0.01, trust_data=True
     )
-    cases = inputs.grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
-    found = [answers(pulse, cases, Numerics(scheme=scheme, refinement=step)) for step in (*FINER_STEPS, FINEST)]
+    cases = inputs.case_grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
+    found = [prism_outcomes(pulse, cases, Numerics(scheme=scheme, refinement=step)) for step in (*FINER_STEPS, FINEST)]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
     slopes = {}
@@ -135,24 +145,26 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
         errors = np.median(away, axis=1)
         # Errors below the rounding do not show the order: the first of them ends the fit.
         count = 1 + int(np.argmax(np.append(errors, 0.0) <= ROUNDING))
-        slopes[name] = order(1 / np.array(FINER_STEPS)[:count], errors[:count]), errors
+        slopes[name] = convergence_order(1 / np.array(FINER_STEPS)[:count], errors[:count]), errors
     return slopes
 
 
-def convergence() -> Iterator[Figure]:
+def measure_convergence() -> Iterator[MeasuredFigure]:
     """Measure the slope of the error over the step, for stones that stand and that fall."""
     for scheme in ("centred", "cundall"):
-        for name, (slope, errors) in orders(scheme).items():
-            yield Figure(f"space, {scheme}: order of convergence, {name}", slope)
-            yield Figure(f"space, {scheme}: median error at its step, {name}", float(np.degrees(errors[0])), "°")
+        for name, (slope, errors) in convergence_orders(scheme).items():
+            yield MeasuredFigure(f"space, {scheme}: order of convergence, {name}", slope)
+            yield MeasuredFigure(
+                f"space, {scheme}: median error at its step, {name}", float(np.degrees(errors[0])), "°"
+            )
 
 
-def study() -> Iterator[Figure]:
+def measure_study() -> Iterator[MeasuredFigure]:
     """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.dimension_names[1:]}
-    motions = list(near_fault().values())
-    run_all(motions[:1], grid={name: values[:1] for name, values in axes.items()})
+    motions = list(read_default_motions().values())
+    run_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
     def counted(run: Callable[[Any, int], None], *more: Any) -> None:
         def noted(rows: Any, finer: int) -> None:
@@ -162,35 +174,35 @@ def study() -> Iterator[Figure]:
         rerun_until_balanced(noted, *more)
 
     with mock.patch("overturning.dem.plan.rerun_until_balanced", counted):
-        found, seconds = time_run(partial(run_all, motions, grid=axes), 1, int)
+        found, seconds = time_run(partial(run_grid_under_motions, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
-    yield Figure(f"{about}: cases", status.size)
-    yield Figure(f"{about}: processor time of two cores", seconds, "s")
-    yield Figure(f"{about}: cases computed again because their energy did not balance", sum(again))
-    yield Figure(f"{about}: cases marked unstable", int((status == Status.UNSTABLE).sum()))
-    yield Figure(f"{about}: cases undecided", int((status == Status.UNDECIDED).sum()))
+    yield MeasuredFigure(f"{about}: cases", status.size)
+    yield MeasuredFigure(f"{about}: processor time of two cores", seconds, "s")
+    yield MeasuredFigure(f"{about}: cases computed again because their energy did not balance", sum(again))
+    yield MeasuredFigure(f"{about}: cases marked unstable", int((status == Status.UNSTABLE).sum()))
+    yield MeasuredFigure(f"{about}: cases undecided", int((status == Status.UNDECIDED).sum()))
     for name in ("energy_error", "angular_momentum_error"):
         worst = float(found[name][status == Status.SIMULATED].max())
-        yield Figure(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
+        yield MeasuredFigure(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
 
 
-def exactness(chosen: list[Motion]) -> Iterator[Figure]:
+def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
     """Measure energy errors, and the effect of 1 % of amplitude, of finer steps and of other contacts."""
-    nominal, seconds = time_run(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
+    nominal, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fell = nominal["overturned"] == 1
-    yield Figure("space: cases", fell.size)
-    yield Figure("space: processor time per case", 1e3 * seconds / fell.size, "ms")
-    yield Figure("space: largest energy error", float(nominal["energy_error"].max()))
-    yield Figure("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
+    yield MeasuredFigure("space: cases", fell.size)
+    yield MeasuredFigure("space: processor time per case", 1e3 * seconds / fell.size, "ms")
+    yield MeasuredFigure("space: largest energy error", float(nominal["energy_error"].max()))
+    yield MeasuredFigure("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
     keep, firm = np.ones(fell.shape, bool), np.ones(fell.shape, bool)
     for factor in (0.99, 1.01):
-        other = run_all(chosen, factor)
+        other = run_grid_under_motions(chosen, factor)
         same = other["overturned"] == nominal["overturned"]
         keep &= same
         firm &= same & (~fell | (azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
-    yield Figure("space: cases that keep the flag under ±1 % of amplitude", 100.0 * keep.mean(), "%")
+    yield MeasuredFigure("space: cases that keep the flag under ±1 % of amplitude", 100.0 * keep.mean(), "%")
     text = "space: falls whose azimuth moves by more than 15° under ±1 % of amplitude"
-    yield Figure(text, 100.0 * (~firm)[fell & keep].mean(), "%")
+    yield MeasuredFigure(text, 100.0 * (~firm)[fell & keep].mean(), "%")
     for name, options in (
         ("half the step", {"time_step": "0.5 stable"}),
         ("quarter of the step", {"time_step": "0.25 stable"}),
@@ -199,25 +211,27 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         ("δ/B 2e-5", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-5))}),
         ("δ/B 2e-7", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-7))}),
     ):
-        other, seconds = time_run(partial(run_all, chosen, **options), 1, int)
+        other, seconds = time_run(partial(run_grid_under_motions, chosen, **options), 1, int)
         same = other["overturned"] == nominal["overturned"]
         moved = azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
-        yield Figure(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
-        yield Figure(f"space, {name}: azimuths more than 15° off, of firm falls", 100.0 * (moved > 15.0).mean(), "%")
-        yield Figure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
-        yield Figure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
+        yield MeasuredFigure(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
+        yield MeasuredFigure(
+            f"space, {name}: azimuths more than 15° off, of firm falls", 100.0 * (moved > 15.0).mean(), "%"
+        )
+        yield MeasuredFigure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
+        yield MeasuredFigure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
 
 
-def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
+def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
     """Compare flags and azimuths with other engines for some of the cases."""
-    ours, seconds = time_run(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
-    fine = run_all(
+    ours, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
+    fine = run_grid_under_motions(
         chosen, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
     )
     shape = ours["overturned"].shape
     cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
     flags, azimuths = {}, {}
-    for name, engine in installed(SPACE_ENGINES).items():
+    for name, engine in installed_engines(SPACE_ENGINES).items():
         begin, found = time.process_time(), []
         for m, o, _, b, *_ in np.stack(cells, axis=1).tolist():
             half = 0.3 * GRID["b_over_h"][b]
@@ -225,20 +239,20 @@ def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
             found.append(fall_azimuth(engine, chosen[m], GRID["orientation_deg"][o], prism, PEER_STEP))
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
         theirs = (time.process_time() - begin) / len(found)
-        yield Figure(f"{name} in space: processor time per case", theirs, "s")
-        yield Figure(
+        yield MeasuredFigure(f"{name} in space: processor time per case", theirs, "s")
+        yield MeasuredFigure(
             f"{name} in space: its time per case over that of this program", theirs * ours["status"].size / seconds
         )
-    yield Figure("space: cases that all engines run", cells[0].size)
+    yield MeasuredFigure("space: cases that all engines run", cells[0].size)
     flags["this program"], azimuths["this program"] = ours["overturned"][cells] == 1, ours["fall_azimuth"][cells]
     for name, own in flags.items():
         wrong = 100.0 * (own != (fine["overturned"][cells] == 1)).mean()
-        yield Figure(f"space: flags different from the finest reference's, {name}", wrong, "%")
+        yield MeasuredFigure(f"space: flags different from the finest reference's, {name}", wrong, "%")
     for a, b in combinations(flags, 2):
         both, differ = flags[a] & flags[b], 100.0 * float((flags[a] != flags[b]).mean())
-        yield Figure(f"space: flags that differ, {a} and {b}", differ, "%")
+        yield MeasuredFigure(f"space: flags that differ, {a} and {b}", differ, "%")
         near = azimuth_difference(azimuths[a], azimuths[b])[both] <= 20.0
-        yield Figure(f"space: azimuths within 20° where both fall, {a} and {b}", 100.0 * near.mean(), "%")
+        yield MeasuredFigure(f"space: azimuths within 20° where both fall, {a} and {b}", 100.0 * near.mean(), "%")
 
 
 def main(
@@ -247,19 +261,20 @@ def main(
     peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 200,
 ) -> None:
     """Measure the 3-D model."""
-    every = list(near_fault().values())[:: max(28 // records, 1)]
-    chosen, figures = [strong_part(motion) for motion in every[:records]], list[Figure]()
-    made: dict[str, Callable[[], Iterator[Figure]]] = {
-        "throughput": throughput, "memory": memory, "convergence": convergence, "study": study,
-        "exactness": partial(exactness, chosen), "peers": partial(against_peers, chosen, peer_cases),
+    every = list(read_default_motions().values())[:: max(28 // records, 1)]
+    chosen, figures = [strong_part(motion) for motion in every[:records]], list[MeasuredFigure]()
+    made: dict[str, Callable[[], Iterator[MeasuredFigure]]] = {
+        "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence,
+        "study": measure_study, "exactness": partial(measure_exactness, chosen),
+        "peers": partial(compare_with_peers, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.enable_cundall():
-        for name in (names := parts_of(parts, made)):
+        for name in (names := select_parts(parts, made)):
             for figure in made[name]():
                 figures.append(figure)
                 print(*figure, sep=" | ", flush=True)
-            known = write_figures(figures, RESULTS / "space.csv", keep=bool(parts) or name != names[-1])
-            publish({"space": figures_table(known)})
+            known = write_figures(figures, RESULTS / "space.csv", keep_other_figures=bool(parts) or name != names[-1])
+            publish_markdown({"space": figures_table(known)})
 
 
 if __name__ == "__main__":

@@ -19,15 +19,15 @@ from llvmlite.binding import get_host_cpu_features
 
 from overturning.errors import ResultError
 from overturning.files import atomic_write
-from verification.sentences import fill
+from verification.sentences import fill_markers
 
 ROOT: Final = Path(__file__).parents[1]
 RESULTS: Final = ROOT / "verification" / "results"
 """Folder of the tables in the repository; the docs link to them."""
 
 
-class Figure(NamedTuple):
-    """One measured figure."""
+class MeasuredFigure(NamedTuple):
+    """Measured number with its quantity, unit and commit."""
 
     quantity: str
     value: float
@@ -36,22 +36,24 @@ class Figure(NamedTuple):
     """Commit at which the figure was measured; empty for the current one."""
 
 
-def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a Markdown table of a header and rows."""
+    lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def figures_table(figures: Iterable[Figure]) -> str:
+def figures_table(figures: Iterable[MeasuredFigure]) -> str:
     """Return figures as a Markdown table; rows measured at an earlier commit name it."""
-    rows, now = list(figures), commit()
+    rows, now = list(figures), current_commit()
     if all(one.commit in ("", now) for one in rows):
-        return markdown(("", "measured"), [(one.quantity, figure_text(one)) for one in rows])
-    return markdown(("", "measured", "commit"), [(one.quantity, figure_text(one), one.commit or now) for one in rows])
+        return markdown_table(("", "measured"), [(one.quantity, figure_text(one)) for one in rows])
+    return markdown_table(
+        ("", "measured", "commit"), [(one.quantity, figure_text(one), one.commit or now) for one in rows]
+    )
 
 
 @cache
-def commit() -> str:
+def current_commit() -> str:
     """Return the short hash of the current commit, with "+" where tracked sources differ from it."""
 
     def git(*words: str) -> str:
@@ -66,8 +68,8 @@ VECTORS: Final = {"avx512f": 512, "avx2": 256}
 
 
 @cache
-def machine() -> str:
-    """Return the processor and the versions that measured figures depend on, in one line."""
+def machine_label() -> str:
+    """Return a line with the processor and the software versions on which measured figures depend."""
     lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     names = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
     vectors = next((bits for name, bits in VECTORS.items() if get_host_cpu_features().get(name)), 128)
@@ -77,24 +79,28 @@ def machine() -> str:
     )
 
 
-def made_from() -> str:
+def provenance_line() -> str:
     """Return the line below a table: the commit and the machine that it was measured with."""
-    return f"*Commit {commit()}; {machine()}.*"
+    return f"*Commit {current_commit()}; {machine_label()}.*"
 
 
-def wrap_text(text: str, begin: str = "") -> str:
-    """Wrap text to the lines of a page; the first begins with `begin`, such as the bullet of a list."""
-    return textwrap.fill(text, 118, initial_indent=begin, subsequent_indent=" " * len(begin), break_on_hyphens=False)
+def wrap_text(text: str, first_prefix: str = "") -> str:
+    """Wrap text to the lines of a page; the first begins with `first_prefix`, such as the bullet of a list."""
+    return textwrap.fill(
+        text, 118, initial_indent=first_prefix, subsequent_indent=" " * len(first_prefix), break_on_hyphens=False
+    )
 
 
-def figure_text(figure: Figure) -> str:
-    """Return value and unit of a figure, with four digits."""
+def figure_text(figure: MeasuredFigure) -> str:
+    """Return value and unit of a measured figure as text, with four digits."""
     number = f"{figure.value:.4g}" if abs(figure.value) < 1e4 else f"{figure.value:,.0f}"
     return f"{number} {figure.unit}".strip()
 
 
-def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> list[Figure]:
-    """Write figures as CSV and return the new content of the file.
+def write_figures(
+    figures: Sequence[MeasuredFigure], path: Path, keep_other_figures: bool = False
+) -> list[MeasuredFigure]:
+    """Write measured figures as CSV and return the new content of the file.
 
     Parameters
     ----------
@@ -102,23 +108,23 @@ def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> 
         Measured figures.
     path : Path
         CSV file.
-    keep : bool
+    keep_other_figures : bool
         Keep figures of the file that were not measured again.
     """
-    new = {one.quantity: one._replace(commit=commit()) for one in figures}
-    if keep and path.is_file():
+    new = {one.quantity: one._replace(commit=current_commit()) for one in figures}
+    if keep_other_figures and path.is_file():
         new = {one.quantity: one for one in read_figures(path)} | new
     with atomic_write(path) as part:
         pd.DataFrame(list(new.values())).to_csv(part, index=False, float_format="%.6g", lineterminator="\n")
     return list(new.values())
 
 
-def read_figures(path: Path) -> list[Figure]:
-    """Read a file of `write_figures`."""
+def read_figures(path: Path) -> list[MeasuredFigure]:
+    """Read a CSV file of measured figures, as written by `write_figures`."""
     rows = pd.read_csv(path, keep_default_na=False)
     return [
-        Figure(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
-        for row in lines_of(rows)
+        MeasuredFigure(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
+        for row in iterate_rows(rows)
     ]
 
 
@@ -133,22 +139,22 @@ def exclusive_access(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def parts_of(named: Sequence[str] | None, known: Collection[str]) -> list[str]:
-    """Return the parts named on the command line, in the order of `known`; all if none is named."""
-    if unknown := set(named or ()) - set(known):
-        raise typer.BadParameter(f"{', '.join(sorted(unknown))}; known: {', '.join(known)}")
-    return [name for name in known if not named or name in named]
+def select_parts(named_parts: Sequence[str] | None, known_parts: Collection[str]) -> list[str]:
+    """Return the parts named on the command line, in the order of `known_parts`; all if none is named."""
+    if unknown := set(named_parts or ()) - set(known_parts):
+        raise typer.BadParameter(f"{', '.join(sorted(unknown))}; known: {', '.join(known_parts)}")
+    return [name for name in known_parts if not named_parts or name in named_parts]
 
 
-def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
+def publish_markdown(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -> None:
     """Write every body between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
 
-    A line below each body names the commit and the machine (see `made_from`). Figures within sentences are updated, too
-    (see `verification.sentences`).
+    A line below each body names the commit and the machine (see `provenance_line`). Figures within sentences are
+    updated, too (see `verification.sentences`).
 
     Parameters
     ----------
-    bodies : mapping of str to str
+    markdown_by_marker : mapping of str to str
         Markdown by marker.
     root : Path
         Folder of README*.md and docs/*.md.
@@ -158,20 +164,20 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     ResultError
         If no page has one of the markers; the other bodies are published anyway.
     """
-    missing = set(bodies)
+    missing = set(markdown_by_marker)
     with exclusive_access(root):
         for page in (*sorted(root.glob("README*.md")), *sorted((root / "docs").glob("*.md"))):
             if page.is_file():
                 old = text = page.read_text(encoding="utf-8")
-                for mark, body in bodies.items():
+                for mark, body in markdown_by_marker.items():
                     begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
                     if begin in text and end in text:
                         missing.discard(mark)
-                        new = f"{begin}\n\n{body}\n\n{made_from()}\n\n{end}".replace(
+                        new = f"{begin}\n\n{body}\n\n{provenance_line()}\n\n{end}".replace(
                             "\\", r"\\"
                         )  # keep backslashes literal in the replacement
                         text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
-                text = fill(text, root / RESULTS.relative_to(ROOT))
+                text = fill_markers(text, root / RESULTS.relative_to(ROOT))
                 if text != old:
                     with atomic_write(page) as part:
                         part.write_text(text, encoding="utf-8")
@@ -217,9 +223,9 @@ def write_table(
     write_csv(rows, path.with_suffix(".csv"))
 
 
-def lines_of(rows: pd.DataFrame) -> Iterator[Any]:
+def iterate_rows(table: pd.DataFrame) -> Iterator[Any]:
     """Yield the rows of a table, with the columns as attributes."""
-    yield from rows.itertuples(index=False)
+    yield from table.itertuples(index=False)
 
 
 def write_csv(rows: pd.DataFrame, path: Path) -> None:
@@ -229,7 +235,7 @@ def write_csv(rows: pd.DataFrame, path: Path) -> None:
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a NetCDF file of `write_table`; its attributes become those of the frame.
+    """Read a table from a NetCDF file of `write_table`; its attributes become those of the frame.
 
     Raises
     ------
@@ -248,4 +254,4 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    publish({})
+    publish_markdown({})

@@ -15,7 +15,7 @@ import numpy as np
 
 from overturning.model.results import CaseResults
 from overturning.model.variables import VARIABLES
-from verification.inputs import Group
+from verification.inputs import CaseGroup
 from verification.tables import ROOT
 
 Result = TypeVar("Result")
@@ -24,7 +24,7 @@ ENOUGH: Final = 4.0
 """Total processor time, s, after which a computation is not repeated; disturbances matter little in long runs."""
 
 
-class Answer(NamedTuple):
+class TimedResults(NamedTuple):
     """Results of all groups of a set, joined in order, and their processor time, s."""
 
     results: CaseResults
@@ -32,24 +32,24 @@ class Answer(NamedTuple):
 
 
 def time_run(
-    run: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
+    computation: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
-    """Return the result of a computation and its minimum processor time, s, over `repeats` runs or `ENOUGH` seconds.
+    """Run a computation `repeats` times (at most `ENOUGH` seconds); return its result and minimum processor time, s.
 
     The times of all threads are added. `warm_up` (default: the computation itself) runs first, to compile.
     """
-    (warm_up or run)()
+    (warm_up or computation)()
     times: list[float] = []
     while len(times) < repeats and sum(times) < ENOUGH:
         begin = time.process_time()
-        result = run()
+        result = computation()
         times.append(time.process_time() - begin)
     return result, min(times)
 
 
-def fastest(run: Callable[[], object], repeats: int = 3) -> float:
+def minimum_processor_time(computation: Callable[[], object], repeats: int = 3) -> float:
     """Return the minimum processor time of several runs after a warm-up, s."""
-    return time_run(run, repeats)[1]
+    return time_run(computation, repeats)[1]
 
 
 def run_program(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
@@ -99,7 +99,7 @@ np.savez(sys.argv[2], **made)
 
 
 def run_in_subprocess(
-    groups: Sequence[Group],
+    groups: Sequence[CaseGroup],
     settings: Sequence[dict[str, Any]],
     *,
     checkout: Path = ROOT,
@@ -107,8 +107,8 @@ def run_in_subprocess(
     scene: str = "",
     repeats: int = 1,
     **environment: str,
-) -> list[Answer]:
-    """Run a set with each of several settings in a separate process.
+) -> list[TimedResults]:
+    """Run groups of cases with each of several settings in a separate process.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def run_in_subprocess(
         )
         with np.load(made) as arrays:
             return [
-                Answer(
+                TimedResults(
                     CaseResults(**{name: arrays[f"{name}{i}"] for name in _NAMES}),
                     float(arrays[f"seconds{i}"]),
                 )

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Final
 
 from verification.project import Project
-from verification.tables import Figure
+from verification.tables import MeasuredFigure
 
 CORES: Final = 2
 LONG: Final = 10.0
 """Rules whose jobs take at least this time in total, s, are listed."""
 
 
-def whole_run() -> list[Figure]:
+def measure_whole_run() -> list[MeasuredFigure]:
     """Measure elapsed and processor time with compiled kernels; ensemble, figures and report take most of it."""
     with tempfile.TemporaryDirectory() as scratch:
         project = Project(Path(scratch), "", "--cores", str(CORES))
@@ -25,10 +25,12 @@ def whole_run() -> list[Figure]:
         longest = job_times(project.results / "benchmarks")
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     return [
-        Figure("default study, whole run: time on two cores", wall, "s"),
-        Figure("default study, whole run: processor time", spent, "s"),
+        MeasuredFigure("default study, whole run: time on two cores", wall, "s"),
+        MeasuredFigure("default study, whole run: processor time", spent, "s"),
         *(
-            Figure(f"default study, whole run: {count} job{'s'[: count > 1]} of `{rule}`, together", seconds, "s")
+            MeasuredFigure(
+                f"default study, whole run: {count} job{'s'[: count > 1]} of `{rule}`, together", seconds, "s"
+            )
             for rule, (count, seconds) in longest.items()
             if seconds >= LONG
         ),

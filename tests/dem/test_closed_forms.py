@@ -26,7 +26,7 @@ from verification.reference.closed_forms import (
     slip_acceleration,
     uplift_acceleration,
 )
-from verification.reference.sliding import slide
+from verification.reference.sliding import sliding_displacement
 
 QUIET = np.zeros(400)
 
@@ -150,7 +150,7 @@ def test_sliding_under_a_pulse(friction: float, period: float) -> None:
     t = np.arange(600) * 0.005
     pulse = 5.0 * np.sin(2 * np.pi * t / period) * (t < period)
     found = run_cases(Motion(pulse, 0 * pulse, sampling_interval=0.005), Cases(0.0, 0.3, 2.0, friction))
-    peak, residual = slide(pulse, 0.005, friction)
+    peak, residual = sliding_displacement(pulse, 0.005, friction)
     assert found.overturned[0] == 0
     assert found.peak_slip[0] == pytest.approx(peak, rel=1e-2)
     assert found.residual_slip[0] == pytest.approx(residual, abs=2e-2 * peak)
@@ -205,7 +205,7 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])
 def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval: float) -> None:
     acceleration = pushed(interval, 0.3)
-    expected = slide(acceleration, interval, 0.3)[0]
+    expected = sliding_displacement(acceleration, interval, 0.3)[0]
     for kernel, found in slips(acceleration, interval, [0.3, 1.0, 3.0, 10.0], 0.3).items():
         assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, found / expected)
 
@@ -220,7 +220,7 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, 
     record = near_field(number, pulse=number < 15)[0]
     north, east = direction_cosines(azimuth)
     along = record.north * north + record.east * east
-    expected = slide(along, record.sampling_interval, friction)[0]
+    expected = sliding_displacement(along, record.sampling_interval, friction)[0]
     between = np.interp(np.arange(2 * along.size - 1) * 0.5, np.arange(along.size), along)
     for samples, interval in ((along, record.sampling_interval), (between, 0.5 * record.sampling_interval)):
         for kernel, found in slips(samples, interval, [0.6, 1.0, 3.0, 10.0], friction).items():

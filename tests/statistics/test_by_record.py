@@ -46,7 +46,7 @@ def test_fall_axes_of_the_groups(cube):
 
 
 def test_unknown_group_coordinates_are_named(cube):
-    with pytest.raises(ArgumentError, match=r"by: 'geology'; records are described by .*vs30, wall"):
+    with pytest.raises(ArgumentError, match=r"coordinate: 'geology'; records are described by .*vs30, wall"):
         record_groups(cube, "geology")
     with pytest.raises(ArgumentError, match="edges"):
         record_groups(cube, "vs30")

@@ -57,7 +57,7 @@ def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
 def test_directions_and_axes_are_those_of_the_falls() -> None:
     cube = space_cube()
     assert isinstance(model_of(cube), Body)
-    means, shares = (of(cube, over=Body.case_dims) for of in (mean_fall_directions, fall_shares))
+    means, shares = (of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, fall_shares))
     for record in range(len(EVENTS)):
         angles = np.radians(angles_of(cube, record))
         expected = np.degrees(circmean(angles))

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from verification import backwards_coverage
-from verification.backwards_coverage import main, percent, share_interval
+from verification.backwards_coverage import coverage_label, main, share_interval
 
 
 def surveys(shares: list[float], size: int = 10) -> pd.DataFrame:
@@ -40,15 +40,15 @@ def test_unanimous_bound_is_exact_and_few_earthquakes_have_none() -> None:
     assert low**9 == pytest.approx(0.05)
     assert share_interval(surveys([0.0] * 9), "holds") == pytest.approx((0.0, 1 - low))
     assert np.isnan(share_interval(surveys([1.0, 0.5, 0.8]), "holds").low)
-    assert percent(surveys([1.0, 0.5, 0.9]), "holds") == "80 %"
-    assert percent(surveys([1.0] * 9), "holds") == "100 % (72 to 100)"
+    assert coverage_label(surveys([1.0, 0.5, 0.9]), "holds") == "80 %"
+    assert coverage_label(surveys([1.0] * 9), "holds") == "100 % (72 to 100)"
 
 
 def test_the_answer_to_the_example_ruin_is_made_without_the_coverage(monkeypatch: pytest.MonkeyPatch) -> None:
     """The figures of docs/surveys.md were old because making them took an hour of other work with it."""
     published: list[str] = []
-    monkeypatch.setattr(backwards_coverage, "publish", lambda bodies: published.extend(bodies))
-    monkeypatch.setattr(backwards_coverage, "ruin", lambda _: "- PGV at least 36.9 cm/s")
+    monkeypatch.setattr(backwards_coverage, "publish_markdown", lambda bodies: published.extend(bodies))
+    monkeypatch.setattr(backwards_coverage, "estimate_ruin_motion", lambda _: "- PGV at least 36.9 cm/s")
     monkeypatch.setattr(backwards_coverage, "measure_coverage", lambda *_: pytest.fail("the coverage was measured"))
     main(["ruin"])
     assert published == ["example-ruin"]

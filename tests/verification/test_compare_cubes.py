@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from verification.compare_cubes import changes
+from verification.compare_cubes import cube_changes
 
 DIMENSIONS = ("record", "azimuth", "b_over_h")
 
@@ -29,7 +29,7 @@ OLD = cube([[1, 1], [1, 1], [1, 0], [1, 0]])
 
 def test_changes_are_counted() -> None:
     new = cube([[-1, 1], [0, 1], [np.nan, 0], [1, 0]], rotation=0.6, slip=0.009)
-    found = changes(OLD, new)
+    found = cube_changes(OLD, new)
     assert found["cells"] == "8"
     assert found["fall, before"] == "6 (75.00 %)"
     assert found["fall, after"] == "4 (57.14 %)"
@@ -47,12 +47,12 @@ def test_changes_are_counted() -> None:
 def test_cubes_of_other_values_are_not_compared() -> None:
     new = cube([[1, 1]] * 4).assign_coords(b_over_h=[0.2, 0.4])
     with pytest.raises(ResultError, match="cubes of different b_over_h values; compare those of one study"):
-        changes(OLD, new)
+        cube_changes(OLD, new)
 
 
 def test_neighbours_are_compared_around_the_circle() -> None:
     # Beside the first azimuth of B/H 0.3 lies the last one, which stands: neither its fall nor the second's is firm.
-    found = changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))
+    found = cube_changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 
 
@@ -62,18 +62,18 @@ def test_in_space_neighbours_also_fall_the_same_way() -> None:
     for one, second in ((old, 90.0), (new, 0.0)):
         one["fall_azimuth"] = DIMENSIONS, np.array([[[0.0, 0.0], [second, second], [0.0, 0.0], [350.0, 350.0]]])
         one["peak_tilt"] = DIMENSIONS, np.full((1, 4, 2), 90.0)
-    found = changes(old.rename(azimuth="orientation"), new.rename(azimuth="orientation"))
+    found = cube_changes(old.rename(azimuth="orientation"), new.rename(azimuth="orientation"))
     assert found["sides changed, of what falls in both"] == "2 of 8"
     assert found["of these where the neighbours agree"] == "0 of 2"
 
 
 def test_only_common_records_are_compared() -> None:
     other = cube([[0, 0]] * 4, record="b")
-    assert changes(xr.concat([other, OLD], "record"), OLD) == changes(OLD, OLD)
+    assert cube_changes(xr.concat([other, OLD], "record"), OLD) == cube_changes(OLD, OLD)
 
 
 def test_cubes_of_different_studies_are_refused() -> None:
     with pytest.raises(ResultError, match="of one study"):
-        changes(OLD, OLD.isel(azimuth=slice(2)))
+        cube_changes(OLD, OLD.isel(azimuth=slice(2)))
     with pytest.raises(ResultError, match="of one study"):
-        changes(OLD, cube([[1, 1]] * 4, record="b"))
+        cube_changes(OLD, cube([[1, 1]] * 4, record="b"))

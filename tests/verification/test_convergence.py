@@ -7,56 +7,56 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION
 from overturning.motion.motion import Motion
-from verification.inputs import Group, every_nth_case, grid, pulse_groups
-from verification.measures import answers, order, rotation_error
-from verification.work_precision.boundaries import BRACKET, bisect, boundaries, bracket_ends
-from verification.work_precision.parts import Setting, exact_block, reference
+from verification.inputs import CaseGroup, case_grid, every_nth_case, pulse_groups
+from verification.measures import convergence_order, median_rotation_error, run_case_groups
+from verification.work_precision.boundaries import BRACKET, bisect_boundaries, bracket_ends, find_boundaries
+from verification.work_precision.parts import SchemeSetting, reference_outcomes, run_exact_block
 
 pytestmark = pytest.mark.long
 
 STEPS = np.array([0.5, 0.25, 0.125])
 
 
-def soft(scheme: str, step: float) -> Setting:
+def soft(scheme: str, step: float) -> SchemeSetting:
     """A contact of which the step's error stands far above what single digits of chaos and of rounding leave."""
-    return Setting(scheme, step, 2e-5)
+    return SchemeSetting(scheme, step, 2e-5)
 
 
-def decaying_sine() -> Group:
+def decaying_sine() -> CaseGroup:
     """Blocks that rock, and some that slide, under one strong motion of 3 s."""
     time = np.arange(300) * 0.01
     north = 5.0 * np.sin(2 * np.pi * time / 0.8) * np.exp(-time)
     motion = Motion(north, 0 * north, sampling_interval=0.01)
-    return Group(motion, grid(0.0, [0.6, 1.0], np.linspace(0.2, 0.4, 12), [0.45, 1.0]))
+    return CaseGroup(motion, case_grid(0.0, [0.6, 1.0], np.linspace(0.2, 0.4, 12), [0.45, 1.0]))
 
 
 def test_order_is_that_of_a_known_line() -> None:
-    assert order(STEPS, 3.0 * STEPS**2) == pytest.approx(2.0)
-    assert np.isnan(order(STEPS, np.zeros(3)))
+    assert convergence_order(STEPS, 3.0 * STEPS**2) == pytest.approx(2.0)
+    assert np.isnan(convergence_order(STEPS, np.zeros(3)))
 
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
 def test_peak_rotation_converges(scheme: str, least: float) -> None:
     groups = [decaying_sine()]
-    right = reference(groups, soft("centred", 0.004))
-    errors = [rotation_error(*reference(groups, soft(scheme, step)), *right) for step in STEPS]
+    right = reference_outcomes(groups, soft("centred", 0.004))
+    errors = [median_rotation_error(*reference_outcomes(groups, soft(scheme, step)), *right) for step in STEPS]
     assert errors[0] > errors[-1] > 0
-    assert order(STEPS, np.array(errors)) >= least
+    assert convergence_order(STEPS, np.array(errors)) >= least
 
 
 def test_a_rigid_contact_converges_from_smaller_errors() -> None:
     """Its changes take less than the finest step, which leaves the first order; but its whole steps err less by far."""
-    cases = grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
-    groups, steps = [Group(decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
+    cases = case_grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
+    groups, steps = [CaseGroup(decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
     def errors(penetration: float) -> np.ndarray:
-        right = reference(groups, Setting("centred", 0.016, penetration))
-        found = [reference(groups, Setting("centred", step, penetration)) for step in steps]
-        return np.array([rotation_error(*one, *right) for one in found])
+        right = reference_outcomes(groups, SchemeSetting("centred", 0.016, penetration))
+        found = [reference_outcomes(groups, SchemeSetting("centred", step, penetration)) for step in steps]
+        return np.array([median_rotation_error(*one, *right) for one in found])
 
     rigid, soft_one = errors(STATIC_PENETRATION), errors(2e-5)
-    assert order(steps, rigid) >= 0.7
-    assert order(steps, soft_one) >= 1.5
+    assert convergence_order(steps, rigid) >= 0.7
+    assert convergence_order(steps, soft_one) >= 1.5
     assert rigid[0] < 0.5 * soft_one[0]
     assert rigid[0] < 5e-5
 
@@ -64,36 +64,38 @@ def test_a_rigid_contact_converges_from_smaller_errors() -> None:
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 def test_energy_balance_converges(scheme: str) -> None:
     group, steps = decaying_sine(), [*STEPS, 0.0625]
-    residual = [answers([group], **soft(scheme, step).arguments).results.energy_error.mean() for step in steps]
-    assert order(np.array(steps), np.array(residual)) >= 0.9
+    residual = [run_case_groups([group], **soft(scheme, step).arguments).results.energy_error.mean() for step in steps]
+    assert convergence_order(np.array(steps), np.array(residual)) >= 0.9
 
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.2), ("cundall", 0.9)])
 def test_overturning_boundary_converges(scheme: str, least: float) -> None:
     """The B/H at which the flag changes, found to 1e-8, against that at a far finer step."""
-    cases = grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
-    groups = [Group(decaying_sine().motion, cases)]
-    where = boundaries(groups, answers(groups).results.overturned, 30)
+    cases = case_grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
+    groups = [CaseGroup(decaying_sine().motion, cases)]
+    where = find_boundaries(groups, run_case_groups(groups).results.overturned, 30)
     assert len(where) >= 12
     low, high = bracket_ends(where)
-    near = bisect(groups, where, {}, low, high, 24)
+    near = bisect_boundaries(groups, where, {}, low, high, 24)
 
     def found(scheme: str, step: float) -> np.ndarray:
-        return bisect(groups, where, soft(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20)
+        return bisect_boundaries(
+            groups, where, soft(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
+        )
 
     exact = found("centred", 0.015)
     assert np.isfinite(exact).sum() >= 10
     shifts = [float(np.nanmedian(np.abs(found(scheme, step) / exact - 1.0))) for step in STEPS]
     assert shifts[0] > shifts[-1] > 0
-    assert order(STEPS, np.array(shifts)) >= least
+    assert convergence_order(STEPS, np.array(shifts)) >= least
 
 
 def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
     groups = every_nth_case([decaying_sine()], 2)
-    where = boundaries(groups, answers(groups).results.overturned, 3)
+    where = find_boundaries(groups, run_case_groups(groups).results.overturned, 3)
     assert where
     low, high = bracket_ends(where)
-    found = bisect(groups, where, {}, low, high)
+    found = bisect_boundaries(groups, where, {}, low, high)
     assert (low < found).all()
     assert (found < high).all()
     for factor, falls in ((0.9995, True), (1.0005, False)):
@@ -105,18 +107,21 @@ def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
 
 def test_missing_boundary_stays_missing() -> None:
     groups = [decaying_sine()]
-    where = boundaries(groups, answers(groups).results.overturned, 2)
+    where = find_boundaries(groups, run_case_groups(groups).results.overturned, 2)
     low, high = bracket_ends(where)
-    exact = bisect(groups, where, {}, low, high, 3)
+    exact = bisect_boundaries(groups, where, {}, low, high, 3)
     low[0] = np.nan
-    found = bisect(groups, where, {}, low, high, 3)
+    found = bisect_boundaries(groups, where, {}, low, high, 3)
     assert np.isnan(found[0])
     np.testing.assert_array_equal(found[1:], exact[1:])
 
 
 def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
     groups = pulse_groups(periods=3, blocks=12)
-    right = exact_block(groups)
-    errors = [rotation_error(*reference(groups, Setting("centred", 0.5, delta)), *right) for delta in (2e-4, 2e-5)]
+    right = run_exact_block(groups)
+    errors = [
+        median_rotation_error(*reference_outcomes(groups, SchemeSetting("centred", 0.5, delta)), *right)
+        for delta in (2e-4, 2e-5)
+    ]
     assert errors[1] < 0.5 * errors[0]
     assert errors[1] < 0.01

@@ -12,7 +12,12 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
-from verification.stability.checks import fallen_above, flags_fit, scene_contradiction, standing_below
+from verification.stability.checks import (
+    find_scene_contradiction,
+    flags_match_rotations,
+    least_fallen_rotations,
+    standing_rotation_limits,
+)
 
 
 def case(scene: Scene) -> CaseResults:
@@ -50,7 +55,7 @@ def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], 
     scene = shipped("three-tier")
     prepared, found = prepare_scene(scene), case(scene)
     answer = with_row(prepared, found, turned_deg, flags)
-    assert scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
+    assert find_scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 
 
 def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
@@ -59,8 +64,8 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
         short = np.arcsin(share * reference_element_size(scene)[1])
-        assert 0.5 * np.pi - fallen_above(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
-        assert standing_below(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
+        assert 0.5 * np.pi - least_fallen_rotations(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
+        assert standing_rotation_limits(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 
 
 def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
@@ -71,11 +76,11 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     prepared = prepare_scene(shipped("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
     assert prepared.placed[-1].fallen_rotations == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
-    assert fallen_above(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
-    assert 0.1 < standing_below(prepared)[0] < 0.5 * comes_down
-    assert not flags_fit(prepared, np.array([False]), np.array([comes_down]))
-    assert flags_fit(prepared, np.array([False]), np.array([0.9 * comes_down]))
-    assert not flags_fit(prepared, np.array([True]), np.array([0.09]))
+    assert least_fallen_rotations(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
+    assert 0.1 < standing_rotation_limits(prepared)[0] < 0.5 * comes_down
+    assert not flags_match_rotations(prepared, np.array([False]), np.array([comes_down]))
+    assert flags_match_rotations(prepared, np.array([False]), np.array([0.9 * comes_down]))
+    assert not flags_match_rotations(prepared, np.array([True]), np.array([0.09]))
 
 
 def test_fallen_rotation_of_the_scene_is_used() -> None:
@@ -89,5 +94,5 @@ def test_fallen_rotation_of_the_scene_is_used() -> None:
             for item in scene.elements
         ]
         prepared = prepare_scene(scene.model_copy(update={"elements": tuple(elements)}))
-        assert np.degrees(standing_below(prepared)) == pytest.approx(early)
-        assert np.degrees(fallen_above(prepared)) == pytest.approx(lying, abs=1e-2)
+        assert np.degrees(standing_rotation_limits(prepared)) == pytest.approx(early)
+        assert np.degrees(least_fallen_rotations(prepared)) == pytest.approx(lying, abs=1e-2)

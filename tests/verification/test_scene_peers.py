@@ -17,8 +17,8 @@ from overturning.model.planes import PlanarModel
 from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
 from tests.expect import lacking
-from verification.inputs import near_field
-from verification.scene_peers import TABLE, answers, sample
+from verification.inputs import read_near_field_motion
+from verification.scene_peers import TABLE, engine_sides, sample_cases
 from verification.scenes import SHAFT
 
 pytestmark = pytest.mark.long
@@ -30,16 +30,16 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     Their contacts give; so do ours here. The rigid ones are no farther from the nearer engine than it from the other.
     """
     installed_near_field(6)  # skips where the records are not installed
-    kept, cases = pd.read_csv(TABLE), sample()
+    kept, cases = pd.read_csv(TABLE), sample_cases()
     pd.testing.assert_frame_equal(kept[cases.columns], cases, check_dtype=False)
     scene = shipped("three-tier")
     height, _ = reference_element_size(scene)
     ours, rigid = np.zeros((2, len(cases)))
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])
-        rigid[here.index] = run(scene, near_field(number), blocks).overturned[:, SHAFT]
+        rigid[here.index] = run(scene, read_near_field_motion(number), blocks).overturned[:, SHAFT]
         ours[here.index] = run(
-            PlanarModel(scene).with_stiffness_factor(1 / 200), near_field(number), blocks
+            PlanarModel(scene).with_stiffness_factor(1 / 200), read_near_field_motion(number), blocks
         ).overturned[:, SHAFT]
     pymunk, box2d = (kept[name].to_numpy() for name in ("pymunk", "box2d"))
     assert 0.3 < (pymunk != 0).mean() < 0.9
@@ -56,6 +56,6 @@ def test_stored_answers_match_the_engines() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
         lacking("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
     kept = pd.read_csv(TABLE)
-    some = sample().query("record == 6").iloc[:6]
-    for name, found in answers(some).items():
+    some = sample_cases().query("record == 6").iloc[:6]
+    for name, found in engine_sides(some).items():
         assert np.mean(found == kept[name].iloc[:6]) >= 5 / 6  # other versions differ in a chaotic case now and then

@@ -10,9 +10,17 @@ from overturning.dem.block.rigid import rocking
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from verification.shaking_table import small_table
-from verification.shaking_table.__main__ import by_damping, main, measure
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, draw_stones, in_any_neighbourhood
-from verification.shaking_table.data import SPECIMENS, Tests, read_tests
+from verification.shaking_table.__main__ import main, measure_scores, scores_by_damping_ratio
+from verification.shaking_table.clouds import (
+    PRISMS,
+    RECTANGLES,
+    SimulatedStones,
+    StoneDistribution,
+    draw_stones,
+    in_any_neighbourhood,
+    simulate_stones,
+)
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
 from verification.shaking_table.models import (
     B_OVER_H,
     BOTH,
@@ -25,19 +33,19 @@ from verification.shaking_table.models import (
     most_likely_centre,
     split_odd_even,
 )
-from verification.shaking_table.scores import reliability, scores
+from verification.shaking_table.scores import prediction_scores, reliability_bins
 
 
 def test_scores_by_hand() -> None:
     p, fell = np.array([0.9, 0.6, 0.4, 0.1]), np.array([True, False, True, False])
-    f1, auc, brier = scores(p, fell)
+    f1, auc, brier = prediction_scores(p, fell)
     assert f1 == pytest.approx(0.5)  # one hit, one miss, one false alarm
     assert auc == pytest.approx(0.75)
     assert brier == pytest.approx((0.01 + 0.36 + 0.36 + 0.01) / 4)
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
-def test_stones_lie_within_their_bounds(kind: Kind) -> None:
+def test_stones_lie_within_their_bounds(kind: StoneDistribution) -> None:
     rows = draw_stones(kind, 256)
     for name, (low, high) in kind.bounds.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
@@ -45,11 +53,11 @@ def test_stones_lie_within_their_bounds(kind: Kind) -> None:
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
-def test_stones_outside_all_neighbourhoods_change_no_share(kind: Kind) -> None:
+def test_stones_outside_all_neighbourhoods_change_no_share(kind: StoneDistribution) -> None:
     rows = draw_stones(kind, 256)
     near, fell = in_any_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
-    whole = Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
-    part = Cloud(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
+    whole = SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    part = SimulatedStones(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
     assert 0.8 < near.mean() < 1
     np.testing.assert_array_equal(ensemble_fractions(part), ensemble_fractions(whole))
 
@@ -59,12 +67,12 @@ def test_prisms_and_rectangles_under_one_motion() -> None:
     """Far below every threshold nothing falls; under a pulse of 1 s and 8 m/s² slender stones do."""
     time = np.arange(400) * 0.005
     pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
-    one = Tests(
+    one = ShakingTableTests(
         np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 8.0 * pulse], 0.005, np.array([0.1, 8.0]), np.ones(2),
         dict.fromkeys(SPECIMENS, np.zeros(2, bool)),
     )  # fmt: skip
     for kind in (RECTANGLES, PRISMS):
-        found = cloud(kind, one, count=64)
+        found = simulate_stones(kind, one, stone_count=64)
         assert not found.fell[0].any()
         assert found.fell[1][found.b_over_h < 0.2].mean() > 0.8
 
@@ -75,14 +83,14 @@ def limit(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def synthetic() -> tuple[Tests, Cloud]:
+def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
     """Return 300 tests of twelve records on a rectangle of B/H 0.15 and height 0.8 m, and the cloud."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
     rows = draw_stones(RECTANGLES, 4096)
     fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
     threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
-    tests = Tests(
+    tests = ShakingTableTests(
         number=np.arange(300),
         motion=np.repeat([f"RSN{i}" for i in range(12)], 25),
         acceleration=[np.zeros(2)] * 300,
@@ -91,20 +99,20 @@ def synthetic() -> tuple[Tests, Cloud]:
         pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 300)),
         fell=dict.fromkeys(SPECIMENS, peak > threshold),
     )
-    return tests, Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    return tests, SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def test_most_likely_centre_has_the_true_strength(synthetic: tuple[Tests, Cloud]) -> None:
+def test_most_likely_centre_has_the_true_strength(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
     tests, made = synthetic
     centre = most_likely_centre(ensemble_fractions(made), tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
     assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
 
 
-def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None:
+def test_held_out_scores_and_reliability(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
     tests, made = synthetic
     shares = ensemble_fractions(made)
-    rows, held = measure(tests, {ENSEMBLE: shares, SPACE: shares}, draws=40)
+    rows, held = measure_scores(tests, {ENSEMBLE: shares, SPACE: shares}, draws=40)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
         for model in (PEAKS, ENSEMBLE, BOTH):
@@ -112,19 +120,19 @@ def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None
             assert values[split, 1, model, "Brier score"] < 0.11
     assert (rows["low"] <= rows["value"] + 0.02).all()
     assert np.isfinite(held["motion left out", ENSEMBLE, 1]).all()
-    for one in reliability(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion, 40):
+    for one in reliability_bins(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion, 40):
         assert one.low - 0.25 <= one.probability <= one.high + 0.25
 
 
-def test_damping_classes_contain_every_rectangle_once(synthetic: tuple[Tests, Cloud]) -> None:
+def test_damping_classes_contain_every_rectangle_once(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
     tests, made = synthetic
-    found = by_damping(tests, made)
+    found = scores_by_damping_ratio(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
     assert sum(count for count, _ in found.values()) == made.damping.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
 
 
-def test_no_test_is_predicted_from_its_own_motion(synthetic: tuple[Tests, Cloud]) -> None:
+def test_no_test_is_predicted_from_its_own_motion(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
     tests, _ = synthetic
     for learn, predict in leave_motion_out(tests):
         assert not set(tests.motion[learn]) & set(tests.motion[predict])
@@ -153,7 +161,7 @@ def test_read_tests_names_a_missing_array_or_file(tmp_path: Path, capsys: pytest
 
 def test_small_table_motion_has_the_stated_pga_and_pgv() -> None:
     for pga, ratio in ((0.4, 0.05), (1.0, 0.2)):
-        motion = small_table.period_of_cosine(pga, ratio)
+        motion = small_table.one_cosine_cycle(pga, ratio)
         along = motion.north
         assert np.abs(along).max() == pytest.approx(pga * 9.80665, rel=1e-6)
         velocity = np.cumsum(along) * motion.sampling_interval
@@ -169,10 +177,10 @@ def test_small_table_motion_has_the_stated_pga_and_pgv() -> None:
 def test_small_table_fit_recovers_a_known_block() -> None:
     """The block lies between the centres; each half of its tests is predicted from the other alone."""
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
-    motions = [small_table.period_of_cosine(*pair) for pair in grid]
+    motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.shares(tests)
+    shares = small_table.neighbourhood_fractions(tests)
     probabilities, centres = small_table.predict_held_out(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)

@@ -2,12 +2,12 @@
 
 import pytest
 
-from verification.space import orders
+from verification.space import convergence_orders
 
 pytestmark = pytest.mark.long
 
 
 def test_tilt_and_azimuth_of_the_fall_converge() -> None:
-    for name, (order, errors) in orders("centred").items():
+    for name, (order, errors) in convergence_orders("centred").items():
         assert order >= 1.0, (name, order, errors)
         assert errors[0] < 1e-3, (name, errors)

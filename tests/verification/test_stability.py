@@ -17,9 +17,9 @@ from verification.stability.cases import (
     StabilityCase,
     adversarial_cases,
     motion_of_case,
-    space_filling,
+    space_filling_cases,
 )
-from verification.stability.checks import Ending, block_contradiction, demand_of
+from verification.stability.checks import Ending, acceleration_demand, find_block_contradiction
 from verification.stability.figures import draw_map
 from verification.stability.maps import GROUPS, MEANINGS, contact_of_case, run_case, run_map
 
@@ -29,7 +29,7 @@ SOUND = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), 
 
 @pytest.mark.long
 def test_no_case_is_silent_and_the_bounds_are_kept() -> None:
-    cases = [*space_filling(256, 5), *(case for case in adversarial_cases(2, 5) if case.motion != "ten minutes")]
+    cases = [*space_filling_cases(256, 5), *(case for case in adversarial_cases(2, 5) if case.motion != "ten minutes")]
     found = run_map(partial(run_case, budget=BUDGET), cases)
     assert set(found) == set(MEANINGS)
     assert found[found["ending"] == Ending.SILENT].empty
@@ -54,7 +54,7 @@ def test_adversarial_motions_match_their_names(name: str) -> None:
         case "vertical above g":
             assert motion.up is not None
             assert motion.up.min() < -9.80665
-            assert demand_of(motion) == np.inf
+            assert acceleration_demand(motion) == np.inf
         case "constant offset":
             assert np.ptp(motion.north) == 0
         case _:
@@ -70,7 +70,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         Cases(0.0, SOUND.height, SOUND.b_over_h, SOUND.friction),
         gravestone(contact_of_case(SOUND), SOUND.density),
     )
-    assert block_contradiction(SOUND, motion, found) == ""
+    assert find_block_contradiction(SOUND, motion, found) == ""
     wrong = {
         "flag and rotation": {"overturned": np.array([1 - abs(found.overturned[0])], np.int8)},
         "energy balance": {"energy_error": np.array([0.02], np.float32)},
@@ -81,7 +81,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         "left out above a threshold": {"status": np.array([1], np.int8)},
     }
     for reason, change in wrong.items():
-        assert block_contradiction(SOUND, motion, CaseResults(**vars(found) | change)) == reason
+        assert find_block_contradiction(SOUND, motion, CaseResults(**vars(found) | change)) == reason
 
 
 def test_too_stiff_contacts_are_refused_by_name() -> None:

@@ -20,7 +20,7 @@ from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 from verification.stability.cases import SCENES, TOGETHER, scene_settings
-from verification.stability.checks import Ending, rocking_bound, scene_contradiction
+from verification.stability.checks import Ending, find_scene_contradiction, rocking_bound
 from verification.stability.maps import SCENE_MEANINGS, run_map, run_setting
 
 pytestmark = pytest.mark.long
@@ -71,7 +71,7 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     found = run(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == Status.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
-    assert scene_contradiction(prepared, 0.7, motion, found) == ""
+    assert find_scene_contradiction(prepared, 0.7, motion, found) == ""
 
     def changed(name: str, column: int, value: float) -> CaseResults:
         values = getattr(found, name).copy()
@@ -89,8 +89,8 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
         "left out above a threshold": CaseResults(**vars(found) | {"status": np.array([Status.AT_REST], np.int8)}),
     }
     for reason, answer in wrong.items():
-        assert scene_contradiction(prepared, 0.7, motion, answer) == reason
-    assert scene_contradiction(prepared, 0.7, pulse(0.1), found) == "fell below the threshold of rocking"
+        assert find_scene_contradiction(prepared, 0.7, motion, answer) == reason
+    assert find_scene_contradiction(prepared, 0.7, pulse(0.1), found) == "fell below the threshold of rocking"
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -13,11 +13,11 @@ from verification.shaking_table import page as shaking_table
 from verification.tables import (
     RESULTS,
     ROOT,
-    Figure,
-    commit,
+    MeasuredFigure,
+    current_commit,
     figures_table,
-    made_from,
-    publish,
+    provenance_line,
+    publish_markdown,
     read_figures,
     read_table,
     write_figures,
@@ -49,32 +49,33 @@ def test_pages_change_between_their_marks_only(tmp_path: Path) -> None:
         page.write_text("before\n<!-- x:begin -->\nold\n<!-- x:end -->\nafter\n", encoding="utf-8")
     pages[2].write_text("nothing", encoding="utf-8")
     for _ in range(2):
-        publish({"x": r"new \1"}, tmp_path)
+        publish_markdown({"x": r"new \1"}, tmp_path)
     for page in pages[:2]:
-        text = f"before\n<!-- x:begin -->\n\nnew \\1\n\n{made_from()}\n\n<!-- x:end -->\nafter\n"
+        text = f"before\n<!-- x:begin -->\n\nnew \\1\n\n{provenance_line()}\n\n<!-- x:end -->\nafter\n"
         assert page.read_text(encoding="utf-8") == text
     assert pages[2].read_text(encoding="utf-8") == "nothing"
     with pytest.raises(ResultError, match="y:begin"):
-        publish({"y": "", "x": "newer"}, tmp_path)
+        publish_markdown({"y": "", "x": "newer"}, tmp_path)
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
 def test_new_figures_replace_old_ones(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
-    write_figures([Figure("speed", 3.0, "x"), Figure("cases", 20_000)], path)
-    assert write_figures([Figure("speed", 2.5, "x")], path, keep=True) == read_figures(path)
+    write_figures([MeasuredFigure("speed", 3.0, "x"), MeasuredFigure("cases", 20_000)], path)
+    assert write_figures([MeasuredFigure("speed", 2.5, "x")], path, keep_other_figures=True) == read_figures(path)
     assert figures_table(read_figures(path)).splitlines()[2:] == ["| speed | 2.5 x |", "| cases | 20,000 |"]
 
 
 def test_a_table_names_the_commit_of_each_figure_that_was_measured_earlier(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
-    write_figures([Figure("speed", 2.5, "x")], path)
+    write_figures([MeasuredFigure("speed", 2.5, "x")], path)
     (row,) = read_figures(path)
-    assert row.commit == commit()
-    path.write_text(path.read_text(encoding="utf-8").replace(commit(), "0123abcd"), encoding="utf-8")
-    known = write_figures([Figure("cases", 1)], path, keep=True)
-    assert figures_table(known).splitlines()[2:] == ["| speed | 2.5 x | 0123abcd |", f"| cases | 1 | {commit()} |"]
-    assert commit() in made_from()
+    assert row.commit == current_commit()
+    path.write_text(path.read_text(encoding="utf-8").replace(current_commit(), "0123abcd"), encoding="utf-8")
+    known = write_figures([MeasuredFigure("cases", 1)], path, keep_other_figures=True)
+    lines = ["| speed | 2.5 x | 0123abcd |", f"| cases | 1 | {current_commit()} |"]
+    assert figures_table(known).splitlines()[2:] == lines
+    assert current_commit() in provenance_line()
 
 
 def test_a_long_computation_is_timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,15 +93,17 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_figures_in_sentences_are_those_of_their_tables(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    assert sentences.fill(text, RESULTS) == text, "python -m verification.tables"
+    assert sentences.fill_markers(text, RESULTS) == text, "python -m verification.tables"
     assert len(sentences.MARK.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
 
 
 def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) -> None:
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert {name for name, _ in sentences.MARK.findall(texts)} == set(sentences.FIGURES)
-    write_figures([Figure("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
-    assert sentences.fill("<!--=left-out-flags-->5<!--/--> do", tmp_path) == "<!--=left-out-flags-->7<!--/--> do"
+    write_figures([MeasuredFigure("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
+    assert (
+        sentences.fill_markers("<!--=left-out-flags-->5<!--/--> do", tmp_path) == "<!--=left-out-flags-->7<!--/--> do"
+    )
     rows = (
         "cases_of,method,default,cases,wrong_flags,wrong_sides,disagree\n"
         '"records, no sliding",centred,1,90,3,4,2\n'
@@ -110,11 +113,11 @@ def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) 
     names = ("rigid-cases", "rigid-otherwise", "rigid-otherwise-shared")
     assert [sentences.FIGURES[name](tmp_path) for name in names] == ["90", "7", "2"]
     with pytest.raises(KeyError):
-        sentences.fill("<!--=unheard-of-->5<!--/-->", tmp_path)
+        sentences.fill_markers("<!--=unheard-of-->5<!--/-->", tmp_path)
 
 
 def test_tables_of_the_pages_are_those_of_the_files() -> None:
-    boulder = shaking_table.of_scores(pd.read_csv(RESULTS / "shaking-table.csv"))
+    boulder = shaking_table.score_tables(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
     made = boulder | {"equal-error": experiments.equal_error(curve)}
     made["equal-agreement"] = error_page.equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))

@@ -13,17 +13,17 @@ from tests.expect import lacking
 from tests.workflow.conftest import SMALL, Checkout, bytes_of
 from verification import one_node_slurm
 from verification.faults.__main__ import find_fault_effect
-from verification.faults.kinds import KINDS, Kind
-from verification.scale.same_bytes import Run, on_slurm
+from verification.faults.kinds import KINDS, FaultKind
+from verification.scale.same_bytes import StudyRun, run_on_slurm
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def slurm() -> Iterator[Future[list[Run]]]:
+def slurm() -> Iterator[Future[list[StudyRun]]]:
     """The study on a cluster, which is waited for more than it computes: beside the other tests."""
     with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(on_slurm, SMALL, 2)
+        yield pool.submit(run_on_slurm, SMALL, 2)
 
 
 def test_resumed_run_has_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_resumed_run_has_the_same_bytes(finished: Checkout, tmp_path: Path) -> N
     faults = {kind.label: kind for kind in KINDS}
     assert sum(kind.times for kind in KINDS) == 50
     place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished.cube.read_bytes()
-    for kind in (Kind("killed", killed, 1), faults["a byte of a partial result changed"]):
+    for kind in (FaultKind("killed", killed, 1), faults["a byte of a partial result changed"]):
         assert find_fault_effect(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
     place.carry_out(place.plan().commands)
     one, other = bytes_of(finished.results), bytes_of(place.results)
@@ -50,7 +50,7 @@ def test_resumed_run_has_the_same_bytes(finished: Checkout, tmp_path: Path) -> N
     assert [name for name in one if one[name] != other[name]] == []
 
 
-def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[Run]]) -> None:
+def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[StudyRun]]) -> None:
     if why := one_node_slurm.slurm_unavailable_reason():
         lacking(why)
     (run,) = slurm.result()
@@ -64,11 +64,11 @@ def test_a_configuration_of_slurm_is_put_back_but_not_what_a_killed_test_left(
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"
     monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
-    with one_node_slurm._configured("ClusterName=one\n"):
+    with one_node_slurm._fill_configuration("ClusterName=one\n"):
         written = file.read_text(encoding="utf-8")
     assert "ClusterName=one\n" in written
     assert not file.exists()
     file.write_text(written if killed else "ClusterName=mine\n", encoding="utf-8")
-    with one_node_slurm._configured("ClusterName=one\n"):
+    with one_node_slurm._fill_configuration("ClusterName=one\n"):
         pass
     assert file.exists() == stays

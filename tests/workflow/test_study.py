@@ -16,7 +16,7 @@ from overturning.study.load import load_study_from_text
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import source_hash
 from tests.workflow.conftest import Checkout, bytes_of
-from verification.scale.same_bytes import without_snakemake
+from verification.scale.same_bytes import run_without_snakemake
 from verification.tables import ROOT
 
 # make test keeps the tests of a file in one process: these share a finished study.
@@ -228,7 +228,7 @@ def test_changed_title_remakes_only_the_report(finished: Checkout, tmp_path: Pat
 
 
 def test_package_and_workflow_give_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
-    run = without_snakemake(finished.copy_to(tmp_path / "checkout"), "whole")
+    run = run_without_snakemake(finished.copy_to(tmp_path / "checkout"), "whole")
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
     assert len(list(finished.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 

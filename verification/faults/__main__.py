@@ -12,23 +12,23 @@ from typing import Annotated, Final
 import typer
 
 from overturning.study.resume import DAMAGED
-from verification.faults.kinds import KINDS, STUDY, Kind, unmount_after
+from verification.faults.kinds import KINDS, STUDY, FaultKind, unmount_results_after
 from verification.project import Project
-from verification.tables import markdown, publish
+from verification.tables import markdown_table, publish_markdown
 
 SEED: Final = 18
 
 
 def find_fault_effect(
-    kind: Kind, place: Project, dice: random.Random, seconds: float, wanted: bytes, brief: bool
+    fault_kind: FaultKind, place: Project, dice: random.Random, seconds: float, expected_cube: bytes, brief: bool
 ) -> str:
-    """Cause a fault, run the command, and return what is wrong then; empty if nothing is.
+    """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
 
     Unless `brief`, a further run must find nothing to do.
     """
-    with unmount_after(place):
+    with unmount_results_after(place):
         try:
-            damaged = kind.fault(place, dice, seconds)
+            damaged = fault_kind.fault(place, dice, seconds)
         except AssertionError as other:
             return f"while it lasted: {other}"
         done = place.run()
@@ -36,7 +36,7 @@ def find_fault_effect(
             return f"the command failed: {done.stderr[-2000:]}"
         if damaged and f"{DAMAGED}{damaged}" not in done.stderr:
             return f"{damaged}: damage was not noticed: {done.stderr}"
-        if place.cube.read_bytes() != wanted:
+        if place.cube.read_bytes() != expected_cube:
             return "another cube"
         if not brief and "Nothing to be done" not in (more := place.run()).stdout:
             return f"a further run does something: {more.stdout}{more.stderr}"
@@ -44,9 +44,9 @@ def find_fault_effect(
 
 
 def apply_faults(
-    kinds: Sequence[tuple[Kind, int]], folder: Path, seed: int = SEED, brief: bool = False
+    fault_kinds: Sequence[tuple[FaultKind, int]], folder: Path, seed: int = SEED, brief: bool = False
 ) -> dict[str, tuple[int, int]]:
-    """Cause faults of each kind in a study and print a line for each; return (survived, caused) by kind.
+    """Cause faults of each kind in a study, print a line for each, and return (survived, caused) by kind.
 
     With `brief`, existing compiled kernels are used, and no further run is made.
     """
@@ -62,7 +62,7 @@ def apply_faults(
         seconds = _time_undisturbed_run(again)
         assert again.cube.read_bytes() == wanted
     found = {}
-    for kind, times in kinds:
+    for kind, times in fault_kinds:
         if kind.root and os.geteuid():
             print(f"{kind.label}: skipped, since only root may mount a file system")
             continue
@@ -77,7 +77,7 @@ def apply_faults(
 
 
 def _time_undisturbed_run(place: Project) -> float:
-    """Run the study and return the elapsed time, s."""
+    """Run a study without a fault and return the elapsed time, s."""
     begin = time.monotonic()
     done = place.run()
     if done.returncode:
@@ -89,7 +89,7 @@ def main(
     seed: Annotated[int, typer.Option(help="seed of the moments, files and bytes")] = SEED,
     page: Annotated[bool, typer.Option(help="write the table into the docs")] = True,
 ) -> None:
-    """Cause all faults."""
+    """Cause faults of all kinds and publish how many the study survived."""
     with tempfile.TemporaryDirectory() as folder:
         found = apply_faults([(kind, kind.times) for kind in KINDS], Path(folder), seed)
         good, total = map(sum, zip(*found.values(), strict=True))
@@ -98,7 +98,7 @@ def main(
             rows = [
                 (label, f"{fine} of {times}") for label, (fine, times) in {**found, "all faults": (good, total)}.items()
             ]
-            publish({"faults": markdown(("fault", "survived"), rows)})
+            publish_markdown({"faults": markdown_table(("fault", "survived"), rows)})
     if good < total:
         raise SystemExit(1)
 

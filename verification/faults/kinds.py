@@ -1,4 +1,4 @@
-"""The faults. Each disturbs a project, and raises an AssertionError if the project reacts wrongly.
+"""Functions that each cause a fault in a project, and raise an AssertionError if the project reacts wrongly.
 
 A fault that damages a file which must be reported returns its path. After each fault the usual command must resume.
 """
@@ -36,12 +36,12 @@ JOBS: Final = 8  # of the study: two records to read, their labels, two parts of
 ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
-def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
-    """Yield each job of a run when it begins, until the run ends."""
+def iterate_jobs(study_process: psutil.Popen) -> Iterator[psutil.Process]:
+    """Yield each job (process) of a running study when it begins, until the run ends."""
     seen: set[int] = set()
-    while run.poll() is None:
+    while study_process.poll() is None:
         with suppress(psutil.Error):  # the process has just ended
-            for process in run.children(recursive=True):
+            for process in study_process.children(recursive=True):
                 words = process.cmdline() if process.pid not in seen else []
                 if any(Path(word).name == "overturning" for word in words[:2]):
                     seen.add(process.pid)
@@ -49,42 +49,45 @@ def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
         time.sleep(0.01)
 
 
-def kill_all(place: Project, dice: random.Random, seconds: float) -> None:
-    """Kill the process group at a random moment."""
+def kill_process_group(place: Project, dice: random.Random, seconds: float) -> None:
+    """Kill the process group of a run at a random moment."""
     run = place.start()
     time.sleep(dice.uniform(0.05, 0.95) * seconds)
     os.killpg(run.pid, signal.SIGKILL)
     run.wait()
 
 
-def kill_one(snakemake: bool, within: float) -> Fault:
+def kill_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
     def do(place: Project, dice: random.Random, _seconds: float) -> None:
         run, chosen = place.start(), dice.randrange(JOBS)
-        for number, job in enumerate(jobs(run)):
+        for number, job in enumerate(iterate_jobs(run)):
             if number == chosen:
-                time.sleep(dice.uniform(0.0, within))
+                time.sleep(dice.uniform(0.0, max_delay_s))
                 with suppress(psutil.NoSuchProcess):
-                    (run if snakemake else job).kill()
-                if snakemake:
+                    (run if kills_snakemake else job).kill()
+                if kills_snakemake:
                     break
         run.wait()
 
     return do
 
 
-def damage(pattern: str, how: str) -> Fault:
-    """Return a fault that truncates, empties or changes a byte of a file of results or kernels; its time is kept."""
+def damage_file(pattern: str, damage_kind: str) -> Fault:
+    """Return a fault that damages a file of results or kernels without changing its time.
+
+    The file is truncated, emptied, or a byte of it is changed.
+    """
 
     def do(place: Project, dice: random.Random, _seconds: float) -> Path | None:
         kernel = pattern.startswith("*.nb")
         path = dice.choice(sorted((place.folder / "kernels").rglob(pattern) if kernel else place.results.glob(pattern)))
         content, time_ns = bytearray(path.read_bytes()), path.stat().st_mtime_ns
         where = dice.randrange(1, len(content))
-        if how == "changed":
+        if damage_kind == "changed":
             content[where] ^= 1 << dice.randrange(8)
-        path.write_bytes(b"" if how == "emptied" else content[:where] if how == "cut" else content)
+        path.write_bytes(b"" if damage_kind == "emptied" else content[:where] if damage_kind == "cut" else content)
         os.utime(path, ns=(time_ns, time_ns))
         if pattern != "cube.nc":
             place.cube.unlink()
@@ -95,13 +98,13 @@ def damage(pattern: str, how: str) -> Fault:
     return do
 
 
-def full_disk(place: Project, dice: random.Random, _seconds: float) -> None:
+def fill_disk(place: Project, dice: random.Random, _seconds: float) -> None:
     """Fill the disk while the study runs, then free it."""
     results = place.folder / "results"
     results.mkdir()
     _mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
     run = psutil.Popen(**place.command(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    next(jobs(run))
+    next(iterate_jobs(run))
     other = results / "other"
     with other.open("wb") as file:
         os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(ROOM_LEFT))
@@ -111,7 +114,7 @@ def full_disk(place: Project, dice: random.Random, _seconds: float) -> None:
     other.unlink()
 
 
-def read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
+def make_results_read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
     """Make the folder of results read-only for one run."""
     place.cube.unlink()
     results = str(place.folder / "results")
@@ -126,7 +129,7 @@ def read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
 def start_second_run(place: Project, _dice: random.Random, _seconds: float) -> None:
     """Start a second run in the same folder while a job of the first is suspended."""
     first = place.start()
-    for step in jobs(first):
+    for step in iterate_jobs(first):
         with suppress(psutil.NoSuchProcess):  # the job has just ended: use the next one
             step.suspend()
             break
@@ -140,14 +143,14 @@ def start_second_run(place: Project, _dice: random.Random, _seconds: float) -> N
 
 def set_clock_back(place: Project, dice: random.Random, seconds: float) -> None:
     """Set the clock back by two hours after a run was killed: move all file times into the future."""
-    kill_all(place, dice, seconds)
+    kill_process_group(place, dice, seconds)
     for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
         if path.is_file():
             moment = path.stat().st_mtime + 7200
             os.utime(path, (moment, moment))
 
 
-def kill_worker(_place: Project, dice: random.Random, _seconds: float) -> None:
+def kill_dask_worker(_place: Project, dice: random.Random, _seconds: float) -> None:
     """Kill a worker of a dask cluster while it computes; the outcome must be bit-equal to that of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
@@ -163,12 +166,12 @@ def kill_worker(_place: Project, dice: random.Random, _seconds: float) -> None:
         Client(cluster) as client,
     ):
 
-        def kill_one(_done: int, _total: int) -> None:
+        def kill_job_or_snakemake(_done: int, _total: int) -> None:
             if not killed:
                 killed.append(dice.choice(sorted(client.run(os.getpid).values())))
                 os.kill(killed[0], signal.SIGKILL)
 
-        spread = overturning.run_cases(motion, cases, client=client, progress=kill_one)
+        spread = overturning.run_cases(motion, cases, client=client, progress=kill_job_or_snakemake)
     assert killed, "no worker was killed"
     for name, values in vars(overturning.run_cases(motion, cases)).items():
         assert np.array_equal(getattr(spread, name), values, equal_nan=values.dtype.kind == "f"), f"another {name}"
@@ -179,8 +182,8 @@ def _mount(*words: str) -> None:
 
 
 @contextmanager
-def unmount_after(place: Project) -> Iterator[None]:
-    """Unmount at the end whatever a fault has mounted."""
+def unmount_results_after(place: Project) -> Iterator[None]:
+    """Unmount the folder of results at the end, if a fault has mounted it."""
     try:
         yield
     finally:
@@ -191,8 +194,8 @@ def unmount_after(place: Project) -> Iterator[None]:
             pass
 
 
-class Kind(NamedTuple):
-    """A kind of fault."""
+class FaultKind(NamedTuple):
+    """Kind of fault: its label, function, number of repetitions, and conditions."""
 
     label: str
     fault: Fault
@@ -204,21 +207,21 @@ class Kind(NamedTuple):
 
 
 KINDS: Final = (
-    Kind("disk full", full_disk, 2, root=True),
-    Kind("results read-only", read_only, 1, finished=True, root=True),
-    Kind("two runs at once", start_second_run, 2),
-    Kind("clock set back", set_clock_back, 2),
-    Kind("a worker of a dask cluster killed", kill_worker, 2, finished=True),
-    Kind("a partial result truncated", damage(PART, "cut"), 3, finished=True),
-    Kind("a partial result emptied", damage(PART, "emptied"), 2, finished=True),
-    Kind("a byte of a partial result changed", damage(PART, "changed"), 5, finished=True),
-    Kind("a motion truncated", damage(MOTION, "cut"), 1, finished=True),
-    Kind("a byte of a motion changed", damage(MOTION, "changed"), 1, finished=True),
-    Kind("a byte of the cube changed", damage("cube.nc", "changed"), 1, finished=True),
-    Kind("a compiled kernel truncated", damage("*.nbc", "cut"), 1, finished=True),
-    Kind("a byte of a compiled kernel changed", damage("*.nbc", "changed"), 2, finished=True),
-    Kind("the index of the compiled kernels emptied", damage("*.nbi", "emptied"), 1, finished=True),
-    Kind("process group killed", kill_all, 10),
-    Kind("one job killed", kill_one(snakemake=False, within=1.0), 7),
-    Kind("only Snakemake killed", kill_one(snakemake=True, within=0.7), 7),
+    FaultKind("disk full", fill_disk, 2, root=True),
+    FaultKind("results read-only", make_results_read_only, 1, finished=True, root=True),
+    FaultKind("two runs at once", start_second_run, 2),
+    FaultKind("clock set back", set_clock_back, 2),
+    FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, finished=True),
+    FaultKind("a partial result truncated", damage_file(PART, "cut"), 3, finished=True),
+    FaultKind("a partial result emptied", damage_file(PART, "emptied"), 2, finished=True),
+    FaultKind("a byte of a partial result changed", damage_file(PART, "changed"), 5, finished=True),
+    FaultKind("a motion truncated", damage_file(MOTION, "cut"), 1, finished=True),
+    FaultKind("a byte of a motion changed", damage_file(MOTION, "changed"), 1, finished=True),
+    FaultKind("a byte of the cube changed", damage_file("cube.nc", "changed"), 1, finished=True),
+    FaultKind("a compiled kernel truncated", damage_file("*.nbc", "cut"), 1, finished=True),
+    FaultKind("a byte of a compiled kernel changed", damage_file("*.nbc", "changed"), 2, finished=True),
+    FaultKind("the index of the compiled kernels emptied", damage_file("*.nbi", "emptied"), 1, finished=True),
+    FaultKind("process group killed", kill_process_group, 10),
+    FaultKind("one job killed", kill_job_or_snakemake(kills_snakemake=False, max_delay_s=1.0), 7),
+    FaultKind("only Snakemake killed", kill_job_or_snakemake(kills_snakemake=True, max_delay_s=0.7), 7),
 )

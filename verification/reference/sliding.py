@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from overturning.units import STANDARD_GRAVITY
 
 
-def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
+def sliding_displacement(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
     """Return the slip of a rigid mass on a base that shakes horizontally.
 
     The acceleration of the base, m/s² towards +s, is linear between the samples; after the last one it is 0. Returns

@@ -13,13 +13,13 @@ from verification.scale import large, on_paper, same_bytes
 from verification.scale.made import SPACE
 from verification.tables import (
     RESULTS,
-    Figure,
+    MeasuredFigure,
     figures_table,
-    lines_of,
-    markdown,
-    parts_of,
-    publish,
+    iterate_rows,
+    markdown_table,
+    publish_markdown,
     read_figures,
+    select_parts,
     write_csv,
     write_figures,
 )
@@ -34,13 +34,13 @@ def main(
     records: Annotated[int, typer.Option(help="records, of a million cases each, in the synthetic cubes")] = 100,
 ) -> None:
     """Measure, store the figures, and publish the tables of all parts."""
-    chosen = parts_of(parts, PARTS)
+    chosen = select_parts(parts, PARTS)
     if {"bytes", "slurm"} & set(chosen):
         runs = same_bytes.run_without_cluster() if "bytes" in chosen else []
         if "slurm" in chosen:
-            runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-        publish({"scale-bytes": bytes_table(merge_runs(runs))})
-    measures: dict[str, Callable[[Path], list[Figure]]] = {
+            runs += same_bytes.run_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
+        publish_markdown({"scale-bytes": run_table(merge_runs(runs))})
+    measures: dict[str, Callable[[Path], list[MeasuredFigure]]] = {
         "chunk": large.measure_chunk,
         "gather": large.measure_gather,
         "lazy": lambda folder: large.measure_lazily(folder, records),
@@ -50,24 +50,24 @@ def main(
     for name, measure in measures.items():
         if name in chosen:
             with tempfile.TemporaryDirectory(prefix="scale-") as folder:
-                write_figures(measure(Path(folder)), FIGURES, keep=True)
+                write_figures(measure(Path(folder)), FIGURES, keep_other_figures=True)
     figures = read_figures(FIGURES)
-    publish({"scale": figures_table(figures)})
+    publish_markdown({"scale": figures_table(figures)})
     if {one.quantity for one in figures} >= on_paper.NEEDED:
-        publish({"scale-on-paper": paper_table(figures)})
+        publish_markdown({"scale-on-paper": extrapolation_table(figures)})
 
 
-def merge_runs(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
+def merge_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.file): run for run in runs}
     if RUNS.is_file():
-        old = [same_bytes.Run(*row) for row in lines_of(pd.read_csv(RUNS))]
+        old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(RUNS))]
         known = {(run.way, run.file): run for run in old} | known
     write_csv(pd.DataFrame(list(known.values())), RUNS)
     return list(known.values())
 
 
-def bytes_table(runs: list[same_bytes.Run]) -> str:
+def run_table(runs: list[same_bytes.StudyRun]) -> str:
     """Return the table of runs, with the number of cores."""
     cores = len(os.sched_getaffinity(0))
     first = {run.file: run.sha256 for run in reversed(runs)}
@@ -75,11 +75,11 @@ def bytes_table(runs: list[same_bytes.Run]) -> str:
     for run in sorted(runs, key=lambda run: run.file):
         same = "yes" if run.sha256 == first[run.file] else "**no**"
         rows.append((run.way, f"{run.seconds:.0f}", f"`{run.file}`", f"`{run.sha256[:16]}`", same))
-    table = markdown(("run", "time, s", "file", "SHA-256", "same bytes"), rows)
+    table = markdown_table(("run", "time, s", "file", "SHA-256", "same bytes"), rows)
     return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} available."
 
 
-def paper_table(figures: list[Figure]) -> str:
+def extrapolation_table(figures: list[MeasuredFigure]) -> str:
     """Return the table of the extrapolated study."""
     return figures_table(on_paper.extrapolate({one.quantity: one.value for one in figures}))
 

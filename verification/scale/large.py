@@ -16,7 +16,7 @@ from verification.scale.made import (
     write_synthetic_motions,
     write_synthetic_parts,
 )
-from verification.tables import Figure
+from verification.tables import MeasuredFigure
 
 SNAKEMAKE_MB: Final = 250.0
 """Memory assumed for Snakemake itself, MB."""
@@ -36,15 +36,15 @@ def run_subcommand(*command: object) -> ResourceUse:
     return run_program([sys.executable, "-m", "overturning.cli", *map(str, command)])
 
 
-def run_program(args: list[str], begins: bytes = b"", **where: Any) -> ResourceUse:
-    """Run a program; return its resource use and the longest output line that begins with `begins`.
+def run_program(args: list[str], line_start: bytes = b"", **where: Any) -> ResourceUse:
+    """Run a program; return its resource use and the longest output line that begins with `line_start`.
 
     Raises a RuntimeError if it fails.
     """
     begin = time.perf_counter()
     process = subprocess.Popen(args, stdout=subprocess.PIPE, **where)
     assert process.stdout
-    longest = max((len(line) for line in process.stdout if begins and line.startswith(begins)), default=0)
+    longest = max((len(line) for line in process.stdout if line_start and line.startswith(line_start)), default=0)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
@@ -52,7 +52,7 @@ def run_program(args: list[str], begins: bytes = b"", **where: Any) -> ResourceU
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
-def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
+def measure_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
     """Measure a chunk of a real record: 1/8 million cases with their ensemble, on one core."""
     study = synthetic_study(1)
     write_study(study, folder / "study.json")
@@ -67,17 +67,17 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
     )  # fmt: skip
     cases = study.cases_per_record / chunks
     return [
-        Figure("real chunk: cases", cases),
-        Figure("real chunk: processor time", took.processor_s, "s"),
-        Figure("real chunk: peak memory of its process", took.memory_mb, "MB"),
-        Figure("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MB, "MB"),
-        Figure("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
+        MeasuredFigure("real chunk: cases", cases),
+        MeasuredFigure("real chunk: processor time", took.processor_s, "s"),
+        MeasuredFigure("real chunk: peak memory of its process", took.memory_mb, "MB"),
+        MeasuredFigure("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MB, "MB"),
+        MeasuredFigure("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
     ]
 
 
 def measure_gather(
     folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
-) -> list[Figure]:
+) -> list[MeasuredFigure]:
     """Measure the gathering of synthetic parts with ten million cases."""
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
@@ -90,17 +90,17 @@ def measure_gather(
     cases = records * study.cases_per_record
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
     return [
-        Figure("synthetic parts: cases", cases),
-        Figure("synthetic parts: gathering", took.seconds, "s"),
-        Figure("synthetic parts: peak memory of gathering", took.memory_mb, "MB"),
-        Figure("synthetic parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
-        Figure("synthetic cube alone: disk per case", of_cube / cases, "bytes"),
+        MeasuredFigure("synthetic parts: cases", cases),
+        MeasuredFigure("synthetic parts: gathering", took.seconds, "s"),
+        MeasuredFigure("synthetic parts: peak memory of gathering", took.memory_mb, "MB"),
+        MeasuredFigure("synthetic parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
+        MeasuredFigure("synthetic cube alone: disk per case", of_cube / cases, "bytes"),
     ]
 
 
 def measure_lazily(
     folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "synthetic cube"
-) -> list[Figure]:
+) -> list[MeasuredFigure]:
     """Measure statistics, figures and report of a synthetic cube larger than memory; `cube` is its label."""
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
@@ -109,11 +109,14 @@ def measure_lazily(
     draw_members(study.ensemble).write_csv(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
-    found = [Figure(f"{cube}: cells", records * study.cases_per_record), Figure(f"{cube}: size", size / 1e9, "GB")]
+    found = [
+        MeasuredFigure(f"{cube}: cells", records * study.cases_per_record),
+        MeasuredFigure(f"{cube}: size", size / 1e9, "GB"),
+    ]
 
     def note(what: str, took: ResourceUse) -> None:
-        found.append(Figure(f"{cube}: {what}, time", took.seconds, "s"))
-        found.append(Figure(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
+        found.append(MeasuredFigure(f"{cube}: {what}, time", took.seconds, "s"))
+        found.append(MeasuredFigure(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
 
     note("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
     for what, call in (

@@ -75,7 +75,7 @@ def synthetic_values(variable: Variable, shape: tuple[int, ...], seed: int, memb
     if variable.name == "overturned" and variable.odd:
         return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
     if variable.name.endswith("overturned"):
-        return falls_of(variable, shape, seed).astype(np.int8)
+        return synthetic_falls(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
         return np.full(shape, int(Status.SIMULATED), np.int8)
     if variable.dtype != "f4":
@@ -84,9 +84,9 @@ def synthetic_values(variable: Variable, shape: tuple[int, ...], seed: int, memb
     if variable.name == "overturning_time":
         values[generator.random(shape, np.float32) > FALLS] = np.nan
     if variable.name.endswith("fall_azimuth"):
-        return np.where(falls_of(variable, shape, seed), 360 * values, np.float32(np.nan))
+        return np.where(synthetic_falls(variable, shape, seed), 360 * values, np.float32(np.nan))
     if variable.name == "residual_twist":
-        return np.where(falls_of(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5))
+        return np.where(synthetic_falls(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5))
     if variable.name.startswith(("probability", "scramble", "fall_")):
         # Shares of members; NaN for cells without an ensemble.
         values = np.round(values * 0.5 * members) / np.float32(members)
@@ -94,7 +94,7 @@ def synthetic_values(variable: Variable, shape: tuple[int, ...], seed: int, memb
     return values
 
 
-def falls_of(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
+def synthetic_falls(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
     """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
     return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLS
 

@@ -10,7 +10,7 @@ from typing import Final
 
 from verification.project import Project
 from verification.scale.large import ResourceUse, run_program
-from verification.tables import Figure
+from verification.tables import MeasuredFigure
 
 RECORDS: Final = 10_000
 CASES: Final = 1_000_000
@@ -39,45 +39,50 @@ def plan_study(records: int) -> ResourceUse:
         study = {"name": "scale", "records": {"pulses": pulses}, "verification": "none", "b_over_h": [0.3]}
         project = Project(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
         how = project.command("--set-scatter", f"sweep={CHUNKS}", file="")
-        return run_program(**how, begins=b"Shell command: ", stderr=subprocess.DEVNULL)
+        return run_program(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
-def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
+def measure_planning(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredFigure]:
     """Measure time and memory of planning per additional record, from two studies, and the longest command."""
-    less, more = plan_study(few), plan_study(many)
+    less, more = plan_study(small_record_count), plan_study(large_record_count)
     per_record = {
-        "time": ((more.seconds - less.seconds) / (many - few), "s"),
-        "memory": ((more.memory_mb - less.memory_mb) / (many - few), "MB"),
+        "time": ((more.seconds - less.seconds) / (large_record_count - small_record_count), "s"),
+        "memory": ((more.memory_mb - less.memory_mb) / (large_record_count - small_record_count), "MB"),
     }
-    each = [Figure(f"planning: {name} per record, {CHUNKS} chunks each", *value) for name, value in per_record.items()]
-    label = f"planning: longest command, {many} records in {CHUNKS} chunks each"
-    return [*each, Figure(label, more.longest, "bytes")]
+    each = [
+        MeasuredFigure(f"planning: {name} per record, {CHUNKS} chunks each", *value)
+        for name, value in per_record.items()
+    ]
+    label = f"planning: longest command, {large_record_count} records in {CHUNKS} chunks each"
+    return [*each, MeasuredFigure(label, more.longest, "bytes")]
 
 
-def extrapolate(measured: Mapping[str, float]) -> list[Figure]:
+def extrapolate(measured_figures: Mapping[str, float]) -> list[MeasuredFigure]:
     """Return the figures of the extrapolated study from those of `large` and `measure_planning`."""
     cases = RECORDS * CASES
-    per_case = measured["real chunk: processor time"] / measured["real chunk: cases"]
-    gathering = measured["synthetic parts: gathering"] / measured["synthetic parts: cases"]
-    disk = measured["real chunk: disk per case"]
-    planning = measured[f"planning: time per record, {CHUNKS} chunks each"] * RECORDS
-    memory = measured[f"planning: memory per record, {CHUNKS} chunks each"] * RECORDS
+    per_case = measured_figures["real chunk: processor time"] / measured_figures["real chunk: cases"]
+    gathering = measured_figures["synthetic parts: gathering"] / measured_figures["synthetic parts: cases"]
+    disk = measured_figures["real chunk: disk per case"]
+    planning = measured_figures[f"planning: time per record, {CHUNKS} chunks each"] * RECORDS
+    memory = measured_figures[f"planning: memory per record, {CHUNKS} chunks each"] * RECORDS
     reports = (
-        measured["synthetic cube: report, time"] + measured["synthetic cube: figures of all records together, time"]
+        measured_figures["synthetic cube: report, time"]
+        + measured_figures["synthetic cube: figures of all records together, time"]
     )
     reports = (
-        reports / measured["synthetic cube: cells"] + measured["synthetic cube: figures of a record, time"] / CASES
+        reports / measured_figures["synthetic cube: cells"]
+        + measured_figures["synthetic cube: figures of a record, time"] / CASES
     )
     # Per chunk: a part, a benchmark and logs; per record: a motion, one to three figures, and their logs.
     files = RECORDS * (CHUNKS * 3 + 7)
     return [
-        Figure("cases", cases),
-        Figure("sweep: core hours", per_case * cases / 3600, "h"),
-        Figure("sweep: jobs", RECORDS * CHUNKS),
-        Figure("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
-        Figure("files", files),
-        Figure("gathering, one process", gathering * cases / 3600, "h"),
-        Figure("figures and report, one process", reports * cases / 3600, "h"),
-        Figure("Snakemake: planning before the first job", planning / 3600, "h"),
-        Figure("Snakemake: memory", memory / 1000, "GB"),
+        MeasuredFigure("cases", cases),
+        MeasuredFigure("sweep: core hours", per_case * cases / 3600, "h"),
+        MeasuredFigure("sweep: jobs", RECORDS * CHUNKS),
+        MeasuredFigure("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
+        MeasuredFigure("files", files),
+        MeasuredFigure("gathering, one process", gathering * cases / 3600, "h"),
+        MeasuredFigure("figures and report, one process", reports * cases / 3600, "h"),
+        MeasuredFigure("Snakemake: planning before the first job", planning / 3600, "h"),
+        MeasuredFigure("Snakemake: memory", memory / 1000, "GB"),
     ]

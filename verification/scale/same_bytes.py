@@ -47,7 +47,7 @@ SLURM: Final = (
 The executor polls a job after its expected end; each time it is still running, the interval grows by ten seconds."""
 
 
-class Run(NamedTuple):
+class StudyRun(NamedTuple):
     """Result of running the study in one way."""
 
     way: str
@@ -64,24 +64,24 @@ def new_project(study: str) -> Iterator[Project]:
         yield Project(Path(name) / "project", study)
 
 
-def run_to_file(project: Project, way: str, *options: str, file: str = CUBE) -> Run:
+def run_to_file(project: Project, way: str, *options: str, file: str = CUBE) -> StudyRun:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = project.run(*options, file=file)
     if done.returncode:
         raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
     seconds, kept = time.perf_counter() - begin, len(list(project.results.glob("sweep/*/*.nc")))
-    return Run(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
+    return StudyRun(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
 
 
-def run_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> Run:
+def run_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> StudyRun:
     """Run a study on some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
     with new_project(study) as folder:
         return run_to_file(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
 
 
-def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[Run]:
+def run_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[StudyRun]:
     """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
     if slurm_unavailable_reason():
         return []
@@ -90,7 +90,7 @@ def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE
         return [run_to_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
 
 
-def without_snakemake(folder: Project, way: str, client: object = None) -> Run:
+def run_without_snakemake(folder: Project, way: str, client: object = None) -> StudyRun:
     """Run a study with the package only, in one piece, from motions read by the workflow; with `client` on dask."""
     begin = time.perf_counter()
     with open_cube(folder.cube) as cube:
@@ -101,10 +101,10 @@ def without_snakemake(folder: Project, way: str, client: object = None) -> Run:
         sweep_record(settings, record, part, numerics=numerics_of_study(settings, client=client))
     merge_parts(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
-    return Run(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
+    return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
 
 
-def on_dask(study: str, workers: int = 2) -> Run:
+def run_on_dask(study: str, workers: int = 2) -> StudyRun:
     """Run a study on a dask cluster."""
     from distributed import Client, LocalCluster
 
@@ -112,10 +112,10 @@ def on_dask(study: str, workers: int = 2) -> Run:
         run_to_file(folder, "first", "--cores", "1")
         cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
-            return without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
+            return run_without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
 
 
-def run_without_cluster(study: str = STUDY) -> list[Run]:
+def run_without_cluster(study: str = STUDY) -> list[StudyRun]:
     """Run the study in every way that needs no cluster, and make its report."""
     cubes = [run_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
-    return [*cubes, on_dask(study), run_locally(study, 1, 1, REPORT)]
+    return [*cubes, run_on_dask(study), run_locally(study, 1, 1, REPORT)]

@@ -16,20 +16,20 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.contact import DAMPING_RATIO
 from verification.shaking_table import page
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, cloud
-from verification.shaking_table.data import SPECIMENS, Tests, read_tests
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, SimulatedStones, simulate_stones
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
 from verification.shaking_table.models import (
     ENSEMBLE,
     PEAKS,
     SPACE,
     ensemble_fractions,
     leave_motion_out,
-    models,
     predict_held_out,
+    prediction_models,
     split_odd_even,
 )
-from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, interval, scores
-from verification.tables import RESULTS, ROOT, publish, write_csv
+from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, percentile_interval, prediction_scores
+from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
 
 SPLITS = {"odd to even": split_odd_even, "motion left out": leave_motion_out}
 _LOW, _HIGH = (DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
@@ -37,8 +37,8 @@ DAMPING_RATIOS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
 
 
-def measure(
-    tests: Tests, fractions: Mapping[str, FloatArray], draws: int = DRAWS
+def measure_scores(
+    tests: ShakingTableTests, fractions: Mapping[str, FloatArray], draws: int = DRAWS
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 
@@ -50,17 +50,20 @@ def measure(
             fell = tests.fell[specimen]
             held = {
                 name: predict_held_out(model, specimen, divide(tests), fell.size)
-                for name, model in models(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
+                for name, model in prediction_models(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
             }
             known = np.isfinite(held[PEAKS])
             samples = bootstrap_samples(tests.motion[known], draws)
-            drawn = {name: np.array([scores(p[known][s], fell[known][s]) for s in samples]) for name, p in held.items()}
+            drawn = {
+                name: np.array([prediction_scores(p[known][s], fell[known][s]) for s in samples])
+                for name, p in held.items()
+            }
             for name, p in held.items():
                 probabilities[split, name, specimen] = p
-                found = scores(p[known], fell[known])
+                found = prediction_scores(p[known], fell[known])
                 for place, what in enumerate(NAMES):
-                    low, high = interval(drawn[name][:, place])
-                    over = interval(drawn[name][:, place] - drawn[PEAKS][:, place])
+                    low, high = percentile_interval(drawn[name][:, place])
+                    over = percentile_interval(drawn[name][:, place] - drawn[PEAKS][:, place])
                     rows.append({
                         "split": split, "specimen": specimen, "model": name, "score": what,
                         "value": found[place], "low": low, "high": high,
@@ -69,19 +72,19 @@ def measure(
     return pd.DataFrame(rows), probabilities
 
 
-def by_damping(tests: Tests, made: Cloud) -> dict[str, tuple[int, FloatArray]]:
-    """Return the number of rectangles and their scores (specimens, scores), odd to even, by class of damping ratio."""
+def scores_by_damping_ratio(tests: ShakingTableTests, stones: SimulatedStones) -> dict[str, tuple[int, FloatArray]]:
+    """Return number and scores, shape (specimens, scores), of the rectangles of each class of damping ratio."""
     found: dict[str, tuple[int, FloatArray]] = {}
-    ratio = made.damping * DAMPING_RATIO
+    ratio = stones.damping * DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIOS):
         own = (low <= ratio) & (ratio < high)
-        part = Cloud(made.b_over_h[own], made.height[own], ratio[own], made.fell[:, own])
+        part = SimulatedStones(stones.b_over_h[own], stones.height[own], ratio[own], stones.fell[:, own])
         fractions = ensemble_fractions(part)
-        model, rows = models(tests, fractions, fractions)[ENSEMBLE], []
+        model, rows = prediction_models(tests, fractions, fractions)[ENSEMBLE], []
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             p = predict_held_out(model, specimen, split_odd_even(tests), fell.size)
-            rows.append(scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
+            rows.append(prediction_scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
         found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
     return found
 
@@ -100,12 +103,15 @@ def main(
         print(f"skipped: {error}")
         return
     kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
-    made = {name: cloud(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
+    made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
     fractions = {name: ensemble_fractions(one) for name, one in made.items()}
-    rows, probabilities = measure(tests, fractions)
+    rows, probabilities = measure_scores(tests, fractions)
     write_csv(rows, RESULTS / "shaking-table.csv")
     page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
-    publish(page.bodies(tests, fractions, rows) | page.damping(by_damping(tests, made[ENSEMBLE])))
+    publish_markdown(
+        page.markdown_by_marker(tests, fractions, rows)
+        | page.damping_table(scores_by_damping_ratio(tests, made[ENSEMBLE]))
+    )
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
 from overturning.motion.motion import Motion
-from verification.shaking_table.data import Tests
+from verification.shaking_table.data import ShakingTableTests
 
 SEED: Final = 1
 AMPLITUDE: Final = (1 / 1.15, 1.15)
@@ -38,8 +38,8 @@ WIDTH_HEIGHT: Final = np.log(1.65)
 Rows = dict[str, FloatArray]
 
 
-class Kind(NamedTuple):
-    """A kind of stone: number drawn, bounds of each parameter, and function that simulates them under a motion."""
+class StoneDistribution(NamedTuple):
+    """Distribution of random stones: their number, bounds of each parameter, and function that simulates them."""
 
     name: str
     stones: int
@@ -47,8 +47,8 @@ class Kind(NamedTuple):
     fell: Callable[[Motion, Rows], NDArray[np.bool_]]
 
 
-class Cloud(NamedTuple):
-    """Parameters of the stones, shape (members,), and their outcomes, shape (tests, members)."""
+class SimulatedStones(NamedTuple):
+    """Parameters of random stones, shape (members,), and their simulated outcomes, shape (tests, members)."""
 
     b_over_h: FloatArray
     height: FloatArray
@@ -57,19 +57,26 @@ class Cloud(NamedTuple):
     fell: NDArray[np.bool_]
 
 
-def _rectangles_fell(motion: Motion, rows: Rows) -> NDArray[np.bool_]:
-    cases = Cases(0.0, rows["height"], rows["b_over_h"], rows["friction"], rows["amplitude"], rows["damping"])
+def _simulate_rectangles(motion: Motion, stone_parameters: Rows) -> NDArray[np.bool_]:
+    cases = Cases(
+        0.0,
+        stone_parameters["height"],
+        stone_parameters["b_over_h"],
+        stone_parameters["friction"],
+        stone_parameters["amplitude"],
+        stone_parameters["damping"],
+    )
     return np.asarray(np.abs(run_cases(motion, cases).overturned) == 1)
 
 
-def _prisms_fell(motion: Motion, rows: Rows) -> NDArray[np.bool_]:
+def _simulate_prisms(motion: Motion, stone_parameters: Rows) -> NDArray[np.bool_]:
     cases = Cases(
-        rows["orientation"],
-        rows["height"],
-        rows["b_over_h"],
-        rows["friction"],
-        rows["amplitude"],
-        rows["damping"],
+        stone_parameters["orientation"],
+        stone_parameters["height"],
+        stone_parameters["b_over_h"],
+        stone_parameters["friction"],
+        stone_parameters["amplitude"],
+        stone_parameters["damping"],
         aspect=ASPECT,
     )
     return np.asarray(run(RectangularPrism(), motion, cases, Numerics()).overturned == 1)
@@ -78,12 +85,12 @@ def _prisms_fell(motion: Motion, rows: Rows) -> NDArray[np.bool_]:
 _CONTACT: Final[dict[str, tuple[float, float]]] = {
     "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE,
 }  # fmt: skip
-RECTANGLES: Final = Kind(
-    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_CONTACT}, _rectangles_fell
+RECTANGLES: Final = StoneDistribution(
+    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_CONTACT}, _simulate_rectangles
 )
-PRISMS: Final = Kind(
+PRISMS: Final = StoneDistribution(
     "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_CONTACT, "orientation": (0.0, 90.0)},
-    _prisms_fell,
+    _simulate_prisms,
 )  # fmt: skip
 
 
@@ -91,18 +98,18 @@ _EVEN: Final = ("friction", "orientation")
 """Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
-def draw_stones(kind: Kind, count: int) -> Rows:
-    """Return scrambled Sobol points within the bounds of a kind, by parameter."""
-    unit = qmc.Sobol(len(kind.bounds), seed=SEED).random(count).T
+def draw_stones(distribution: StoneDistribution, stone_count: int) -> Rows:
+    """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
+    unit = qmc.Sobol(len(distribution.bounds), seed=SEED).random(stone_count).T
     return {
         name: low + (high - low) * u if name in _EVEN else low * (high / low) ** u
-        for (name, (low, high)), u in zip(kind.bounds.items(), unit, strict=True)
+        for (name, (low, high)), u in zip(distribution.bounds.items(), unit, strict=True)
     }
 
 
-def in_any_neighbourhood(rows: Rows) -> NDArray[np.bool_]:
-    """True for stones that belong to at least one neighbourhood; the others are in no share."""
-    shape, size = np.log(rows["b_over_h"]), np.log(rows["height"])
+def in_any_neighbourhood(stone_parameters: Rows) -> NDArray[np.bool_]:
+    """True for stones that belong to at least one neighbourhood of B/H and height."""
+    shape, size = np.log(stone_parameters["b_over_h"]), np.log(stone_parameters["height"])
     ends = [
         (np.log(centres[[0, -1]]), width) for centres, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))
     ]
@@ -111,27 +118,34 @@ def in_any_neighbourhood(rows: Rows) -> NDArray[np.bool_]:
     ])  # fmt: skip
 
 
-def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | None = None, threads: int = 1) -> Cloud:
-    """Run every stone of a kind under every test, or read the results of an earlier run with the same sources.
+def simulate_stones(
+    distribution: StoneDistribution,
+    tests: ShakingTableTests,
+    cache_folder: Path | None = None,
+    *,
+    stone_count: int | None = None,
+    threads: int = 1,
+) -> SimulatedStones:
+    """Simulate random stones under the motion of every test, or read the results of an earlier run of the same sources.
 
     Parameters
     ----------
-    kind : Kind
+    distribution : Kind
         Kind of stone.
     tests : Tests
         The tests.
-    kept : Path, optional
+    cache_folder : Path, optional
         Folder in which the results are stored.
-    count, threads : int
+    stone_count, threads : int
         Number of stones to draw (default: that of the kind), and of tests to run at the same time.
     """
-    count = count or kind.stones
-    rows = draw_stones(kind, count)
+    stone_count = stone_count or distribution.stones
+    rows = draw_stones(distribution, stone_count)
     chosen = in_any_neighbourhood(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
     key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())
     key.update(b"".join(one.tobytes() for one in tests.acceleration))
-    path = kept / f"{kind.name}-{count}-{key.hexdigest()[:16]}.npy" if kept else None
+    path = cache_folder / f"{distribution.name}-{stone_count}-{key.hexdigest()[:16]}.npy" if cache_folder else None
     members = int(chosen.sum())
     if path is not None and path.is_file():
         packed: NDArray[Any] = np.load(path)
@@ -141,14 +155,14 @@ def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | No
         begin = time.monotonic()
         # The kernel releases Python's lock, so one test is planned while another one runs.
         with ThreadPoolExecutor(threads) as pool:
-            found = pool.map(lambda index: kind.fell(tests.ground(index), rows), range(len(fell)))
+            found = pool.map(lambda index: distribution.fell(tests.ground(index), rows), range(len(fell)))
             for index, falls in enumerate(found):
                 fell[index] = falls
-                _print_progress(kind.name, index + 1, len(fell), time.monotonic() - begin)
+                _print_progress(distribution.name, index + 1, len(fell), time.monotonic() - begin)
         if path is not None:
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, np.packbits(fell, axis=1))
-    return Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    return SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
 def _print_progress(name: str, done: int, of: int, seconds: float) -> None:

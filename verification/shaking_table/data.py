@@ -26,8 +26,8 @@ _ARRAYS: Final = (
 
 
 @dataclass(frozen=True)
-class Tests:
-    """Tests of both specimens; arrays have one entry per test."""
+class ShakingTableTests:
+    """Shaking-table tests of both specimens; arrays have one entry per test."""
 
     __test__ = False  # tell pytest that this class is not a test case
 
@@ -43,13 +43,13 @@ class Tests:
     """True where a specimen fell, by specimen."""
 
     def ground(self, index: int) -> Motion:
-        """Return the motion of one test, towards azimuth 0."""
+        """Return the measured ground motion of one test, towards azimuth 0."""
         along = self.acceleration[index]
         return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)
 
 
-def read_tests(folder: Path) -> Tests:
-    """Read the tests from a folder.
+def read_tests(folder: Path) -> ShakingTableTests:
+    """Read the shaking-table tests from a folder.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def read_tests(folder: Path) -> Tests:
     samples = data["acceleration"].astype(np.float64) * float(data["scale"])
     # RSN1234_NAME_COMPONENT: both components of a record are predicted together.
     record = np.array([str(name).split("_")[0] for name in data["motion"]])
-    return Tests(
+    return ShakingTableTests(
         number=data["test"].astype(np.int64),
         motion=record,
         acceleration=[samples[first:end] for first, end in pairwise(start)],

@@ -10,7 +10,7 @@ import pandas as pd
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, INK, SERIES, caption, grid, labels, style
 from overturning.figures.write import save
-from verification.shaking_table.data import SPECIMENS, Tests
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import (
     B_OVER_H,
     BOTH,
@@ -20,20 +20,22 @@ from verification.shaking_table.models import (
     SPACE,
     most_likely_centre,
 )
-from verification.shaking_table.scores import NAMES, Bin, reliability
-from verification.tables import lines_of, markdown
+from verification.shaking_table.scores import NAMES, ReliabilityBin, reliability_bins
+from verification.tables import iterate_rows, markdown_table
 
 MODELS: Final = (PEAKS, ENSEMBLE, BOTH, SPACE)
 SPLIT: Final = "motion left out"
 
 
-def draw_reliability(tests: Tests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path) -> None:
+def draw_reliability(
+    tests: ShakingTableTests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path
+) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
     with style():
         figure, panels = grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
-                bins = reliability(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
+                bins = reliability_bins(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
                 _draw_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
         for axes in panels.ravel():
@@ -43,7 +45,7 @@ def draw_reliability(tests: Tests, probabilities: Mapping[tuple[str, str, int], 
         save(figure, path)
 
 
-def _draw_bins(axes: Any, bins: list[Bin]) -> None:
+def _draw_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
     axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED)
     x, y = [one.probability for one in bins], [one.fell for one in bins]
     spread = [[one.fell - one.low for one in bins], [one.high - one.fell for one in bins]]
@@ -56,37 +58,44 @@ def _draw_bins(axes: Any, bins: list[Bin]) -> None:
     axes.grid(True)
 
 
-def bodies(tests: Tests, fractions: Mapping[str, FloatArray], rows: pd.DataFrame) -> dict[str, str]:
-    """Return the Markdown of each marker; `fractions` are the shares of each neighbourhood that fall, by model."""
-    return of_scores(rows) | {"shaking-table-centres": _centres(tests, fractions)}
+def markdown_by_marker(
+    tests: ShakingTableTests, fractions: Mapping[str, FloatArray], score_rows: pd.DataFrame
+) -> dict[str, str]:
+    """Return the tables of the page as Markdown, by marker; `fractions` are shares of each neighbourhood that fall."""
+    return score_tables(score_rows) | {"shaking-table-centres": _likely_centre_table(tests, fractions)}
 
 
-def of_scores(rows: pd.DataFrame) -> dict[str, str]:
-    """Return the tables that are computed from the stored scores alone, by marker."""
-    return {"shaking-table-scores": _scores(rows), "shaking-table-improvement": _improvements(rows)}
+def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
+    """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
+    return {
+        "shaking-table-scores": _score_table(score_rows),
+        "shaking-table-improvement": _improvement_table(score_rows),
+    }
 
 
-def damping(found: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
-    """Return the table of scores by damping ratio, by its marker."""
+def damping_table(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
+    """Return the table of scores by damping ratio as Markdown, with its marker as key."""
     head = ("ξ", "rectangles", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in NAMES))
-    lines = [(name, count, *(f"{value:.3f}" for value in rows.ravel())) for name, (count, rows) in found.items()]
-    return {"shaking-table-damping": markdown(head, lines)}
+    lines = [
+        (name, count, *(f"{value:.3f}" for value in rows.ravel())) for name, (count, rows) in scores_by_damping.items()
+    ]
+    return {"shaking-table-damping": markdown_table(head, lines)}
 
 
-def _scores(rows: pd.DataFrame) -> str:
+def _score_table(score_rows: pd.DataFrame) -> str:
     lines = []
-    for (split, specimen, model), own in rows.groupby(["split", "specimen", "model"], sort=False):
-        by_score = {one.score: one for one in lines_of(own)}
+    for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
+        by_score = {one.score: one for one in iterate_rows(own)}
         cells = [
             f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})" for name in NAMES
         ]
         lines.append((split, specimen, model, *cells, int(own["tests"].iloc[0])))
-    return markdown(("split", "specimen", "model", *NAMES, "tests"), lines)
+    return markdown_table(("split", "specimen", "model", *NAMES, "tests"), lines)
 
 
-def _improvements(rows: pd.DataFrame) -> str:
-    """Return the number of scores better than those of the logistic, and of those whose interval excludes 0."""
-    known = {(one.model, one.split, one.specimen, one.score): one for one in lines_of(rows)}
+def _improvement_table(score_rows: pd.DataFrame) -> str:
+    """Return a table of how many scores of each model are better than those of the logistic model."""
+    known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(score_rows)}
     counts: dict[tuple[str, str], list[int]] = {}
     for (model, *what), one in known.items():
         if model != PEAKS:
@@ -98,15 +107,15 @@ def _improvements(rows: pd.DataFrame) -> str:
                 found[place] += bool(holds)
     lines = [(*name, f"{better} of {of}", f"{sure} of {of}") for name, (better, sure, of) in counts.items()]
     heads = ("model", "split", "scores better than those of the logistic", "significantly better (95 %)")
-    return markdown(heads, lines)
+    return markdown_table(heads, lines)
 
 
-def _centres(tests: Tests, fractions: Mapping[str, FloatArray]) -> str:
-    """Return the most likely centres, from the odd-numbered tests."""
+def _likely_centre_table(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
+    """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""
     learn = np.flatnonzero(tests.number % 2 == 1)
     lines = []
     for model, shares in fractions.items():
         for specimen in SPECIMENS:
             shape, size = divmod(most_likely_centre(shares, tests.fell[specimen], learn), HEIGHT.size)
             lines.append((model, specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
-    return markdown(("model", "specimen", "B/H", "H, m"), lines)
+    return markdown_table(("model", "specimen", "B/H", "H, m"), lines)

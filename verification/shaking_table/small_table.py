@@ -18,8 +18,8 @@ from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
-from verification.shaking_table.scores import NAMES, bootstrap_samples, interval, scores
-from verification.tables import RESULTS, markdown, publish, write_csv
+from verification.shaking_table.scores import NAMES, bootstrap_samples, percentile_interval, prediction_scores
+from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
 SETS: Final = {
@@ -48,17 +48,17 @@ def read_set(name: str) -> pd.DataFrame:
     return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)
 
 
-def period_of_cosine(pga: float, ratio: float, interval: float = 0.001) -> Motion:
-    """Return the commanded motion of a test towards azimuth 0; PGA in g, PGV/PGA in s."""
-    duration = 2.0 * np.pi * ratio
-    along = np.zeros(round((2.0 * QUIET + duration) / interval))
-    time = interval * np.arange(along.size) - QUIET
+def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float = 0.001) -> Motion:
+    """Return the commanded motion of a test, one cycle of a cosine towards azimuth 0; PGA in g, PGV/PGA in s."""
+    duration = 2.0 * np.pi * pgv_over_pga
+    along = np.zeros(round((2.0 * QUIET + duration) / sampling_interval))
+    time = sampling_interval * np.arange(along.size) - QUIET
     own = (time >= 0.0) & (time <= duration)
-    along[own] = pga * STANDARD_GRAVITY * np.cos(time[own] / ratio)
-    return Motion(along, np.zeros_like(along), sampling_interval=interval)
+    along[own] = pga * STANDARD_GRAVITY * np.cos(time[own] / pgv_over_pga)
+    return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def shares(tests: pd.DataFrame) -> FloatArray:
+def neighbourhood_fractions(tests: pd.DataFrame) -> FloatArray:
     """Return the share of each neighbourhood that falls in each test, shape (centres, tests), never 0 or 1.
 
     Centres are in the order of `B_OVER_H`, then `HEIGHT`; all blocks of a neighbourhood count equally.
@@ -66,7 +66,7 @@ def shares(tests: pd.DataFrame) -> FloatArray:
     grid = np.meshgrid(B_OVER_H, HEIGHT, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
     pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
-    fell = np.array([rocking(period_of_cosine(*pair), cases).overturned != 0 for pair in pairs])
+    fell = np.array([rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
     of_pair = fell.reshape(len(pairs), B_OVER_H.size, HEIGHT.size).astype(float)
     near = [
         (np.abs(np.log(values[:, None] / values)) < width).astype(float)
@@ -81,7 +81,7 @@ def shares(tests: pd.DataFrame) -> FloatArray:
 def predict_held_out(
     tests: pd.DataFrame, fractions: FloatArray
 ) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
-    """Predict each half of the tests from the other, by model; return also each half's most likely B/H and height (m).
+    """Predict each half of the tests from the other half; return probabilities, and likeliest B/H and height (m).
 
     The halves are the odd and the even tests. Both are predicted, since the scores of one half alone depend on which
     half it is.
@@ -93,41 +93,41 @@ def predict_held_out(
     halves: list[Rows] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
     centres = []
     for learn, other in (halves, halves[::-1]):
-        fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), cells(tests)[learn], intervals=False)
+        fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), motion_names(tests)[learn], intervals=False)
         best = most_likely_centre(fractions, fell, learn)
         logistic[other], rigid[other] = fit.probability(peaks[other]), fractions[best][other]
         centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))
     return made, centres
 
 
-def cells(tests: pd.DataFrame) -> np.ndarray:
+def motion_names(tests: pd.DataFrame) -> np.ndarray:
     """Return the name of the motion of each test; repetitions of a motion are not independent."""
     return np.array([f"{pga:g} {ratio:g}" for pga, ratio in zip(tests["pga"], tests["ratio"], strict=True)])
 
 
-def measure() -> tuple[pd.DataFrame, pd.DataFrame]:
+def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
     rows, blocks = [], []
     for name, label in SETS.items():
         tests = read_set(name)
-        probabilities, centres = predict_held_out(tests, shares(tests))
-        fell, samples = tests["fell"].to_numpy(), bootstrap_samples(cells(tests))
+        probabilities, centres = predict_held_out(tests, neighbourhood_fractions(tests))
+        fell, samples = tests["fell"].to_numpy(), bootstrap_samples(motion_names(tests))
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
             blocks.append({"tests": label, "fitted to": half, "B/H": b_over_h, "H, m": height})
         for model, p in probabilities.items():
             if not np.isfinite(p).all():
                 continue  # no regression: a straight line separates the falls from the stands of a half
-            drawn, own = np.array([scores(p[s], fell[s]) for s in samples]), scores(p, fell)
+            drawn, own = np.array([prediction_scores(p[s], fell[s]) for s in samples]), prediction_scores(p, fell)
             row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(NAMES):
-                row |= {what: own[place]} | dict(zip(ENDS[what], interval(drawn[:, place]), strict=True))
+                row |= {what: own[place]} | dict(zip(ENDS[what], percentile_interval(drawn[:, place]), strict=True))
             rows.append(row)
     return pd.DataFrame(rows), pd.DataFrame(blocks)
 
 
 def main() -> None:
-    """Write verification/results/small-table.csv and the page."""
-    rows, blocks = measure()
+    """Write the scores to verification/results/small-table.csv and into the docs."""
+    rows, blocks = measure_scores()
     write_csv(rows, RESULTS / "small-table.csv")
     lines = [
         (
@@ -141,9 +141,9 @@ def main() -> None:
         (str(one["tests"]), str(one["fitted to"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
         for _, one in blocks.iterrows()
     ]
-    publish({
-        "small-table-scores": markdown(("tests", "model", *NAMES, "fell"), lines),
-        "small-table-blocks": markdown(("tests", "fitted to", "B/H", "H, m"), centres),
+    publish_markdown({
+        "small-table-scores": markdown_table(("tests", "model", *NAMES, "fell"), lines),
+        "small-table-blocks": markdown_table(("tests", "fitted to", "B/H", "H, m"), centres),
     })  # fmt: skip
 
 

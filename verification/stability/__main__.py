@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from verification.stability.cases import TOGETHER, adversarial_cases, scene_settings, space_filling
+from verification.stability.cases import TOGETHER, adversarial_cases, scene_settings, space_filling_cases
 from verification.stability.maps import (
     ADVERSARIAL_BUDGET,
     BUDGET,
@@ -40,7 +40,7 @@ def blocks(
     threads: Threads = 1,
 ) -> None:
     """Run stiff and extreme blocks."""
-    cases = [*space_filling(count, seed), *adversarial_cases(adversarial, seed)]
+    cases = [*space_filling_cases(count, seed), *adversarial_cases(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
     rows = run_map(run_case, cases, threads=threads, progress=print_progress)
     write_table(rows, output, meanings=MEANINGS, attributes=about, dimension="case")

@@ -58,7 +58,7 @@ def _logarithmic(u: FloatArray, low: float, high: float) -> FloatArray:
     return np.asarray(low * (high / low) ** u)
 
 
-def space_filling(count: int, seed: int) -> list[StabilityCase]:
+def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
     """Return cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
 
     Stiffness, sizes, density and sampling interval are log-uniform; damping, friction and peak acceleration include 0.
@@ -98,7 +98,7 @@ def adversarial_cases(count: int, seed: int) -> list[StabilityCase]:
     """Return cases under the adversarial motions: blocks of ordinary size; other parameters from the whole range."""
     rows = []
     for number, motion in enumerate(ADVERSARIAL):
-        for case in space_filling(count, seed + 1 + number):
+        for case in space_filling_cases(count, seed + 1 + number):
             # Ordinary sizes and stiff contacts, so that most cases have an answer and few are refused.
             height = 0.1 * (case.height / 0.01) ** 0.4
             penetration = 2e-6 * (case.stiffness / 1e4) ** (1 / 3)
@@ -180,10 +180,10 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSet
     found = []
     for number, scene in enumerate(SCENES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
-        sample = space_filling(per_scene, seed + 100 * (number + 1))
+        sample = space_filling_cases(per_scene, seed + 100 * (number + 1))
         found += [_setting(scene, case, generator) for case in sample]
         for place, motion in enumerate(ADVERSARIAL):
-            for case in space_filling(adversarial, seed + 100 * (number + 1) + place + 1):
+            for case in space_filling_cases(adversarial, seed + 100 * (number + 1) + place + 1):
                 # Ordinary sizes, so that most cases end within their budget.
                 interval = {"ten minutes": 0.05, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
                 ordinary = replace(

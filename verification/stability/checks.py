@@ -3,8 +3,8 @@
 An element of a scene has fallen for good at the rotation at which it can rest on another face (a rectangle at 90°). An
 overdamped stone that falls on its side creeps towards this angle and need not reach it. An element that ends past its
 tipping angle, has dropped or has lost its support has fallen, too. So there are two angles: an element rotated by more
-than `fallen_above` must be marked as fallen, one rotated by less than `standing_below` must not; between them both
-flags are accepted.
+than `least_fallen_rotations` must be marked as fallen, one rotated by less than `standing_rotation_limits` must not;
+between these angles both flags are accepted.
 """
 
 from collections.abc import Sequence
@@ -54,8 +54,8 @@ class Ending(IntEnum):
     """A flag that a check contradicts. There must be none."""
 
 
-class Bounds(NamedTuple):
-    """Bounds of a case, computed from shapes, contacts and motion only."""
+class CaseBounds(NamedTuple):
+    """Bounds that the results of a case must keep, computed from shapes, contacts and motion only."""
 
     sunk: float
     """Largest static penetration, m."""
@@ -73,41 +73,47 @@ class Bounds(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def contradiction(bounds: Bounds, found: CaseResults, row: int, fits: bool) -> str:
-    """Return the name of the first check that fails; empty if all hold.
+def find_contradiction(bounds: CaseBounds, results: CaseResults, row: int, flags_match: bool) -> str:
+    """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
     A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
-    numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide. `fits` is True if
-    flags and rotations are consistent.
+    numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide.
+    `flags_match` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION * 0.5 * bounds.size
-    if found.status[row] not in (Status.SIMULATED, Status.AT_REST):
-        return "" if np.all(found.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
-    if not np.isin(found.overturned[row], (-1, 0, 1)).all():
+    if results.status[row] not in (Status.SIMULATED, Status.AT_REST):
+        return "" if np.all(results.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
+    if not np.isin(results.overturned[row], (-1, 0, 1)).all():
         return "no flag and no mark"
-    numbers = (found.energy_error, found.peak_penetration, found.peak_rotation, found.peak_slip, found.residual_slip)
+    numbers = (
+        results.energy_error,
+        results.peak_penetration,
+        results.peak_rotation,
+        results.peak_slip,
+        results.residual_slip,
+    )
     if not all(np.isfinite(values[row]).all() for values in numbers):
         return "a number is not finite"
-    if bounds.sunk > limit or found.peak_penetration[row] > limit * (1 + 1e-6):
+    if bounds.sunk > limit or results.peak_penetration[row] > limit * (1 + 1e-6):
         return "penetration"
-    if found.energy_error[row] > ENERGY_BOUND:
+    if results.energy_error[row] > ENERGY_BOUND:
         return "energy balance"
-    fallen = found.overturned[row] != 0
-    if not fits:
+    fallen = results.overturned[row] != 0
+    if not flags_match:
         return "flag and rotation"
-    if np.any(np.isfinite(found.overturning_time[row]) != fallen):
+    if np.any(np.isfinite(results.overturning_time[row]) != fallen):
         return "flag and time"
-    if found.status[row] == Status.AT_REST and bounds.demand > bounds.rests:
+    if results.status[row] == Status.AT_REST and bounds.demand > bounds.rests:
         return "left out above a threshold"
-    if bounds.demand == 0.0 and np.any(fallen | (found.peak_slip[row] > bounds.slides)):
+    if bounds.demand == 0.0 and np.any(fallen | (results.peak_slip[row] > bounds.slides)):
         return "moved without motion"
     if np.any(fallen) and bounds.demand < 0.2 * bounds.stands and bounds.sunk < 1e-4 * bounds.width:
         return "fell below the threshold of rocking"
     return ""
 
 
-def demand_of(motion: Motion) -> float:
-    """Return the largest |a|/(g + a_up) towards north; infinite if the ground falls faster than g."""
+def acceleration_demand(motion: Motion) -> float:
+    """Return the largest ratio |a|/(g + a_up) of a motion towards north; infinite if the ground falls faster than g."""
     weight = STANDARD_GRAVITY + (np.zeros(motion.samples) if motion.up is None else motion.up)
     if (weight <= 0).any():
         return float("inf")
@@ -119,27 +125,34 @@ def static_penetration(case: StabilityCase) -> float:
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.stiffness)
 
 
-def block_contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> str:
-    """Return `contradiction` for a block; falls below the threshold are checked only if µ is below half of B/H."""
+def find_block_contradiction(case: StabilityCase, motion: Motion, results: CaseResults) -> str:
+    """Return the first failed check of a single block (see `find_contradiction`); empty if all hold.
+
+    Falls below the threshold are checked only if µ is below half of B/H.
+    """
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
-    bounds = Bounds(
-        static_penetration(case), min(width, case.height), width, demand_of(motion), min(ratio, case.friction), stands,
-        SMALL_SLIDE * (width + case.height),
+    bounds = CaseBounds(
+        static_penetration(case), min(width, case.height), width, acceleration_demand(motion),
+        min(ratio, case.friction), stands, SMALL_SLIDE * (width + case.height),
     )  # fmt: skip
-    lies = found.peak_rotation[0] * np.arctan(ratio) >= LEVEL * (1 - ROUNDING)
-    return contradiction(bounds, found, 0, bool((found.overturned[0] != 0) == lies))
+    lies = results.peak_rotation[0] * np.arctan(ratio) >= LEVEL * (1 - ROUNDING)
+    return find_contradiction(bounds, results, 0, bool((results.overturned[0] != 0) == lies))
 
 
-def scene_contradiction(
-    prepared: PreparedScene, friction: float, motion: Motion, found: CaseResults, row: int = 0
+def find_scene_contradiction(
+    prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
-    """Return `contradiction` for a case of a scene with one μ for all contacts."""
+    """Return the first failed check of a scene with one μ for all contacts; see `find_contradiction`."""
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = min(rocking_bound(prepared.placed), friction)
-    bounds = Bounds(max_static_penetration(prepared), size, size, demand_of(motion), bound * (1 + 1e-9), bound)
-    turned = found.peak_rotation[row] * prepared.rotation_unit[prepared.free_elements]
-    return contradiction(bounds, found, row, flags_fit(prepared, np.atleast_1d(found.overturned[row]) != 0, turned))
+    bounds = CaseBounds(
+        max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
+    )
+    turned = results.peak_rotation[row] * prepared.rotation_unit[prepared.free_elements]
+    return find_contradiction(
+        bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
+    )
 
 
 def max_static_penetration(prepared: PreparedScene) -> float:
@@ -169,15 +182,15 @@ def rocking_bound(placed: Sequence[PlacedElement]) -> float:
     return float(max(least, 0.0))
 
 
-def flags_fit(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
+def flags_match_rotations(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
-    early = fallen & (rotation < standing_below(prepared) - ROUNDING)
-    missed = ~fallen & (rotation > fallen_above(prepared) - ROUNDING)
+    early = fallen & (rotation < standing_rotation_limits(prepared) - ROUNDING)
+    missed = ~fallen & (rotation > least_fallen_rotations(prepared) - ROUNDING)
     return not (early | missed).any()
 
 
-def fallen_above(prepared: PreparedScene) -> FloatArray:
-    """Return the rotation from which each free element must be marked as fallen, to either side, rad.
+def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
+    """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end
     the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the softest
@@ -188,7 +201,9 @@ def fallen_above(prepared: PreparedScene) -> FloatArray:
     for place, index in enumerate(prepared.free_elements):
         item = prepared.placed[index]
         # The longest face that this rotation turns down.
-        length = max((length for turn, length in _faces(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0)
+        length = max(
+            (length for turn, length in _face_rotations(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0
+        )
         if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
             pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal[mine].min())
@@ -196,8 +211,8 @@ def fallen_above(prepared: PreparedScene) -> FloatArray:
     return np.where(angle > LEVEL, np.inf, angle)
 
 
-def standing_below(prepared: PreparedScene) -> FloatArray:
-    """Return the rotation below which a free element stands, rad: its tipping angle; 0 if it may lose its support."""
+def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
+    """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
     for index, asked in zip(prepared.free_elements, _fall_rotations(prepared), strict=True):
         item = prepared.placed[index]
@@ -220,27 +235,33 @@ def _fall_rotations(prepared: PreparedScene) -> FloatArray:
 
 def _rest_rotations(item: PlacedElement) -> tuple[float, float]:
     """Return the least rotation to either side, rad, at which an element can rest on another face."""
-    tilts = [angle for angle, _ in _faces(item)]
+    tilts = [angle for angle, _ in _face_rotations(item)]
     stable = np.array(
-        [angle for angle in tilts if _height(item, angle) < min(_height(item, angle + d) for d in (-1e-6, 1e-6))]
+        [
+            angle
+            for angle in tilts
+            if _centre_height(item, angle) < min(_centre_height(item, angle + d) for d in (-1e-6, 1e-6))
+        ]
     )
     stands = min(tilts, key=abs)
     others = stable[stable != stands]
     return float((-others[others < 0]).min(initial=np.pi)), float(others[others > 0].min(initial=np.pi))
 
 
-def _faces(item: PlacedElement) -> list[tuple[float, float]]:
+def _face_rotations(item: PlacedElement) -> list[tuple[float, float]]:
     """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
     for first, second in combinations(item.shape.vertices, 2):
         x, z = second - first
         turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
-        lowest = (t for t in turns if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.size - _height(item, t))
+        lowest = (
+            t for t in turns if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.size - _centre_height(item, t)
+        )
         found += [(turn, float(np.hypot(x, z))) for turn in lowest]
     return found
 
 
-def _height(item: PlacedElement, rotation: float) -> float:
+def _centre_height(item: PlacedElement, rotation: float) -> float:
     """Return the height of the centre above the lowest vertex of the rotated element, m."""
     x, z = item.shape.vertices.T
     return float((x * np.sin(rotation) - z * np.cos(rotation)).max())

@@ -41,10 +41,10 @@ from verification.stability.cases import (
 )
 from verification.stability.checks import (
     Ending,
-    block_contradiction,
+    find_block_contradiction,
+    find_scene_contradiction,
     max_static_penetration,
     rocking_bound,
-    scene_contradiction,
     static_penetration,
 )
 
@@ -130,7 +130,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
         return row | {"reason": str(error).partition(":")[0]}
-    reason = block_contradiction(case, motion, found)
+    reason = find_block_contradiction(case, motion, found)
     return row | {
         "ending": Ending.SILENT if reason else Ending(int(found.status[0])),
         "reason": reason,
@@ -202,7 +202,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _scene_groups(setting, prepared, motion)
     for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude, strict=True)):
-        reason = scene_contradiction(prepared, float(friction), motion.times(float(factor)), found, row)
+        reason = find_scene_contradiction(prepared, float(friction), motion.times(float(factor)), found, row)
         rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):

@@ -12,7 +12,7 @@ from overturning.dem.numerics import BUDGET
 from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.cases import ADVERSARIAL, SCENES
 from verification.stability.checks import Ending
-from verification.tables import Figure, markdown, wrap_text
+from verification.tables import MeasuredFigure, markdown_table, wrap_text
 
 STIFF: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
@@ -20,25 +20,25 @@ STIFF: Final = 1e-5
 _HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in Ending)
 
 
-def bodies(blocks: pd.DataFrame, scenes: pd.DataFrame) -> dict[str, str]:
-    """Return the Markdown of each marker."""
+def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame) -> dict[str, str]:
+    """Return the tables of the stability maps as Markdown, by marker."""
     return {"stability": _blocks(blocks), "scenes": _scenes(scenes), "reach": _reach(blocks, scenes)}
 
 
-def figures(blocks: pd.DataFrame, scenes: pd.DataFrame) -> list[Figure]:
-    """Return the figures of the summary table."""
+def summary_figures(blocks: pd.DataFrame, scenes: pd.DataFrame) -> list[MeasuredFigure]:
+    """Return measured figures of the stability maps for the summary table."""
     made = []
     for name, rows in (("blocks", blocks), ("scenes", scenes)):
         silent, right = rows["ending"] == Ending.SILENT, rows["ending"] == Ending.RIGHT
         energy = float(rows["energy_error"][right].max())
         made += [
-            Figure(f"map of stability, {name}: cases", len(rows)),
-            Figure(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
-            Figure(f"map of stability, {name}: largest residual of work and energy", energy),
+            MeasuredFigure(f"map of stability, {name}: cases", len(rows)),
+            MeasuredFigure(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
+            MeasuredFigure(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
     stiff = blocks["ending"][blocks["penetration_ratio"] < STIFF]
     marked = 100 * float((stiff == Ending.UNSTABLE).mean())
-    made.append(Figure(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%"))
+    made.append(MeasuredFigure(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%"))
     return made
 
 
@@ -47,7 +47,7 @@ def _counted(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFr
     for name, chosen in kinds.items():
         endings = rows["ending"][chosen]
         lines.append((name, len(endings), *((endings == ending).sum() for ending in Ending)))
-    return markdown((first, "cases", *_HEADS), lines)
+    return markdown_table((first, "cases", *_HEADS), lines)
 
 
 def _summary(rows: pd.DataFrame) -> str:
@@ -71,7 +71,7 @@ def _blocks(rows: pd.DataFrame) -> str:
         endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
-    by_penetration = markdown(("δ/B", "cases", *_HEADS), lines)
+    by_penetration = markdown_table(("δ/B", "cases", *_HEADS), lines)
     budget = f"The table counts {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each."
     return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
 

@@ -15,7 +15,7 @@ from overturning.dem.block.state import COLUMNS
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
-from verification.inputs import Group
+from verification.inputs import CaseGroup
 from verification.measures import Flags
 
 Method = Mapping[str, Any]
@@ -34,7 +34,7 @@ RESOLUTION: Final = 2 * BRACKET / 2**HALVINGS
 
 
 class Boundary(NamedTuple):
-    """A falling case whose neighbour along B/H stands."""
+    """Overturning boundary between a falling case and its standing neighbour along B/H."""
 
     group: int
     """Number of its group."""
@@ -44,8 +44,8 @@ class Boundary(NamedTuple):
     """B/H of its standing neighbour."""
 
 
-def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundary]:
-    """Return the boundaries: falling cases whose neighbour in B/H stands, at most `most` in each group.
+def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -> list[Boundary]:
+    """Return the boundaries: falling cases whose neighbour in B/H stands, at most `max_count` in each group.
 
     `flags` are those of all groups, in order.
     """
@@ -60,7 +60,7 @@ def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundar
         here = 0
         for falls, stands in itertools.pairwise(order):
             same = np.array_equal(rows[falls, :3], rows[stands, :3])
-            if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < most:
+            if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < max_count:
                 case = dict(zip(names, rows[falls].tolist(), strict=True))
                 found.append(Boundary(number, case, float(rows[stands, 3])))
                 here += 1
@@ -68,21 +68,23 @@ def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundar
 
 
 def locate_boundaries(
-    groups: Sequence[Group], where: Sequence[Boundary], usual: Method, finest: Method, bracket: float = BRACKET
+    groups: Sequence[CaseGroup], boundaries: Sequence[Boundary], usual: Method, finest: Method, bracket: float = BRACKET
 ) -> tuple[FloatArray, FloatArray]:
     """Return the boundaries (B/H) of the usual method, and those of a fine one within a bracket around them."""
-    near = bisect(groups, where, usual, *bracket_ends(where), 2 * HALVINGS)
-    return near, bisect(groups, where, finest, near * (1 - bracket), near * (1 + bracket))
+    near = bisect_boundaries(groups, boundaries, usual, *bracket_ends(boundaries), 2 * HALVINGS)
+    return near, bisect_boundaries(groups, boundaries, finest, near * (1 - bracket), near * (1 + bracket))
 
 
-def bracket_ends(where: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
+def bracket_ends(boundaries: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
     """Return B/H of the falling cases and of their standing neighbours."""
-    return np.array([place.falling["b_over_h"] for place in where]), np.array([place.stands_at for place in where])
+    return np.array([place.falling["b_over_h"] for place in boundaries]), np.array(
+        [place.stands_at for place in boundaries]
+    )
 
 
-def bisect(
-    groups: Sequence[Group],
-    where: Sequence[Boundary],
+def bisect_boundaries(
+    groups: Sequence[CaseGroup],
+    boundaries: Sequence[Boundary],
     method: Method,
     low: FloatArray,
     high: FloatArray,
@@ -94,9 +96,9 @@ def bisect(
     """
     known = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
-    fell = _falls(groups, where, method, np.stack([low, high]))
+    fell = _falls(groups, boundaries, method, np.stack([low, high]))
     good = known & fell[0] & ~fell[1]
-    most = max(sum(place.group == number for place in where) for number in range(len(groups)))
+    most = max(sum(place.group == number for place in boundaries) for number in range(len(groups)))
     together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
     while halvings > 0:
         depth = min(together, halvings)
@@ -108,7 +110,7 @@ def bisect(
             middles.append(middle)
             lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
             highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
-        fell = _falls(groups, where, method, np.concatenate(middles))
+        fell = _falls(groups, boundaries, method, np.concatenate(middles))
         node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
         for middle in middles:
             falls, at = fell[begin + node, each], middle[node, each]
@@ -118,15 +120,15 @@ def bisect(
 
 
 def _falls(
-    groups: Sequence[Group], where: Sequence[Boundary], method: Method, b_over_h: FloatArray
+    groups: Sequence[CaseGroup], boundaries: Sequence[Boundary], method: Method, b_over_h: FloatArray
 ) -> NDArray[np.bool_]:
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
-        rows = [row for row, place in enumerate(where) if place.group == number]
+        rows = [row for row, place in enumerate(boundaries) if place.group == number]
         if rows:
             axes = {
-                name: np.tile([where[row].falling[name] for row in rows], len(b_over_h))
+                name: np.tile([boundaries[row].falling[name] for row in rows], len(b_over_h))
                 for name in ("azimuth_deg", "height", "friction")
             }
             found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **method)
@@ -135,21 +137,23 @@ def _falls(
 
 
 def boundary_shift(
-    groups: Sequence[Group],
-    where: Sequence[Boundary],
+    groups: Sequence[CaseGroup],
+    boundaries: Sequence[Boundary],
     method: Method,
-    near: FloatArray,
-    right: FloatArray,
+    expected_boundaries: FloatArray,
+    reference_boundaries: FloatArray,
     bracket: float = BRACKET,
 ) -> float:
     """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
 
-    Method and reference have the same brackets around `near`: if the flag changes more than once within one, both find
-    the same change. The reference `right` is NaN for a bracket without a boundary.
+    Method and reference have the same brackets around `expected_boundaries`: if the flag changes more than once within
+    one, both find the same change. `reference_boundaries` are NaN for a bracket without a boundary.
     """
-    usable = np.isfinite(right)
+    usable = np.isfinite(reference_boundaries)
     if not usable.any():
         return float("nan")
-    chosen = [place for place, use in zip(where, usable, strict=True) if use]
-    found = bisect(groups, chosen, method, near[usable] * (1 - bracket), near[usable] * (1 + bracket))
-    return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / right[usable] - 1.0))))
+    chosen = [place for place, use in zip(boundaries, usable, strict=True) if use]
+    found = bisect_boundaries(
+        groups, chosen, method, expected_boundaries[usable] * (1 - bracket), expected_boundaries[usable] * (1 + bracket)
+    )
+    return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / reference_boundaries[usable] - 1.0))))

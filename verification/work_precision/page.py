@@ -8,8 +8,8 @@ import pandas as pd
 
 from overturning.model.contact import STATIC_PENETRATION
 from overturning.study.ensemble import wilson_interval
-from verification.measures import order
-from verification.tables import Figure, lines_of, markdown
+from verification.measures import convergence_order
+from verification.tables import MeasuredFigure, iterate_rows, markdown_table
 from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.parts import SCHEMES
 
@@ -33,7 +33,7 @@ def varies_steps_only(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
     return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
 
 
-def orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -> dict[str, float]:
+def convergence_orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -> dict[str, float]:
     """Return the order of convergence of each scheme for each continuous measure between two Δt/Δt_stable."""
     high, low = between
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
@@ -46,39 +46,45 @@ def orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -
     for name, part, measure in (*parts, ("energy", rows["against"] == "energy balance", "energy_error")):
         for method in SCHEMES:
             chosen = rows[steps & part & (rows["method"] == method)]
-            found[f"{name}, {method}"] = order(chosen["step_fraction"].to_numpy(), chosen[measure].to_numpy())
+            found[f"{name}, {method}"] = convergence_order(
+                chosen["step_fraction"].to_numpy(), chosen[measure].to_numpy()
+            )
     return found
 
 
-def bodies(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, str]:
-    """Return the Markdown of each marker."""
+def markdown_by_marker(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, str]:
+    """Return the tables of error against run time as Markdown, by marker."""
     return {
         "steps": _steps(rows),
-        "orders": _orders(found_orders, orders(rows, (1.0, 0.0))),
+        "orders": _orders(found_orders, convergence_orders(rows, (1.0, 0.0))),
         "stiffness": _stiffness(rows),
         "rigid": _rigid(rows),
         "equal-agreement": equal_agreement(rows),
     }
 
 
-def figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[Figure]:
-    """Return the figures of the summary: errors of the default setting, and the lowest order of each scheme."""
+def summary_figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredFigure]:
+    """Return measured figures for the summary: errors of the default setting, and the lowest order of each scheme."""
     default = rows[(rows["default"] == 1) & rows["method"].isin(SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = lines_of(default[varies_steps_only(default, kind)])
+        (at,) = iterate_rows(default[varies_steps_only(default, kind)])
         made += [
-            Figure(f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"),
-            Figure(f"wrong sides against a far finer step, records, {kind}", 100 * at.wrong_sides / at.fallen, "%"),
+            MeasuredFigure(
+                f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
+            ),
+            MeasuredFigure(
+                f"wrong sides against a far finer step, records, {kind}", 100 * at.wrong_sides / at.fallen, "%"
+            ),
         ]
     for name in ("sine pulses", "records, no sliding"):
-        (at,) = lines_of(default[(default["cases_of"] == name) & (default["against"] == "rigid rocking")])
-        made.append(Figure(f"wrong flags against rigid rocking, {name}", 100 * at.wrong_flags / at.cases, "%"))
-    (at,) = lines_of(default[default["against"] == "exact sliding"])
-    made.append(Figure("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
+        (at,) = iterate_rows(default[(default["cases_of"] == name) & (default["against"] == "rigid rocking")])
+        made.append(MeasuredFigure(f"wrong flags against rigid rocking, {name}", 100 * at.wrong_flags / at.cases, "%"))
+    (at,) = iterate_rows(default[default["against"] == "exact sliding"])
+    made.append(MeasuredFigure("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
     for method in SCHEMES:
         of_rotation = [value for name, value in found_orders.items() if "rotation" in name and name.endswith(method)]
-        made.append(Figure(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
+        made.append(MeasuredFigure(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
     return made
 
 
@@ -128,7 +134,9 @@ def equal_agreement(rows: pd.DataFrame) -> str:
 
     lines = [(f"{100 * least:g} %", *(time(name, least) for name in most)) for least in AGREEMENTS]
     best = [f"{100 * share:.1f} % in {time(name, share)}" for name, share in most.items()]
-    return markdown((f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("highest agreement", *best)])
+    return markdown_table(
+        (f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("highest agreement", *best)]
+    )
 
 
 def _steps(rows: pd.DataFrame) -> str:
@@ -136,9 +144,9 @@ def _steps(rows: pd.DataFrame) -> str:
     chosen = rows[(varies_steps_only(rows, "rocking") | varies_steps_only(rows, "sliding")) & _shown(rows)]
     lines = [
         (at.cases_of, _marked(at, at.method), f"{at.step_fraction:g}", f"{at.seconds_per_case:.2g}", *_errors(at))
-        for at in lines_of(chosen)
+        for at in iterate_rows(chosen)
     ]
-    return markdown(("cases", "scheme", "Δt/Δt stable", "s per case", *_ERRORS), lines)
+    return markdown_table(("cases", "scheme", "Δt/Δt stable", "s per case", *_ERRORS), lines)
 
 
 def _stiffness(rows: pd.DataFrame) -> str:
@@ -149,9 +157,9 @@ def _stiffness(rows: pd.DataFrame) -> str:
     lines = [
         (at.cases_of, _marked(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against],
         *_errors(at))
-        for at in lines_of(rows[several | (rows["against"] == "stiffest springs")])
+        for at in iterate_rows(rows[several | (rows["against"] == "stiffest springs")])
     ]  # fmt: skip
-    return markdown(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)
+    return markdown_table(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)
 
 
 def _rigid(rows: pd.DataFrame) -> str:
@@ -168,7 +176,7 @@ def _rigid(rows: pd.DataFrame) -> str:
         "peak slip",
     )
     lines = []
-    for at in lines_of(rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _shown(rows)]):
+    for at in iterate_rows(rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _shown(rows)]):
         engine, counted = not np.isfinite(at.penetration_ratio), np.isfinite(at.wrong_flags)
         lines.append((
             at.cases_of,
@@ -181,7 +189,7 @@ def _rigid(rows: pd.DataFrame) -> str:
             _number(at.rotation_error),
             _number(at.slip_error, percent=True),
         ))  # fmt: skip
-    return markdown(head, lines)
+    return markdown_table(head, lines)
 
 
 def _step(at: Any) -> str:
@@ -198,4 +206,4 @@ def _orders(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
         return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
 
     lines = [(name.replace("_", " "), order_text(value), order_text(over_all[name])) for name, value in found.items()]
-    return markdown(("measure", "order", "over all steps"), lines)
+    return markdown_table(("measure", "order", "over all steps"), lines)

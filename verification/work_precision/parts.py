@@ -19,9 +19,9 @@ from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_differences
-from verification.engines import ENGINES, Engine, installed, side_of_block
+from verification.engines import ENGINES, Engine, installed_engines, side_of_block
 from verification.inputs import (
-    Group,
+    CaseGroup,
     every_nth_case,
     every_nth_value,
     pulse_groups,
@@ -29,10 +29,10 @@ from verification.inputs import (
     rigid_record_groups,
     slide_groups,
 )
-from verification.measures import Flags, answers, rotation_error
-from verification.reference.sliding import slide
+from verification.measures import Flags, median_rotation_error, run_case_groups
+from verification.reference.sliding import sliding_displacement
 from verification.timing import time_run
-from verification.work_precision.boundaries import boundaries, boundary_shift, locate_boundaries
+from verification.work_precision.boundaries import boundary_shift, find_boundaries, locate_boundaries
 
 Row = dict[str, Any]
 
@@ -98,8 +98,8 @@ def table_of(rows: Sequence[Row]) -> pd.DataFrame:
     return table.astype({name: np.float64 for name, (_, unit) in MEANINGS.items() if unit})
 
 
-class Setting(NamedTuple):
-    """Scheme, time step as a share of its longest one, and static penetration over width."""
+class SchemeSetting(NamedTuple):
+    """Setting of a computation: scheme, time step as a share of its longest one, and static penetration over width."""
 
     scheme: str
     fraction: float
@@ -107,146 +107,146 @@ class Setting(NamedTuple):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of `run_cases`."""
+        """Return this setting as arguments of `run_cases`."""
         contact = Contact(static_penetration=self.penetration)
         return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "model": gravestone(contact)}
 
     def row(self, cases_of: str, against: str, **columns: Any) -> Row:
-        """Return a row of the table."""
+        """Return a row of the table for this setting."""
         own = {"method": self.scheme, "step_fraction": self.fraction, "penetration_ratio": self.penetration}
-        default = self == Setting(DEFAULT_SCHEME, AUTOMATIC)
+        default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
 
-    def run(self, groups: Sequence[Group]) -> tuple[CaseResults, Row]:
-        """Run a set; return its results, and the cost per case as columns of the table."""
-        found, seconds = answers(groups, 3, **self.arguments)
+    def run(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, Row]:
+        """Run groups of cases with this setting; return results, and the cost per case as columns of the table."""
+        found, seconds = run_case_groups(groups, 3, **self.arguments)
         count = found.status.size
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
-def errors(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
-    """Return counts and the median error of peak rotation, as columns of the table."""
-    error = rotation_error(found.overturned, found.peak_rotation, *right)
+def error_columns(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
+    """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
+    error = median_rotation_error(found.overturned, found.peak_rotation, *right)
     return error_counts(found.overturned, right[0]) | {"rotation_error": error}
 
 
 def error_counts(flags: Flags, right: Flags) -> Row:
-    """Return counts as columns of the table."""
+    """Return the numbers of wrong flags and sides as columns of the table."""
     found = count_differences(right, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 
-def step_settings(least: float = 0.0, finest: bool = True) -> Iterator[Setting]:
+def step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
     """Yield both schemes with time steps above `least` of the stable one, with or without the finest."""
     for scheme in SCHEMES:
         fractions = [share for share in FRACTIONS if scheme != "cundall" or share >= LEAST_EXPLICIT]
         for fraction in fractions[: None if finest else -1]:
             if fraction > least:
-                yield Setting(scheme, fraction)
+                yield SchemeSetting(scheme, fraction)
 
 
-def reference(groups: Sequence[Group], setting: Setting) -> tuple[Flags, FloatArray]:
+def reference_outcomes(groups: Sequence[CaseGroup], setting: SchemeSetting) -> tuple[Flags, FloatArray]:
     """Return flags and peak rotations of a setting."""
-    found = answers(groups, **setting.arguments).results
+    found = run_case_groups(groups, **setting.arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
-def against_finer_steps(kind: str) -> Iterator[Row]:
+def measure_against_finer_steps(kind: str) -> Iterator[Row]:
     """Measure schemes over time steps on six real records; the reference is the centred scheme at a far finer step."""
-    groups, finest = record_groups(kind), Setting("centred", FINEST)
-    right, few = reference(groups, finest), every_nth_case(groups, EVERY)
+    groups, finest = record_groups(kind), SchemeSetting("centred", FINEST)
+    right, few = reference_outcomes(groups, finest), every_nth_case(groups, EVERY)
     right_few = (every_nth_value(groups, right[0], EVERY), every_nth_value(groups, right[1], EVERY))
-    where = boundaries(groups, right[0], MOST)
+    where = find_boundaries(groups, right[0], MOST)
     near, exact = locate_boundaries(groups, where, {}, finest.arguments)
     for setting in step_settings():
         thin = setting.fraction < THIN_BELOW
         found, columns = setting.run(few if thin else groups)
-        columns |= errors(found, right_few if thin else right)
+        columns |= error_columns(found, right_few if thin else right)
         if setting.fraction >= LEAST_WITH_BOUNDARY:
             columns["boundary_shift"] = boundary_shift(groups, where, setting.arguments, near, exact)
         yield setting.row(f"records, {kind}", "finer step", **columns)
 
 
-def over_stiffness(kind: str) -> Iterator[Row]:
+def measure_over_stiffness(kind: str) -> Iterator[Row]:
     """Measure stiffnesses at the automatic step; references: finer steps with the same and the largest one."""
     groups, stiffest = record_groups(kind), PENETRATIONS[-1]
     exact = {
-        delta: reference(groups, Setting("centred", FINE_FOR_STIFFNESS, delta))
+        delta: reference_outcomes(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
         for delta in PENETRATIONS
         if delta != STATIC_PENETRATION  # included in the comparison of time steps
     }
-    usual = Setting(DEFAULT_SCHEME, AUTOMATIC, stiffest).arguments
-    slow = Setting("centred", 2 * FINE_FOR_STIFFNESS, stiffest).arguments
-    where = boundaries(groups, answers(groups, **usual).results.overturned, MOST)
+    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, stiffest).arguments
+    slow = SchemeSetting("centred", 2 * FINE_FOR_STIFFNESS, stiffest).arguments
+    where = find_boundaries(groups, run_case_groups(groups, **usual).results.overturned, MOST)
     near, right = locate_boundaries(groups, where, usual, slow, WIDE_BRACKET)
     for delta in PENETRATIONS:
-        setting = Setting(DEFAULT_SCHEME, AUTOMATIC, delta)
+        setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta)
         found, spent = setting.run(groups)
         shift = boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET)
-        columns = spent | errors(found, exact[stiffest]) | {"boundary_shift": shift}
+        columns = spent | error_columns(found, exact[stiffest]) | {"boundary_shift": shift}
         yield setting.row(f"records, {kind}", "stiffest springs", **columns)
         if delta in exact:
-            yield setting.row(f"records, {kind}", "finer step", **spent, **errors(found, exact[delta]))
+            yield setting.row(f"records, {kind}", "finer step", **spent, **error_columns(found, exact[delta]))
 
 
-def energy_balance() -> Iterator[Row]:
+def measure_energy_balance() -> Iterator[Row]:
     """Measure the mean residual of work and energy of cases that slide or rock, over time steps."""
     groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(record_groups(kind), 6)]
     for setting in step_settings(finest=False):
-        found = answers(groups, **setting.arguments).results
+        found = run_case_groups(groups, **setting.arguments).results
         simulated = found.status == 0
         residual = float(np.mean(found.energy_error[simulated]))
         yield setting.row("records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual)
 
 
-def exact_block(groups: Sequence[Group], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
+def run_exact_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
     found = [rocking(motion.times(factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
-def select_robust_cases(groups: Sequence[Group]) -> tuple[list[Group], tuple[Flags, FloatArray]]:
+def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
     """Return the cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
-    flags, peaks = exact_block(groups)
-    same = np.all([exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
+    flags, peaks = run_exact_block(groups)
+    same = np.all([run_exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
     of_each = np.split(same, np.cumsum([group.cases.size for group in groups])[:-1])
     kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
     return kept, (flags[same], peaks[same])
 
 
-def rigid_sets() -> dict[str, list[Group]]:
+def rigid_block_sets() -> dict[str, list[CaseGroup]]:
     """Return the sets of blocks that cannot slide, by name."""
     return {"sine pulses": pulse_groups(), "records, no sliding": rigid_record_groups()}
 
 
-def against_rigid_rocking() -> Iterator[Row]:
+def measure_against_rigid_rocking() -> Iterator[Row]:
     """Compare schemes over steps and stiffness, and the exact block over orders, with Housner's block."""
-    others = [Setting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
-    for name, every in rigid_sets().items():
+    others = [SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
+    for name, every in rigid_block_sets().items():
         groups, right = select_robust_cases(every)
         for setting in (*step_settings(0.05), *others):
             found, spent = setting.run(groups)
             common = engine_disagreement(name, groups, found.overturned, right[0])
-            yield setting.row(name, "rigid rocking", **spent, **errors(found, right), **common)
+            yield setting.row(name, "rigid rocking", **spent, **error_columns(found, right), **common)
         for order in ORDERS:
-            (flags, peaks), seconds = time_run(partial(exact_block, groups, order))
+            (flags, peaks), seconds = time_run(partial(run_exact_block, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
             own |= error_counts(flags, right[0]) | engine_disagreement(name, groups, flags, right[0])
-            own["rotation_error"] = rotation_error(flags, peaks, *right)
+            own["rotation_error"] = median_rotation_error(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
 
 
-def engine_disagreement(name: str, groups: Sequence[Group], flags: Flags, right: Flags) -> Row:
+def engine_disagreement(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
     """Return the number of cases that the engines also run, and of those with another flag or side, as columns."""
     some, known = (every_nth_value(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
     return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
-def against_exact_sliding() -> Iterator[Row]:
+def measure_against_exact_sliding() -> Iterator[Row]:
     """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
     groups = slide_groups()
     exact = np.array([
-        slide(group.wave(index), group.motion.sampling_interval, group.case(index)["friction"])[0]
+        sliding_displacement(group.wave(index), group.motion.sampling_interval, group.case(index)["friction"])[0]
         for group in groups
         for index in range(group.cases.size)
     ])  # fmt: skip
@@ -257,13 +257,13 @@ def against_exact_sliding() -> Iterator[Row]:
         yield setting.row("sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error)
 
 
-def engines_against_rigid_rocking() -> Iterator[Row]:
+def measure_engines_against_rigid_rocking() -> Iterator[Row]:
     """Compare installed engines, over their time steps, with Housner's block for cases that cannot slide."""
-    engines, against = installed(ENGINES), {"against": "rigid rocking", "default": 0}
+    engines, against = installed_engines(ENGINES), {"against": "rigid rocking", "default": 0}
     if not engines:  # without engines the table has one row that states it
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
-    for name, every in rigid_sets().items():
+    for name, every in rigid_block_sets().items():
         kept, right = select_robust_cases(every)
         few, flags = every_nth_case(kept, ENGINES_EVERY[name]), every_nth_value(kept, right[0], ENGINES_EVERY[name])
         for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
@@ -273,22 +273,22 @@ def engines_against_rigid_rocking() -> Iterator[Row]:
             yield {"cases_of": name, **against, **own, **error_counts(sides, flags)}
 
 
-def _sides(engine: Engine, groups: Sequence[Group], step: float) -> Flags:
+def _sides(engine: Engine, groups: Sequence[CaseGroup], step: float) -> Flags:
     sides = [_side(engine, group, index, step) for group in groups for index in range(group.cases.size)]
     return np.array(sides, np.int8)
 
 
-def _side(engine: Engine, group: Group, index: int, step: float) -> int:
+def _side(engine: Engine, group: CaseGroup, index: int, step: float) -> int:
     case, interval = group.case(index), group.motion.sampling_interval
     return side_of_block(engine, group.wave(index), interval, case["height"], case["b_over_h"], case["friction"], step)
 
 
 PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
-    "rocking": [partial(against_finer_steps, "rocking")],
-    "sliding": [partial(against_finer_steps, "sliding")],
-    "stiffness": [partial(over_stiffness, "rocking"), partial(over_stiffness, "sliding")],
-    "rigid": [against_rigid_rocking, against_exact_sliding],
-    "energy": [energy_balance],
-    "peers": [engines_against_rigid_rocking],
+    "rocking": [partial(measure_against_finer_steps, "rocking")],
+    "sliding": [partial(measure_against_finer_steps, "sliding")],
+    "stiffness": [partial(measure_over_stiffness, "rocking"), partial(measure_over_stiffness, "sliding")],
+    "rigid": [measure_against_rigid_rocking, measure_against_exact_sliding],
+    "energy": [measure_energy_balance],
+    "peers": [measure_engines_against_rigid_rocking],
 }
 """Measurements by part; each part is a table that can be computed independently."""

@@ -118,7 +118,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 
 
 def count_ensemble_cells(model: Model, ensemble_settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
-    """Count for each record the cells, repeated cells, cells with runs that disagree or fall to both sides, and runs."""
+    """Count cells for each record: all, repeated, with runs that disagree, with falls to both sides; and their runs."""
     found, half = model.ensemble_disagreement(cube), cube.isel({model.direction: model.distinct_direction_index(cube)})
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 

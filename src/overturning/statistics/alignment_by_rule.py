@@ -46,7 +46,7 @@ def alignment_by_rule(
     """Compute the alignment of falls with the fault normal under each rule that selects blocks, by group of records.
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
-    alignment is that of the rule `fall_counting_rule(cube)`.
+    alignment is that of the rule `block_rule_of_model(cube)`.
 
     Parameters
     ----------

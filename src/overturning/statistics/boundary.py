@@ -110,7 +110,9 @@ def easiest_azimuth(boundaries: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     grid = np.asarray(b_over_h, dtype=np.float64)
     period = azimuth_period_deg(boundaries)
     index = distinct_plane_positions(boundaries["azimuth"].values, period)
-    planes = boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
+    planes = (
+        boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
+    )
     weight = plane_weight(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
     edge = edge.where(~planes["stands_throughout"], grid.min())

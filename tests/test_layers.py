@@ -23,6 +23,7 @@ LAYERS = [
     "dem",
     "study",
     "labels",
+    "translation",
     "statistics",
     "figures",
     "surveys",

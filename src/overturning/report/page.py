@@ -13,7 +13,8 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.figures.page import film_player_script, read_template
-from overturning.report.render import container_of, parse_inline, picture_of, read_labels
+from overturning.report.render import container_of, parse_inline, picture_of
+from overturning.translation.texts import read_labels
 
 LAZY: Final = "fold"
 """Container whose figures are images, which a browser reads when they come into view."""
@@ -70,7 +71,7 @@ class _Page:
     figures, films : mapping
         Files of the figures, and elements of the films, by name.
     labels : mapping
-        Words of the language; see `overturning.report.render.read_labels`.
+        Words of the language; see `overturning.translation.texts.read_labels`.
     """
 
     def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:

@@ -12,13 +12,11 @@ from urllib.parse import unquote
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
-from overturning.report.render import container_of, parse_inline, picture_of, read_labels
+from overturning.report.render import container_of, parse_inline, picture_of
+from overturning.translation.texts import check_font, installed_fonts, read_labels
 
 LEFT_OUT: Final = ("fold", "page")
 """Containers that paper does not show."""
-
-FONTS: Final = {"ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP"))}
-"""Debian package with the fonts of a language, and their names, if typst has none."""
 
 
 def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
@@ -38,14 +36,15 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
     Raises
     ------
     ResultError
-        If a figure cannot be read, or if a font of the language is missing.
+        If a figure cannot be read.
+    MissingDataError
+        If there is no font of the language.
     """
     import typst
 
     files: dict[str, str] = {}
-    package, fonts = FONTS.get(language, ("", ()))
-    if fonts and not set(fonts) & set(typst.Fonts(include_system_fonts=True).families()):
-        raise ResultError(f"PDF in the language {language}: no font for it; install the Debian package {package}")
+    check_font(language, "PDF of the report")
+    fonts = installed_fonts(language)
     words = {kind: read_labels(language)[kind] for kind in ("figure", "table")}
     data = {
         "title": title,

@@ -1,16 +1,13 @@
 """Text of the report: from findings through the templates of a language to Markdown and its tokens."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
-from importlib import resources
 from itertools import count
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 import jinja2
-import yaml
 from markdown_it import MarkdownIt
 from markdown_it.tree import SyntaxTreeNode
 from markupsafe import Markup
@@ -20,18 +17,12 @@ from pydantic import BaseModel
 
 from overturning.errors import ResultError
 from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
-from overturning.study.evaluation import Language
-
-LANGUAGES: Final[tuple[str, ...]] = get_args(Language)
-"""Languages of the templates, by their code of ISO 639-1."""
+from overturning.translation.texts import LANGUAGES, label, read_labels, translate
 
 CONTAINERS: Final = (
     "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
 )  # fmt: skip
 """Containers of the Markdown (``::: name text``): how a part of the text looks, or on which medium it is shown."""
-
-NUMBER: Final = re.compile(r"\d+(?:\.\d+)?")
-"""Number inside a name."""
 
 SPECIAL: Final = frozenset("\\`*_{}[]<>#|~!&$\"'^:")
 """Characters with a meaning in Markdown."""
@@ -109,27 +100,10 @@ def environment(language: str) -> jinja2.Environment:
     )
     loaded.filters |= FILTERS
     loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
-    loaded.filters["label"] = partial(label, labels=labels)
+    loaded.filters["label"] = partial(label, table=labels)
+    loaded.filters["translated"] = partial(translate, language=language)
     loaded.tests["infinite"] = math.isinf
     return loaded
-
-
-def label(text: str, labels: Mapping[str, str]) -> str:
-    """Return the words of a language for a name, or the name if there are none.
-
-    Numbers of a name may be left open: "B/H {} to {}" is the entry of "B/H 0.1 to 0.2".
-    """
-    if text in labels:
-        return labels[text]
-    return labels.get(NUMBER.sub("{}", text), text.replace("{", "{{").replace("}", "}}")).format(*NUMBER.findall(text))
-
-
-@cache
-def read_labels(language: str) -> dict[str, str]:
-    """Return the labels of a language: its words for the names that findings contain."""
-    text = resources.files("overturning").joinpath("report", "templates", language, "labels.yaml")
-    labels: dict[str, str] = yaml.safe_load(text.read_text(encoding="utf-8"))
-    return labels
 
 
 def escape_markdown(value: Any) -> Markup:

@@ -58,7 +58,9 @@ class Study(StrictModel):
         "`scene`, `site`: effect of vertical motion, of another scene or of another site, case by case, compared with "
         "the variant `primary.against`. `survey`: comparison of the study with a survey or a publication",
     )
-    language: Language = Field(default="en", description="language of the report: English (`en`) or Japanese (`ja`)")
+    language: Language = Field(
+        default="en", description="language of report, figures, films and explorer: English (`en`) or Japanese (`ja`)"
+    )
     primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
     processing: Steps | None = Field(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 PACKAGE: Final = Path(__file__).parents[1]
-_KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2"}
+_KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2", ".yaml"}
 
 
 @cache

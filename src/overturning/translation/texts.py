@@ -1,0 +1,190 @@
+"""Translation of visible texts from English, by the tables of a language in ``tables``.
+
+The program writes its texts in English. A table maps an English text to its translation; an English text without an
+entry, such as the name of a station, stays as it is. In an entry ``{}`` stands for a number, and ``{name}`` for a text
+that is translated by itself: "falls towards {azimuth} at {} s". The first entry that fits a text is used.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache, lru_cache
+from importlib import resources
+from typing import Any, Final, NamedTuple, get_args
+
+from overturning.errors import ArgumentError, MissingDataError
+from overturning.study.evaluation import Language
+
+LANGUAGES: Final[tuple[str, ...]] = get_args(Language)
+"""Languages of reports, figures and pages, by their code of ISO 639-1."""
+
+ENGLISH: Final = "en"
+"""Language in which the program writes its texts."""
+
+SEPARATORS: Final = ("; ", ", ", ": ")
+"""Separators of a list: parts between them are translated by themselves if there is no entry for the whole text."""
+
+FONTS: Final = {"ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP", "IPAexGothic", "IPAGothic"))}
+"""Debian package with the fonts of a language, and the names of fonts that have its characters."""
+
+_FIELD: Final = re.compile(r"\{(\w*)\}")
+_NUMBER: Final = r"[+−–-]?\d[\d,]*(?:\.\d+)?(?:e[+−-]?\d+)?"
+
+_language: ContextVar[str] = ContextVar("language", default=ENGLISH)
+
+
+def check_language(language: str) -> None:
+    """Raise an error that names the languages if there is no translation into a language."""
+    if language not in LANGUAGES:
+        raise ArgumentError(f"language {language}: no report in this language; choose one of {', '.join(LANGUAGES)}")
+
+
+@contextmanager
+def visible_language(language: str | None) -> Iterator[None]:
+    """Translate visible texts into a language inside the block; None stands for English.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no translation into the language.
+    """
+    check_language(language or ENGLISH)
+    token = _language.set(language or ENGLISH)
+    try:
+        yield
+    finally:
+        _language.reset(token)
+
+
+def current_language() -> str:
+    """Return the code of the language into which visible texts are translated."""
+    return _language.get()
+
+
+@cache
+def read_table(language: str, name: str) -> dict[str, str]:
+    """Return a table of a language: ``labels``, ``figures`` or ``explorer``; empty if the language has none."""
+    import yaml
+
+    path = resources.files("overturning").joinpath("translation", "tables", language, f"{name}.yaml")
+    table: dict[str, str] = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return table
+
+
+def read_labels(language: str) -> dict[str, str]:
+    """Return the labels of a language: its words for the names that findings contain."""
+    return read_table(language, "labels")
+
+
+@cache
+def _visible_table(language: str) -> dict[str, str]:
+    """Return the words of a language for figures and films, which include its labels."""
+    return read_labels(language) | read_table(language, "figures")
+
+
+def label(text: str, table: Mapping[str, str]) -> str:
+    """Return the translation of a text that has an entry of its own in a table, or the text if it has none."""
+    found = _entry_translation(text, tuple(table.items()))
+    return text if found is None else found
+
+
+def translate(text: str, language: str | None = None) -> str:
+    """Return a visible text in a language, by default the current one; parts without an entry stay as they are.
+
+    Lines of a text that have an entry only together, since a sentence was broken, are translated together.
+    """
+    language = language or current_language()
+    return text if language == ENGLISH else _translate_lines(text, tuple(_visible_table(language).items()))
+
+
+def translate_strings(data: Any, language: str | None = None) -> Any:
+    """Return plain data (dictionaries, lists, texts, numbers) with translated texts; packed ``data`` stays as it is."""
+    if isinstance(data, str):
+        return translate(data, language)
+    if isinstance(data, dict):
+        return {key: one if key == "data" else translate_strings(one, language) for key, one in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [translate_strings(one, language) for one in data]
+    return data
+
+
+def installed_fonts(language: str) -> list[str]:
+    """Return the names of the installed fonts of a language; empty for one that the own fonts of figures can write."""
+    import typst
+
+    _, names = FONTS.get(language, ("", ()))
+    families = set(typst.Fonts(include_system_fonts=True).families()) if names else set()
+    return [name for name in names if name in families]
+
+
+def check_font(language: str, file_name: str) -> None:
+    """Raise an error that names the Debian package if a file needs a font of a language, and none is installed."""
+    if language in FONTS and not installed_fonts(language):
+        raise MissingDataError(
+            f"{file_name}: no font for the language {language}; install the Debian package {FONTS[language][0]}"
+        )
+
+
+class _Entry(NamedTuple):
+    """Entry of a table that contains fields."""
+
+    pattern: "re.Pattern[str]"
+    names: tuple[str, ...]  # of the fields in the English text; "" for a number
+    translation: str
+
+
+@lru_cache(maxsize=8)
+def _entries_with_fields(table: tuple[tuple[str, str], ...]) -> tuple[dict[str, str], list[_Entry]]:
+    """Return a table as a dictionary, and its entries with fields in their order."""
+    found = []
+    for english, translation in table:
+        fixed, names = _FIELD.split(english)[::2], tuple(_FIELD.findall(english))
+        if names:
+            parts = [r"\s+".join(map(re.escape, re.split(r"\s+", part))) for part in fixed]
+            fields = (f"(?P<{name}>[^;:]*?[^;:,])" if name else f"({_NUMBER})" for name in names)
+            pattern = parts[0] + "".join(field + part for field, part in zip(fields, parts[1:], strict=True))
+            found.append(_Entry(re.compile(pattern), names, translation))
+    return dict(table), found
+
+
+@lru_cache(maxsize=4096)
+def _entry_translation(text: str, table: tuple[tuple[str, str], ...]) -> str | None:
+    """Return the translation of a text by an entry of a table; None if there is no such entry."""
+    exact, entries = _entries_with_fields(table)
+    if text in exact:
+        return exact[text]
+    if (joined := " ".join(text.split("\n"))) in exact:  # a line that was broken
+        return exact[joined]
+    for entry in entries:
+        if match := entry.pattern.fullmatch(text):
+            numbers = [one for one, name in zip(match.groups(), entry.names, strict=True) if not name]
+            named = {name: _translate_lines(one, table) for name, one in match.groupdict().items()}
+            return entry.translation.format(*numbers, **named)
+    return None
+
+
+def _translate_lines(text: str, table: tuple[tuple[str, str], ...]) -> str:
+    """Return a text translated line by line; lines that have an entry only together are translated together."""
+    lines, translated, start = text.split("\n"), list[str](), 0
+    while start < len(lines):
+        for end in range(start + 1, len(lines) + 1):
+            if (found := _entry_translation("\n".join(lines[start:end]), table)) is not None:
+                translated.append(found)
+                break
+        else:
+            end = start + 1
+            translated.append(_translate_list(lines[start], table))
+        start = end
+    return "\n".join(translated)
+
+
+def _translate_list(text: str, table: tuple[tuple[str, str], ...]) -> str:
+    """Return a text whose parts between separators are translated; unchanged if none of them has an entry."""
+    for separator in SEPARATORS:
+        parts = text.split(separator)
+        if len(parts) > 1:
+            translated = [_translate_lines(part, table) for part in parts]
+            if translated != parts:
+                return dict(table).get(separator, separator).join(translated)
+    return text

@@ -1,0 +1,115 @@
+"""Tables of words: complete, with the placeholders of the English texts, and without English words left over."""
+
+import re
+from importlib import resources
+
+import pytest
+
+from overturning.errors import ArgumentError, MissingDataError
+from overturning.figures import film_words
+from overturning.translation import texts
+from overturning.translation.texts import (
+    LANGUAGES,
+    check_font,
+    read_table,
+    translate,
+    translate_strings,
+    visible_language,
+)
+
+ENGLISH = re.compile(r"[A-Za-z]{3,}")
+SYMBOLS = {
+    *("PGA", "PGV", "Gal", "cos", "RotD", "Home", "End", "Shift", "Esc", "Rinaldi"),
+}
+"""Words that stay in every language: symbols, units, keys."""
+
+FIELD = re.compile(r"\{(\w*)\}")
+
+
+def english_words(text: str) -> set[str]:
+    """Return the words of a text in Latin letters that are no symbols."""
+    return {word for word in ENGLISH.findall(FIELD.sub("", text)) if word not in SYMBOLS}
+
+
+@pytest.mark.parametrize("name", ["labels", "figures", "explorer"])
+def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name: str) -> None:
+    for english, translation in read_table("ja", name).items():
+        assert not english_words(translation), translation
+        before, after = FIELD.findall(english), FIELD.findall(translation)
+        if english in {"figure", "table"}:  # keys of words that have no English text of their own
+            continue
+        if name == "explorer" or any(one.isdigit() for one in after):
+            numbers = [one for one in before if one == ""]
+            expected = {str(place) for place in range(len(numbers))} or {one for one in before if one.isdigit()}
+            assert {one for one in after if one.isdigit()} == expected, english
+        else:
+            assert sorted(before) == sorted(after), english
+
+
+def test_every_language_has_the_words_that_reports_need() -> None:
+    for language in LANGUAGES:
+        assert {"to", "figure", "table", "azimuth"} <= read_table(language, "labels").keys()
+
+
+def test_the_explorer_scripts_and_their_table_have_the_same_texts() -> None:
+    folder = resources.files("overturning").joinpath("figures", "templates")
+    scripts = [one for one in folder.iterdir() if one.name.startswith("explore") and one.name.endswith(".js")]
+    script = re.sub(r'" \+\s*"', "", "\n".join(one.read_text(encoding="utf-8") for one in scripts))
+    table = read_table("ja", "explorer")
+    said = {text for pair in re.findall(r'say\((?:[^"()]|\(\))*"([^"]*)"(?:\s*: "([^"]*)")?', script) for text in pair}
+    assert said - {""} <= table.keys()
+    literals = set(re.findall(r'"([^"]*)"', script))
+    names = {"record", "height", "aspect", "friction", "element", "colour", "b_over_h", "azimuth", "orientation"}
+    assert table.keys() - names <= literals
+
+
+def test_texts_of_films_and_players_are_translated() -> None:
+    several = (film_words.PLAYER, film_words.COMPONENTS)
+    told = [text for table in several for text in table.values()]
+    told += [film_words.KEYS, film_words.FRAME_NOTE, film_words.SPACE_NOTE, film_words.NO_OUTCOME]
+    told += [*film_words.STRIP, *film_words.STRIP_MIXED, *film_words.STRIP_STANDING]
+    assert not set().union(*(english_words(translate(text, "ja")) for text in told))
+
+
+@pytest.mark.parametrize(
+    ("english", "japanese"),
+    [
+        ("stands", "非転倒"),
+        ("falls towards N60°E at 2.10 s", "2.10 s に N60°E へ転倒"),
+        ("2 of 3 fall: shaft falls towards N at 1.00 s; cross falls towards S at 2.00 s",
+         "3 個中 2 個が転倒：1.00 s に棹石が N へ転倒；2.00 s に石の十字架が S へ転倒"),
+        ("N30°E: falls", "N30°E：転倒"),
+        ("Rinaldi, Northridge 1994", "Rinaldi, Northridge 1994"),
+        ("A stone, Quake\nradius: slenderness B/H", "A stone, Quake\n半径：幅高さ比 B/H"),
+        ("no fall in a\nknown direction", "方向の分かる転倒なし"),
+        ("stands; leans to 91 % of the angle at which it would topple", "転倒せず、転倒角の 91 % まで傾く"),
+        ("A square stone 18 cm wide and 60 cm high, friction 0.7, facing N30°E, under the record of A, B 1994, "
+         "without its vertical motion",
+         "幅 18 cm、高さ 60 cm の正方形断面の墓石、摩擦係数 0.7、N30°E 向き、A, B 1994 の記録、上下動なし"),
+        ("clay-10-m, vale: north not converged (last change 1.2 %), strain 0.1 %",
+         "粘土層 10 m、vale：南北成分は収束せず(最終変化 1.2 %)、ひずみ 0.1 %"),
+    ],
+)  # fmt: skip
+def test_composed_texts_are_translated_by_their_parts(english: str, japanese: str) -> None:
+    assert translate(english, "ja") == japanese
+    assert translate(english) == english
+
+
+def test_packed_data_and_numbers_are_not_translated() -> None:
+    data = {"title": "stands", "rows": [{"data": "stands", "scale": 1.5}], "free": True}
+    assert translate_strings(data, "ja") == data | {"title": "非転倒"}
+
+
+def test_the_language_holds_inside_the_block() -> None:
+    with visible_language("ja"):
+        assert translate("stands") == "非転倒"
+    assert translate("stands") == "stands"
+    with pytest.raises(ArgumentError, match="choose one of en, ja"), visible_language("de"):
+        pass
+
+
+def test_a_missing_font_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(texts, "installed_fonts", lambda _: [])
+    check_font("en", "a.png")
+    with pytest.raises(MissingDataError, match=r"^a\.png: .*install the Debian package fonts-noto-cjk$"):
+        check_font("ja", "a.png")

@@ -1,9 +1,11 @@
 """Films as GIF or MP4 files."""
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from shutil import which
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -11,8 +13,10 @@ from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, free_body_extent, vertex_paths
 from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
 from overturning.figures.film_words import SPEEDS, movie_title
-from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
+from overturning.figures.style import FALLS, INK, SERIES, SETTINGS, caption, grid, labels, style
+from overturning.figures.svg_translation import break_lines
 from overturning.files import atomic_write, check_output_path
+from overturning.translation.texts import ENGLISH, FONTS, current_language, translate
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -23,6 +27,9 @@ SPEED = next(iter(SPEEDS))
 0.1 s, a multiple of the unit of a GIF."""
 
 KINDS = (".gif", ".mp4")
+
+_CJK_FILE: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
+"""Part of the path of a font that may have Japanese characters."""
 
 
 def check_movie(path: Path, *, in_space: bool) -> None:
@@ -41,6 +48,7 @@ def write_film_movie(film: Film, path: Path) -> None:
 
     Raises the errors of `check_movie`, and an `ArgumentError` for any other extension.
     """
+    import matplotlib as mpl
     from matplotlib import animation
 
     kind = path.suffix.lower()
@@ -50,6 +58,9 @@ def write_film_movie(film: Film, path: Path) -> None:
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     with style(), atomic_write(path) as part:
+        if current_language() != ENGLISH:
+            mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], drawing_font(path.name)]
+            film = _translate_film(film)
         figure, show = _stage(film)
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
@@ -65,13 +76,43 @@ def write_film_movie(film: Film, path: Path) -> None:
             named.unlink(missing_ok=True)
 
 
+def drawing_font(file_name: str) -> str:
+    """Return the name of a font of the current language for Matplotlib; an error names the Debian package."""
+    from matplotlib import font_manager
+
+    language = current_language()
+    package, names = FONTS[language]
+    known = {one.fname for one in font_manager.fontManager.ttflist}
+    for path in font_manager.findSystemFonts():  # the list of fonts that Matplotlib keeps may be older than the font
+        if path not in known and _CJK_FILE.search(path):
+            font_manager.fontManager.addfont(path)
+    listed = {one.name for one in font_manager.fontManager.ttflist}
+    if found := [name for name in names if name in listed and "Serif" not in name]:
+        return found[0]
+    raise MissingDataError(f"{file_name}: no font for the language {language}; install the Debian package {package}")
+
+
+def _translate_film(film: Film) -> Film:
+    """Return a film with headings and outcomes in the current language; its title is translated with its speed."""
+    panels = (replace(panel, title=translate(panel.title), outcome=translate(panel.outcome)) for panel in film.panels)
+    return replace(film, panels=tuple(panels))
+
+
+def _movie_title(film: Film, width: float) -> str:
+    """Return the title of a movie, with line breaks in Japanese for a width in inches."""
+    title = movie_title(film.title, SPEEDS[SPEED])
+    if current_language() == ENGLISH:
+        return title
+    return "\n".join(break_lines([translate(title)], 72.0 * width / 10.5, 20))
+
+
 def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
     """Return a figure of the film, and a function that moves its artists to a frame."""
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
     figure, panels = grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
-    caption(figure, movie_title(film.title, SPEEDS[SPEED]))
+    caption(figure, _movie_title(film, figure.get_figwidth()))
     left, right, bottom, top = free_body_extent(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
@@ -91,7 +132,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
         time = np.arange(panel.acceleration.size) * panel.sampling_interval
         trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
         trace.set(xlim=(film.start, max(film.end, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
-        labels(trace, "time, s", "Gal")
+        labels(trace, translate("time, s"), "Gal")
         mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
         draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, shapes, mark, scene.set_xlabel(" ", fontsize=8)))

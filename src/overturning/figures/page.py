@@ -11,6 +11,7 @@ from typing import Any
 from overturning.figures.film import Film
 from overturning.figures.film_words import KEYS
 from overturning.files import write_text
+from overturning.translation.texts import ENGLISH, current_language, translate, translate_strings
 
 
 def read_template(name: str, subpackage: str = "figures") -> str:
@@ -45,7 +46,7 @@ def render_page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
 
 
 def film_element(data: dict[str, Any], strip: Path | None = None, alt: str = "") -> str:
-    """Return the HTML element of a film, which `player_script` turns into a player.
+    """Return the HTML element of a film, which `player_script` turns into a player, in the current language.
 
     Parameters
     ----------
@@ -61,7 +62,8 @@ def film_element(data: dict[str, Any], strip: Path | None = None, alt: str = "")
         kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip.suffix]
         source = f"data:{kind};base64,{b64encode(strip.read_bytes()).decode('ascii')}"
         shown = f'<figure class="film-strip"><img alt="{escape(alt)}" src="{source}"></figure>'
-    return f'<div class="film"><script type="application/json">{json_for_script(data)}</script>{shown}</div>'
+    texts = json_for_script(translate_strings(data) if current_language() != ENGLISH else data)
+    return f'<div class="film"><script type="application/json">{texts}</script>{shown}</div>'
 
 
 def film_page(film: Film) -> str:
@@ -75,8 +77,13 @@ def film_page(film: Film) -> str:
     with TemporaryDirectory() as folder, style():
         strip = Path(folder) / "strip.svg"
         save(strip_figure(film, titled=False), strip)
-        player = Markup(film_element(film.data(), strip, film.title))
-    about = {"film": film, "player": player, "keys": KEYS}
+        player = Markup(film_element(film.data(), strip, translate(film.title)))
+    about = {
+        "title": translate(film.title),
+        "player": player,
+        "keys": [translate(one) for one in (KEYS, film.panels[0].keys)],
+        "language": current_language(),
+    }
     return render_page("film.html.j2", read_template("player.css"), film_player_script(), {}, **about)
 
 

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.errors import ArgumentError
 from overturning.figures.style import DPI, METADATA, SETTINGS, style
 from overturning.figures.svg import compact_svg
+from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
 from overturning.quantities import parse_quantity
 from overturning.study.evaluation import FORMATS, Figures
+from overturning.translation.texts import ENGLISH, check_font, current_language
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,40 +55,50 @@ def save(
     for path in paths:
         kind = path.suffix.removeprefix(".")
         with atomic_write(path) as part:
-            if kind == "pdf" and scale != 1.0:
-                _save_scaled_pdf(figure, part, scale, dpi)
+            if kind != "svg" and ((scale != 1.0 and kind == "pdf") or current_language() != ENGLISH):
+                _save_by_typst(figure, part, kind, scale, dpi)
                 continue
             figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
             if kind == "svg":
-                text = compact_svg(part.read_text(encoding="utf-8"))
+                text = translate_svg(compact_svg(part.read_text(encoding="utf-8")))
                 if scale != 1.0:  # change the size of the page; the coordinates inside stay the same
                     size = r'(?<==")([\d.]+)(?=pt")'
                     text = re.sub(size, lambda one: f"{scale * float(one[0]):.2f}", text, count=2)
                 part.write_text(text, encoding="utf-8")
 
 
-def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> None:
-    """Write a figure as a PDF page scaled by a factor, by placing its SVG with typst."""
+def _save_by_typst(figure: "Figure", path: Path, kind: str, scale: float, dpi: float) -> None:
+    """Write a figure as a PDF page or as PNG, scaled by a factor, by placing its SVG with typst.
+
+    A `MissingDataError` is raised if there is no font of the current language.
+    """
     import matplotlib
     import matplotlib.font_manager
     import typst
 
+    translated = current_language() != ENGLISH
+    if translated:
+        check_font(current_language(), path.name)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        figure.savefig(folder / "figure.svg", format="svg", metadata=METADATA["svg"], dpi=dpi * scale)
+        drawing = folder / "figure.svg"
+        figure.savefig(drawing, format="svg", metadata=METADATA["svg"], dpi=dpi * scale)
+        if translated:
+            drawing.write_text(translate_svg(drawing.read_text(encoding="utf-8")), encoding="utf-8")
         wide, high = (72.0 * scale * inches for inches in figure.get_size_inches())
         page = f"#set page(width: {wide:.3f}pt, height: {high:.3f}pt, margin: 0pt)\n"
         (folder / "page.typ").write_text(page + '#image("figure.svg", width: 100%)\n', encoding="utf-8")
         families = [one for one in matplotlib.rcParams["font.family"] if one != "sans-serif"]
         fonts = sorted({Path(matplotlib.font_manager.findfont(one)).parent for one in families})
+        options: dict[str, Any] = {"format": kind, "ppi": dpi} if kind == "png" else {"format": kind}
         path.write_bytes(
             typst.compile(
                 folder / "page.typ",
                 root=folder,
-                format="pdf",
-                ignore_system_fonts=True,
+                ignore_system_fonts=not translated,
                 font_paths=list(fonts),
                 timestamp=0,
+                **options,
             )
         )
 

@@ -1,0 +1,165 @@
+"""Figures and films in Japanese: every visible word is translated, at the place of the English one."""
+
+import json
+import re
+from collections.abc import Callable
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from overturning.figures.backwards import motion_posterior_figure
+from overturning.figures.fall_rate import fall_rate_figure
+from overturning.figures.film_movie import write_film_movie
+from overturning.figures.film_strip import strip_figure
+from overturning.figures.history import history_figure
+from overturning.figures.maps import map_figure
+from overturning.figures.page import film_page
+from overturning.figures.response import axis_figure
+from overturning.figures.rose import rose_figure
+from overturning.figures.scene import scenes_figure
+from overturning.figures.style import style
+from overturning.figures.svg_translation import break_lines, translate_svg
+from overturning.figures.write import save
+from overturning.model.scene import gravestone
+from overturning.records.processing import Highpass, RemoveMean, process_record
+from overturning.statistics.fragility import FittedFragilityCurve
+from overturning.translation import texts
+from overturning.translation.texts import MissingDataError, visible_language
+from tests.figures import test_answer_figures as answers
+from tests.figures.films import falling_body, two_panels
+from tests.figures.test_explore import space_cube
+from tests.figures.test_further_figures import FIGURES, cube, motion
+from tests.figures.test_history import raw
+from tests.figures.test_roses import summary
+from tests.translation.test_tables import english_words
+
+NAMES = {
+    *("Station", "earthquake", "script", "long", "station", "name", "with", "and", "Here", "Then", "StationOnMap"),
+    *("Western", "Tottori", "ttrh", "survey", "csv", "block", "pulse", "without", "Test", "ruin", "rinaldi", "frame"),
+    *("The", "moves", "the", "base", "normal", "Quake"),
+}
+"""Names of the tests' stations, earthquakes, surveys and films, which no table translates."""
+
+
+def processed() -> Figure:
+    before = raw()
+    return history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
+
+
+def in_space() -> Figure:
+    return map_figure(space_cube().isel(record=0).drop_vars("station", errors="ignore"), "Station")
+
+
+def posterior() -> Figure:
+    value = np.linspace(0.1, 1, 20)
+    strength = {"PGV, cm/s": (value, value, value, (0.2, np.inf))}
+    return motion_posterior_figure("survey.csv", np.full(36, 1 / 36), (20.0, 40.0), {"rinaldi": 1.0}, strength)
+
+
+def rates() -> Figure:
+    curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
+    level = np.geomspace(10, 100, 12).reshape(4, 3)
+    return fall_rate_figure(level / 100, level, curve, 4.6 + level / 50)
+
+
+DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
+    "alignments": answers.alignments,
+    "references": answers.references,
+    "contrast": answers.contrast,
+    "history": processed,
+    "history as read": lambda: history_figure(raw(), raw()),
+    "mean axis": lambda: rose_figure(cube(), {"all records": summary(20.0, 10.0)}),
+    "map in space": in_space,
+    "axis": lambda: axis_figure(falling_body(motion()), motion(), "Station"),
+    "strip": lambda: strip_figure(two_panels()),
+    "scenes": lambda: scenes_figure([gravestone()]),
+    "posterior": posterior,
+}
+
+
+def svg_texts(svg: str) -> str:
+    """Return all texts of an SVG file."""
+    return " ".join(unescape(one) for one in re.findall(r"<text [^>]*>([^<]*)</text>", svg))
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
+    with style():
+        save(DRAWN[name](), tmp_path / "en.svg")
+        with visible_language("ja"):
+            save(DRAWN[name](), tmp_path / "ja.svg")
+    english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
+    assert not english_words(svg_texts(japanese)) - NAMES
+    assert re.search("[ぁ-んァ-ン一-龥]", svg_texts(japanese))
+    assert translate_svg(english, "ja") == japanese  # also later, from a file
+    # Nothing but texts differs.
+    drawing = re.compile(r"<(?:path|use|image) [^>]*>")
+    assert drawing.findall(english) == drawing.findall(japanese)
+
+
+@pytest.mark.parametrize("kind", ["png", "pdf"])
+def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(texts, "installed_fonts", lambda _: [])
+    path = tmp_path / f"a.{kind}"
+    with style(), visible_language("ja"):
+        with pytest.raises(MissingDataError, match="install the Debian package fonts-noto-cjk"):
+            save(answers.contrast(), path)
+        assert not path.exists()
+        save(answers.contrast(), tmp_path / "a.svg")  # the page needs none
+
+
+def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: Path) -> None:
+    from PIL import Image
+
+    if not texts.installed_fonts("ja"):
+        pytest.skip("no Japanese font")
+    with style():
+        save(answers.contrast(), tmp_path / "en.png")
+        with visible_language("ja"):
+            save(answers.contrast(), tmp_path / "ja.png", tmp_path / "ja.pdf")
+    with Image.open(tmp_path / "en.png") as english, Image.open(tmp_path / "ja.png") as japanese:
+        assert np.abs(np.subtract(english.size, japanese.size)).max() <= 1
+    assert (tmp_path / "ja.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_centred_text_stays_centred(tmp_path: Path) -> None:
+    one = '<text style="font-size: 10px; fill: #222222" transform="translate(50 100) rotate(-90)">time, s</text>'
+    two = "".join(
+        f'<text style="font-size: 10px; fill: #222222" transform="translate({x} {y})">{text}</text>'
+        for x, y, text in ((18.0, 10, "along"), (10.0, 22, "the fault"))
+    )
+    rotated, lines = translate_svg(one, "ja"), translate_svg(two, "ja")
+    assert "text-anchor: middle" in rotated
+    assert float(re.findall(r"translate\(50\.00 ([\d.]+)\) rotate\(-90\)", rotated)[0]) < 85
+    assert lines.count("<text") == 1
+    assert "text-anchor: middle" in lines
+
+
+def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
+    assert break_lines(["転倒する墓石。N60°E へ"], 6.0, 5) == ["転倒する墓石。", "N60°E へ"]
+    assert break_lines(["あ" * 30], 10.0, 2) == ["あ" * 16, "あ" * 14]
+
+
+def test_a_film_page_is_japanese(tmp_path: Path) -> None:
+    film = two_panels(title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake")
+    with visible_language("ja"):
+        page = film_page(film)
+    data = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)[0])
+    told = json.dumps([data["title"], data["words"], [(one["title"], one["outcome"]) for one in data["panels"]]])
+    assert not english_words(re.sub(r'"\w+":', "", json.dumps(json.loads(told), ensure_ascii=False))) - NAMES
+    assert '<html lang="ja">' in page
+    assert not english_words(re.findall(r'<p class="film-note">(.*?)</p>', page)[-1])
+    assert '<html lang="en">' in film_page(film)
+
+
+def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if texts.installed_fonts("ja"):
+        with visible_language("ja"):
+            write_film_movie(two_panels(0.2), tmp_path / "a.gif")
+        assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
+    monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
+    with visible_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
+        write_film_movie(two_panels(0.2), tmp_path / "b.gif")

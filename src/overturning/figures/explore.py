@@ -40,6 +40,7 @@ from overturning.study.film_options import film_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
+from overturning.translation.texts import ENGLISH, current_language, read_table, translate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +86,7 @@ def explorer_data(
     model, study = model_of(cube), study_for_presentation(cube, study)
     degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
     turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
-    first = _initial_selection(one, study)
+    first, options = _initial_selection(one, study), film_options(cube)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
@@ -103,7 +104,7 @@ def explorer_data(
     direction = part[model.direction].to_numpy().astype(np.float64)
     return {
         "title": _page_title(one, study),
-        "question": study.question if study else "",
+        "question": translate(study.question) if study else "",
         "space": not model.one_component,
         "mirrors": not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD,
         "records": records,
@@ -118,12 +119,21 @@ def explorer_data(
         "radiusEdges": _json_list(slenderness_edges(part["b_over_h"].to_numpy().astype(np.float64))),
         "steps": {"rotation": turn_step, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
         "ensemble": ensemble_probabilities(one) is not None,
-        "film": film_options(cube),
+        "film": options | {"missing": translate(options["missing"])},
         "colours": {
             "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
             "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
         },
+        **_words(one),
     }  # fmt: skip
+
+
+def _words(one: "xr.Dataset") -> dict[str, dict[str, str]]:
+    """Return the words of the page in the current language, as an entry of its data; none for English."""
+    if (language := current_language()) == ENGLISH:
+        return {}
+    elements = {name: translate(name) for name in one["element"].to_numpy().astype(str).tolist()}
+    return {"words": elements | read_table(language, "explorer")}
 
 
 def _record_metadata(part: "xr.Dataset") -> dict[str, Any]:
@@ -153,7 +163,8 @@ def _direction_edges(direction: FloatArray, planar: bool) -> FloatArray:
 def _page_title(one: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the page: study, variant, and the element to which heights and B/H refer."""
     title = (study.title if study else "") or str(one.attrs.get("title", ""))
-    return ", ".join(filter(None, [title, *variant_label(one), *_reference_note(one)]))
+    parts = filter(None, [title, *variant_label(one), *_reference_note(one)])
+    return translate(", ").join(map(translate, parts))
 
 
 def _initial_selection(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
@@ -184,10 +195,12 @@ def _has_rotation_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
 def explorer_page(data: dict[str, Any], report: str = "") -> str:
     """Return the explorer page (HTML) for `explorer_data`; it is reproducible and loads only files of the records.
 
-    It has a link to a report if the address of one is given.
+    Its texts are in the current language, as those of its data. It has a link to a report if the address of one is
+    given.
     """
     script = "".join(map(read_template, _SCRIPTS))
     shown = {name: data[name] for name in ("title", "question", "space", "mirrors", "ensemble")}
+    shown["language"] = current_language()
     return render_page("explore.html.j2", read_template("explore.css"), script, data, report=report, **shown)
 
 

@@ -5,12 +5,12 @@ function load() {
   held.data = null;
   if (!cube.folder) return hold(index, cube.records[index].cells);
   const file = encodeURIComponent(cube.folder) + "/" + index + ".js";
-  answer.textContent = "Reading " + file + " …";
+  answer.textContent = say("Reading {0} …", file);
   const script = element("script", { src: file }, document.head);
   script.onload = () => { script.remove(); if (index === at.record) show(); };
   script.onerror = () => {
     script.remove();
-    if (index === at.record) answer.textContent = file + " is missing: copy it next to this page.";
+    if (index === at.record) answer.textContent = say("{0} is missing: copy it next to this page.", file);
   };
 }
 
@@ -30,29 +30,29 @@ function choice(name, label, options) {
   if (options.length === 1) box.hidden = true;
 }
 const numbered = (values, text) => { return values.map((value, index) => [index, text(value)]); };
-choice("record", "record", numbered(cube.records, r => r.name));
-choice("height", "height", numbered(cube.height, h => h + " m"));
-choice("aspect", "depth over breadth", numbered(cube.aspect, String));
-choice("friction", "friction µ", numbered(cube.friction, String));
-choice("element", "element", numbered(cube.element, String));
-choice("colour", "colour", offered.map(mode => [mode, MODES[mode][0]]));
+choice("record", say("record"), numbered(cube.records, r => r.name));
+choice("height", say("height"), numbered(cube.height, h => h + " m"));
+choice("aspect", say("depth over breadth"), numbered(cube.aspect, String));
+choice("friction", say("friction µ"), numbered(cube.friction, String));
+choice("element", say("element"), numbered(cube.element, name => say(name)));
+choice("colour", say("colour"), offered.map(mode => [mode, MODES[mode][0]]));
 const doubts = element("p", { class: "note doubts", role: "status" }, root);
 
 // Map, sliders and text.
 const both = element("div", { class: "both" }, root), left = element("div", { class: "map" }, both);
 const map = element("canvas", {
-  tabindex: "0", role: "application", "aria-roledescription": "map", "aria-describedby": "keys",
+  tabindex: "0", role: "application", "aria-roledescription": say("map"), "aria-describedby": "keys",
 }, left);
 const preview = element("p", { class: "preview", "aria-hidden": "true" }, left);
 const legend = element("div", { class: "legend" }, left), sliders = element("div", { class: "sliders" }, left);
 element("p", { class: "note", id: "keys" }, left, (cube.space
-  ? "Across: the orientation, the azimuth that the body faces. Upwards: slenderness B/H. Colour and arrow: "
-    + "the azimuth to which it falls, north up."
-  : (cube.mirrors ? "Angle: the azimuth towards which the block falls, north up, clockwise. "
+  ? say("Across: the orientation, the azimuth that the body faces. Upwards: slenderness B/H. Colour and arrow: the " +
+    "azimuth to which it falls, north up.")
+  : say(cube.mirrors ? "Angle: the azimuth towards which the block falls, north up, clockwise. "
     : "Angle: the azimuth that the scene faces, north up, clockwise, and the block falls towards or away from it. ")
-    + "Radius: slenderness B/H, stouter outwards, on one scale for all records.") +
-  " Hover over a cell to preview it, click or tap it to pin it, or move with the arrow keys: ← → " + TURNS
-  + ", ↑ ↓ B/H. Escape releases the cell.");
+    + say("Radius: slenderness B/H, stouter outwards, on one scale for all records.")) +
+  say(" Hover over a cell to preview it, click or tap it to pin it, or move with the arrow keys: ← → {0}, ↑ ↓ B/H. " +
+    "Escape releases the cell.", say(TURNS)));
 function slider(key, label, count, text) {
   const box = element("label", {}, sliders, label);
   const input = element("input", {
@@ -63,12 +63,12 @@ function slider(key, label, count, text) {
   return c => {
     input.value = at[key];
     output.textContent = text(at[key]);
-    input.setAttribute("aria-valuetext", text(at[key]) + ": " + outcome(c));
+    input.setAttribute("aria-valuetext", say("{0}: {1}", text(at[key]), outcome(c)));
   };
 }
-const showTurn = slider("a", TURNS, A, a => cube.direction[a] + "°"), showRatio = slider("b", "B/H", B, ratio);
+const showTurn = slider("a", say(TURNS), A, a => cube.direction[a] + "°"), showRatio = slider("b", "B/H", B, ratio);
 
-const panel = element("section", { class: "answer", "aria-label": "outcome of the cell" }, both);
+const panel = element("section", { class: "answer", "aria-label": say("outcome of the cell") }, both);
 const answer = element("p", { class: "sentence", "aria-live": "polite" }, panel);
 const pinned = element("p", { class: "pin" }, panel), state = element("span", {}, pinned);
 function button(parent, text, act) {
@@ -87,21 +87,22 @@ async function copy(made, text) {
     box.remove();
     made.focus();
   }
-  made.textContent = done ? "Copied" : "Could not copy: select the text";
+  made.textContent = say(done ? "Copied" : "Could not copy: select the text");
   setTimeout(() => { made.textContent = label; }, 2000);
 }
-const link = button(pinned, "Copy link", () => { copy(link, window.location.href.split("#")[0] + address()); });
-const release = button(pinned, "Release", () => { unpin(); });
+const link = button(pinned, say("Copy link"), () => { copy(link, window.location.href.split("#")[0] + address()); });
+const release = button(pinned, say("Release"), () => { unpin(); });
 
 const more = element("div", { class: "more" }, both);
-element("h2", {}, more, "Film of this cell");
+element("h2", {}, more, say("Film of this cell"));
 const filmed = element("div", { class: "film" }, more);
 const command = element("code", {}, cube.film.missing ? null : filmed);
 if (!cube.film.missing) {
-  const copier = button(filmed, "Copy command", () => { copy(copier, command.textContent); });
+  const copier = button(filmed, say("Copy command"), () => { copy(copier, command.textContent); });
 }
-element("p", { class: "note" }, filmed, cube.film.missing ? "No single command simulates it: " + cube.film.missing + "."
-  : "This command, in the project's folder, simulates the cell and writes the film.");
+element("p", { class: "note" }, filmed, cube.film.missing
+  ? say("No single command simulates it: {0}.", cube.film.missing)
+  : say("This command, in the project's folder, simulates the cell and writes the film."));
 function film() {
   const f = cube.film, record = cube.records[at.record].id, pulse = f.pulses[record];
   const words = ["overturning one --record", pulse ? "'" + pulse + "'" : record, ...f.options,
@@ -115,9 +116,9 @@ function film() {
     element("span", {}, command, word);
   });
 }
-element("h2", {}, more, cube.space ? "At this orientation, by B/H" : "Along this azimuth, by B/H");
-const strip = element("canvas", { role: "img", "aria-label": "probability of falling, by B/H" }, more);
-element("h2", {}, more, "Neighbours");
+element("h2", {}, more, say(cube.space ? "At this orientation, by B/H" : "Along this azimuth, by B/H"));
+const strip = element("canvas", { role: "img", "aria-label": say("probability of falling, by B/H") }, more);
+element("h2", {}, more, say("Neighbours"));
 const near = element("table", {}, more);
 
 // The map without the selected cell is drawn once for each record, block and size.
@@ -189,10 +190,11 @@ function drawStrip() {
   context.strokeRect(at.b * wide + 0.5, 1, wide - 1, height - 2);
   context.textBaseline = "top";
   context.textAlign = "left";
-  context.fillText(cube.space ? "falls" : "falls towards " + bearing(cube.direction[at.a]), 4, 2);
+  context.fillText(say(cube.space ? "falls" : "falls towards {0}", bearing(cube.direction[at.a])), 4, 2);
   context.textBaseline = "bottom";
-  if (!cube.space) context.fillText("falls towards " + bearing(cube.direction[at.a] + 180), 4, height - 2);
+  if (!cube.space) context.fillText(say("falls towards {0}", bearing(cube.direction[at.a] + 180)), 4, height - 2);
 }
+function shortOutcome(c) { return c.computed && c.to !== null ? "→ " + bearing(c.to) : outcome(c); }
 function drawNear() {
   near.textContent = "";
   const closed = !cube.space, head = element("tr", {}, near);
@@ -205,16 +207,17 @@ function drawNear() {
     element("th", { scope: "row" }, row, ratio(b));
     columns.forEach(a => {
       element("td", a === at.a && b === at.b ? { class: "here" } : {}, row,
-        outcome(cell(a, b)).replace("falls towards", "→"));
+        shortOutcome(cell(a, b)));
     });
   }
 }
 function drawState() {
   answer.textContent = sentence(at.a, at.b);
-  map.setAttribute("aria-label", "Map by " + TURNS + " and B/H. " + (at.pinned ? "Pinned: " : "") + answer.textContent);
-  state.textContent = at.pinned ? "Pinned." : "Preview: click a cell of the map to pin it.";
+  const name = say("Map by {0} and B/H. ", say(TURNS)) + (at.pinned ? say("Pinned: ") : "");
+  map.setAttribute("aria-label", name + answer.textContent);
+  state.textContent = say(at.pinned ? "Pinned." : "Preview: click a cell of the map to pin it.");
   link.hidden = release.hidden = !at.pinned;
-  preview.textContent = at.pinned && hovered ? "Under the pointer: " + sentence(...hovered) : "";
+  preview.textContent = at.pinned && hovered ? say("Under the pointer: {0}", sentence(...hovered)) : "";
   Object.keys(selects).forEach(name => { selects[name].value = at[name]; });
 }
 function draw() {

@@ -19,13 +19,13 @@ function readAddress() {
   Object.assign(at, cube.shown, { colour: PLAIN });
   const known = (name, text, names) => {
     const index = names.indexOf(text);
-    if (index < 0) doubts.push("This study has no " + name + " “" + text + "”.");
+    if (index < 0) doubts.push(say("This study has no {0} “{1}”.", say(name), text));
     return index;
   };
   const nearest = (name, text, values) => {
     const value = text.trim() === "" ? NaN : Number(text), turn = name === "azimuth" ? 360 : Infinity;
     if (!Number.isFinite(value)) {
-      doubts.push(name + " “" + text + "” is not a number.");
+      doubts.push(say("{0} “{1}” is not a number.", say(name), text));
       return -1;
     }
     const apart = values.map(one => {
@@ -33,7 +33,7 @@ function readAddress() {
       return turn === 360 ? Math.abs((gap + 180) % 360 - 180) : gap;
     });
     const index = apart.indexOf(Math.min(...apart));
-    if (apart[index] > 1e-6) doubts.push("No " + name + " " + text + " here; the nearest is " + values[index] + ".");
+    if (apart[index] > 1e-6) doubts.push(say("No {0} {1} here; the nearest is {2}.", say(name), text, values[index]));
     return index;
   };
   const take = (name, key, find, values) => {

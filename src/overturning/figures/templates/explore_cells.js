@@ -2,6 +2,10 @@
 const root = document.getElementById("explorer"), cube = JSON.parse(root.querySelector("script").textContent);
 const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S = cube.steps;
 const INK = "#222222", TURN = 2 * Math.PI, TURNS = cube.space ? "orientation" : "azimuth";
+// Words of the page's language for an English text; {0}, {1} … stand for values.
+function say(text, ...values) {
+  return ((cube.words || {})[text] || text).replace(/\{(\d)\}/g, (_, place) => values[place]);
+}
 const sizes = [A, cube.height.length, B, cube.aspect.length, cube.friction.length, cube.element.length];
 // The selection: indices of record, block and cell, the quantity in colour, and whether the cell is pinned.
 const at = {
@@ -52,32 +56,33 @@ function bearing(azimuth) {
   return (north ? "N" : "S") + Math.round(places * angle) / places + "°" + (phi < 180 ? "E" : "W");
 }
 function percent(p) {
-  return p > 0 && p < 0.01 ? "less than 1 %" : p > 0.99 && p < 1 ? "more than 99 %" : Math.round(100 * p) + " %";
+  return p > 0 && p < 0.01 ? say("less than 1 %") : p > 0.99 && p < 1 ? say("more than 99 %")
+    : Math.round(100 * p) + " %";
 }
 function outcome(c) {
-  return !c.computed ? "not simulated" : c.flag === 2 ? "no outcome" : c.to === null ? "stands"
-    : "falls towards " + bearing(c.to);
+  return !c.computed ? say("not simulated") : c.flag === 2 ? say("no outcome") : c.to === null ? say("stands")
+    : say("falls towards {0}", bearing(c.to));
 }
 // Rotations are in units of the critical angle α, or in degrees for elements without one.
 function inDegrees() { return cube.degrees[at.element]; }
 function leaning(c) {
-  if (inDegrees()) return "leans to at most " + c.rotation.toFixed(1) + "°";
-  return "leans to at most " + Math.round(100 * c.rotation) + " % of the angle at which it would topple";
+  if (inDegrees()) return say(" and leans to at most {0}°", c.rotation.toFixed(1));
+  return say(" and leans to at most {0} % of the angle at which it would topple", Math.round(100 * c.rotation));
 }
 function sentence(a, b) {
   const c = cell(a, b), phi = cube.direction[a];
-  const stone = cube.space ? "the body" : "the " + (cube.element[at.element] || "block");
-  const where = (cube.space ? "Facing " : "Motion along ") + bearing(phi) + ", B/H = " + ratio(b) + ": ";
-  if (!c.computed) return where + "this azimuth was not simulated.";
-  if (c.flag === 2) return where + "no outcome was found.";
-  let text = where + stone + " " + outcome(c);
-  if (c.time !== null) text += ", past the point of no return at " + c.time.toFixed(2) + " s";
-  if (c.rotation !== null && c.flag === 0) text += " and " + leaning(c);
-  text += ".";
+  const stone = cube.space ? say("the body") : say("the {0}", say(cube.element[at.element] || "block"));
+  const where = say(cube.space ? "Facing {0}, B/H = {1}: " : "Motion along {0}, B/H = {1}: ", bearing(phi), ratio(b));
+  if (!c.computed) return where + say("this azimuth was not simulated.");
+  if (c.flag === 2) return where + say("no outcome was found.");
+  let text = where + say("{0} {1}", stone, outcome(c));
+  if (c.time !== null) text += say(", past the point of no return at {0} s", c.time.toFixed(2));
+  if (c.rotation !== null && c.flag === 0) text += leaning(c);
+  text += say(".");
   if (!cube.ensemble || !c.ran) return text;
-  text += " With slightly changed motion and block it ";
-  if (c.either === 0) return text + "stands in every run.";
-  if (cube.space) return text + "falls with a probability of " + percent(c.towards) + ".";
-  return text + "falls towards " + bearing(phi) + " with a probability of " + percent(c.towards)
-    + ", towards " + bearing(phi + 180) + " with " + percent(c.away) + ".";
+  text += say(" With slightly changed motion and block it ");
+  if (c.either === 0) return text + say("stands in every run.");
+  if (cube.space) return text + say("falls with a probability of {0}.", percent(c.towards));
+  return text + say("falls towards {0} with a probability of {1}, towards {2} with {3}.", bearing(phi),
+    percent(c.towards), bearing(phi + 180), percent(c.away));
 }

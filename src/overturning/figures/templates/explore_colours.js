@@ -42,14 +42,14 @@ function early(time) {
   return 1 - (1 - LATE) * (time - first) / (last - first || 1);
 }
 const MODES = {
-  azimuth: ["azimuth of the fall", c => c.flag === 2 ? MISSING.fill : c.to === null ? STANDS.fill : hue(c.to)],
-  probability: ["probability", c => c.towards === null ? MISSING.fill
+  azimuth: [say("azimuth of the fall"), c => c.flag === 2 ? MISSING.fill : c.to === null ? STANDS.fill : hue(c.to)],
+  probability: [say("probability"), c => c.towards === null ? MISSING.fill
     : c.either === 0 && c.to === null ? STANDS.fill : ramp(C.probability, c.towards)],
-  outcome: ["outcome of the case itself", c => c.flag === 2 ? MISSING.fill : c.to === null ? STANDS.fill
+  outcome: [say("outcome of the case itself"), c => c.flag === 2 ? MISSING.fill : c.to === null ? STANDS.fill
     : ramp(C.probability, c.flag === 1 ? 1 : 0)],
-  rotation: [cube.space ? "largest tilt" : "largest rotation",
+  rotation: [say(cube.space ? "largest tilt" : "largest rotation"),
     c => c.rotation === null ? MISSING.fill : ramp(BLUES, c.rotation / (inDegrees() ? 30 : 1))],
-  time: ["time of the fall", c => c.flag === 2 ? MISSING.fill : c.to === null || c.time === null ? STANDS.fill
+  time: [say("time of the fall"), c => c.flag === 2 ? MISSING.fill : c.to === null || c.time === null ? STANDS.fill
     : ramp(C.probability, early(c.time))],
 };
 const offered = Object.keys(MODES).filter(
@@ -63,7 +63,7 @@ function swatch(background, text) {
   item.append(text);
 }
 function scale(title, low, stops, high) {
-  const item = element("span", {}, legend, title + ": " + low);
+  const item = element("span", {}, legend, say("{0}: {1}", title, low));
   element("i", { class: "scale", style: "background:" + gradient(stops) }, item);
   item.append(high);
 }
@@ -72,28 +72,28 @@ function late() {
 }
 const LEGENDS = {
   azimuth: () => {
-    ["N", "E", "S", "W"].forEach((name, k) => { swatch(hue(90 * k), "towards " + name); });
-    swatch(STANDS.css, "stands");
+    ["N", "E", "S", "W"].forEach((name, k) => { swatch(hue(90 * k), say("towards {0}", name)); });
+    swatch(STANDS.css, say("stands"));
   },
   probability: () => {
-    swatch(STANDS.css, cube.space ? "no run falls" : "no run falls, to either side");
-    scale(cube.space ? "probability of falling" : "probability of falling towards this azimuth", "0",
+    swatch(STANDS.css, say(cube.space ? "no run falls" : "no run falls, to either side"));
+    scale(say(cube.space ? "probability of falling" : "probability of falling towards this azimuth"), "0",
       C.probability, "100 %");
     element("i", { class: "line" }, element("span", {}, legend)).after(
-      cube.space ? "half of the runs fall" : "half of the runs fall, to either side");
+      say(cube.space ? "half of the runs fall" : "half of the runs fall, to either side"));
   },
   outcome: () => {
-    swatch(ramp(C.probability, 1), "falls towards this azimuth");
-    swatch(ramp(C.probability, 0), "falls to the other side");
-    swatch(STANDS.css, "stands");
+    swatch(ramp(C.probability, 1), say("falls towards this azimuth"));
+    swatch(ramp(C.probability, 0), say("falls to the other side"));
+    swatch(STANDS.css, say("stands"));
   },
   rotation: () => {
-    scale(MODES.rotation[0], "0", BLUES, inDegrees() ? "30° and more" : "100 % of the toppling angle and more");
+    scale(MODES.rotation[0], "0", BLUES, say(inDegrees() ? "30° and more" : "100 % of the toppling angle and more"));
   },
   time: () => {
     const times = cube.records[at.record].times;
-    if (times) scale("time of the fall", times[0].toFixed(1) + " s", late(), times[1].toFixed(1) + " s");
-    swatch(STANDS.css, "stands");
+    if (times) scale(say("time of the fall"), times[0].toFixed(1) + " s", late(), times[1].toFixed(1) + " s");
+    swatch(STANDS.css, say("stands"));
   },
 };
 function drawLegend() {
@@ -101,13 +101,13 @@ function drawLegend() {
   LEGENDS[at.colour]();
   const here = [];
   for (let a = 0; a < A; a++) for (let b = 0; b < rings(); b++) here.push(cell(a, b));
-  if (here.some(c => c.computed && c.flag === 2)) swatch(MISSING.css, "no outcome");
-  if (here.some(c => !c.computed)) swatch("none", "not simulated");
+  if (here.some(c => c.computed && c.flag === 2)) swatch(MISSING.css, say("no outcome"));
+  if (here.some(c => !c.computed)) swatch("none", say("not simulated"));
   if (kind === compass && cube.radiusEdges[0] > 0) {
-    swatch("none", "not simulated: B/H below " + Number(cube.radiusEdges[0].toPrecision(3)));
+    swatch("none", say("not simulated: B/H below {0}", Number(cube.radiusEdges[0].toPrecision(3))));
   }
   const normal = cube.records[at.record].normal;
-  if (normal !== null) swatch(C.fault, "fault normal " + bearing(normal));
+  if (normal !== null) swatch(C.fault, say("fault normal {0}", bearing(normal)));
   const last = cube.rings - 1;
-  if (rings() < B) element("span", {}, legend, "no record has falls from B/H = " + ratio(last) + " on");
+  if (rings() < B) element("span", {}, legend, say("no record has falls from B/H = {0} on", ratio(last)));
 }

@@ -106,7 +106,7 @@ const plane = {
     for (let tick = Math.ceil(cube.directionEdges[0] / step) * step; tick <= cube.directionEdges[A]; tick += step) {
       context.fillText(tick + "°", x(tick), height - LOW + 4);
     }
-    context.fillText("orientation", LEFT + (width - LEFT) / 2, height - LOW + 19);
+    context.fillText(say("orientation"), LEFT + (width - LEFT) / 2, height - LOW + 19);
     context.textBaseline = "middle";
     context.textAlign = "right";
     const every2 = Math.ceil(16 / tall);

@@ -14,7 +14,9 @@ from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.style import style
 from overturning.figures.survey import DrawnSurvey, survey_figure
+from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save
+from overturning.files import write_text
 from overturning.findings.collect import Findings
 from overturning.findings.contrast import VariantContrast
 from overturning.findings.results import StudyResults
@@ -26,6 +28,7 @@ from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import record_intensities, record_jma_intensities
 from overturning.surveys.posterior import InversionResult
 from overturning.surveys.stones import OCTANTS
+from overturning.translation.texts import ENGLISH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,6 +43,16 @@ CHAPTER: Final = ("polar", "intensity", "history")
 def study_figures(folder: Path) -> dict[str, Path]:
     """Return the figures of a study's folder of figures by name, such as ``rose`` or ``polar/rinaldi``."""
     return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.svg"))}
+
+
+def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> dict[str, Path]:
+    """Return figures with texts in a language, as copies in a folder; English ones are the files themselves."""
+    if language == ENGLISH:
+        return figures
+    translated = {name: folder / f"{name}.svg" for name in figures}
+    for name, path in figures.items():
+        write_text(translated[name], translate_svg(path.read_text(encoding="utf-8"), language))
+    return translated
 
 
 def chapters(figures: dict[str, Path], records: list[str]) -> dict[str, tuple[str, ...]]:

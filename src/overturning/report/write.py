@@ -5,16 +5,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import ResultError
-from overturning.figures.drawn_case import read_cases
+from overturning.figures.drawn_case import DrawnCase, read_cases
 from overturning.figures.page import film_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
 from overturning.findings.results import open_results
-from overturning.report.drawings import chapters, draw_report_figures, study_figures
+from overturning.report.drawings import chapters, draw_report_figures, study_figures, translate_figures
 from overturning.report.page import report_page
 from overturning.report.paper import report_paper
-from overturning.report.render import Media, label, parse_markdown, read_labels, render_markdown
+from overturning.report.render import Media, parse_markdown, render_markdown
+from overturning.study.cube import open_cube, study_with_presentation
 from overturning.study.schema import Study
+from overturning.translation.texts import check_language, label, read_labels, translate, visible_language
 
 FINDINGS = "findings.json"
 """Name of the findings of a study, in its folder of results."""
@@ -34,6 +36,18 @@ class FilmFacts:
     rule: str
 
 
+def _film_facts(name: str, case: DrawnCase) -> FilmFacts:
+    """Return the facts about the film of a case, in the current language."""
+    panels = zip(map(translate, case.headings), map(translate, case.outcomes), strict=True)
+    return FilmFacts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
+
+
+def _study_of_results(results: Path) -> Study | None:
+    """Return the study in a folder of results, with the keys on which the cube does not depend; None if unknown."""
+    with open_cube(results / "cube.nc", element=None, amplitude=None) as cube:
+        return study_with_presentation(cube)
+
+
 def write_report(
     results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str | None = None
 ) -> None:
@@ -46,28 +60,34 @@ def write_report(
     path, pdf : Path
         Page, and PDF if it is wanted.
     study : Study, optional
-        Study from which title, question, surveys, population and settings of figures are taken; not given: that of
-        the cube.
+        Study from which title, question, surveys, population and settings of figures are taken; not given: that in
+        the folder.
     language : str, optional
-        Language of the templates, one of `overturning.report.render.LANGUAGES`; not given: that of the study.
+        Language of the templates, one of `overturning.translation.texts.LANGUAGES`; not given: that of the study.
 
     Raises
     ------
     ResultError
         If a result or a figure is missing, or if there are no templates of the language.
     """
+    study = study or _study_of_results(results)
     with open_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found, language = read_findings(results / FINDINGS), language or opened.study.language
+        check_language(language)
         figures = study_figures(results / "figures")
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_cases(folder), 1)}
-        films = {name: film_element(case.film, folder / case.strip, case.strip_alt) for name, case in cases.items()}
         figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
-        facts = [
-            FilmFacts(name, case.title, case.block, tuple(zip(case.headings, case.outcomes, strict=True)), case.rule)
-            for name, case in cases.items()
-        ]
+        if missing := [file for file in figures.values() if not file.is_file()]:
+            raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
+        figures = translate_figures(figures, Path(drawings) / language, language)
+        with visible_language(language):
+            films = {
+                name: film_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))
+                for name, case in cases.items()
+            }
+            facts = [_film_facts(name, case) for name, case in cases.items()]
         media = Media(
             films=facts,
             chapters=chapters(figures, [one.id for one in found.records]),
@@ -78,8 +98,6 @@ def write_report(
         )
         title = label(found.study.title, read_labels(language))
         tree = parse_markdown(render_markdown(found, language, media))
-        if missing := [file for file in figures.values() if not file.is_file()]:
-            raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
         with atomic_write(path) as part:
             page = report_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")

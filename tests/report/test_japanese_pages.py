@@ -1,0 +1,103 @@
+"""Report and explorer in Japanese: no English word is left on the pages, and letters are legible on a phone."""
+
+import base64
+import re
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from overturning.figures.explore import explorer_data, explorer_page
+from overturning.report.write import write_report
+from overturning.translation.texts import visible_language
+from tests.figures.test_explore import cube, space_cube
+from tests.figures.test_japanese_figures import svg_texts
+from tests.report.browsers import answers
+from tests.report.test_explorer_in_browsers import HELPERS, late, painted
+from tests.translation.test_tables import english_words
+
+ALL_TEXTS = """
+const shown = (page) => {
+  const parts = [];
+  const walk = (node) => {
+    if (node.nodeType === 3) parts.push(node.data);
+    else if (!["SCRIPT", "STYLE", "CODE"].includes(node.tagName)) {
+      if (node.nodeType === 1) for (const name of ["aria-label", "aria-valuetext", "title", "aria-roledescription"])
+        parts.push(node.getAttribute(name) || "");
+      node.childNodes.forEach(walk); } };
+  walk(page.body);
+  return parts.join(" "); };
+const drawn = [];
+const write = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
+  drawn.push(text);
+  write.call(this, text, ...more); };
+const seen = [document.title];
+for (const option of document.querySelector("select[data-name=colour]").options) {
+  choose("colour", option.value);
+  seen.push(shown(document)); }
+for (const key of ["ArrowUp", "ArrowUp", "ArrowRight", "ArrowRight"]) {
+  press(canvas, key); seen.push(shown(document)); }
+point("pointermove", 180, 0.5); seen.push(shown(document));
+location.hash = "#record=none&azimuth=x&b_over_h=7";
+await new Promise((done) => setTimeout(done, 200));
+seen.push(shown(document));
+return {texts: seen.join(" "), drawn: drawn.join(" ")};
+"""
+LETTERS = """
+const {wide, seen} = await onPhone((page) => {
+  const sizes = [];
+  for (const one of page.querySelectorAll("figure > svg")) {
+    const scale = one.getBoundingClientRect().width / one.viewBox.baseVal.width;
+    for (const text of one.querySelectorAll("text")) sizes.push(scale * parseFloat(text.style.fontSize)); }
+  return [Math.min(...sizes), sizes.length]; });
+return {wide, least: seen[0], letters: seen[1]};
+"""
+NAMES = {"script", "window", "hurt", "none", "report", "HTML", "html"}
+"""Parts of the hostile names, and of an address, that no table translates."""
+
+
+@pytest.mark.browser
+def test_the_explorer_has_no_english_word(tmp_path: Path) -> None:
+    with visible_language("ja"):
+        pages = {
+            name: (explorer_page(explorer_data(data), "report.html"), HELPERS + ALL_TEXTS)
+            for name, data in (("2-D", cube()), ("late", late()), ("part", painted()), ("3-D", space_cube()))
+        }
+    for name, found in answers("chromium", pages, tmp_path / "profile").items():
+        assert not english_words(found["texts"]) - NAMES, name
+        assert not english_words(found["drawn"]) - NAMES, name
+        assert re.search("[ぁ-ん]", found["drawn"]), name
+
+
+@pytest.fixture(scope="module")
+def japanese(rendered: tuple[str, bytes], hostile: Path, tmp_path_factory: Any) -> str:
+    """Page of the report in Japanese; `rendered` writes the findings that it needs."""
+    assert rendered
+    path = tmp_path_factory.mktemp("ja") / "report.html"
+    write_report(hostile, path, language="ja")
+    return path.read_text(encoding="utf-8")
+
+
+def test_figures_and_films_of_the_report_have_no_english_word(japanese: str) -> None:
+    folded = re.findall(r"data:image/svg\+xml;base64,([^\"]+)", japanese)
+    drawings = [base64.b64decode(one).decode("utf-8") for one in folded]
+    drawings += re.findall(r"<svg .*?</svg>", japanese, flags=re.DOTALL)
+    assert len(drawings) >= 8
+    names = NAMES | {"event", "two", "one", "panic", "foo", "amp", "Tiny", "synthetic"}
+    for drawing in drawings:
+        assert not english_words(svg_texts(unescape(drawing))) - names
+    films = re.findall(r'<script type="application/json">(.*?)</script>', japanese, flags=re.DOTALL)
+    assert films
+    for film in films:
+        texts = re.findall(r'"(?:title|outcome|note|label|play|ground|groundTip|animation)":"([^"]*)"', film)
+        assert not english_words(" ".join(texts)) - names - {"u003c", "u003e", "u0026"}
+
+
+@pytest.mark.browser
+def test_letters_of_figures_are_legible_on_a_phone(rendered: tuple[str, bytes], tmp_path: Path) -> None:
+    found = answers("chromium", {"report": (rendered[0], LETTERS)}, tmp_path / "profile")["report"]
+    assert found["letters"] > 20
+    assert found["least"] >= 9.0
+    assert found["wide"] == 390

@@ -33,6 +33,7 @@ def draw_figure(
     ] = "",
     title: Annotated[str | None, typer.Option(help="title of the figure; none: no title, for a paper")] = None,
     dpi: Annotated[int, typer.Option(min=50, max=1200, help="dots per inch of PNG files and of map cells")] = 200,
+    language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
     """Draw a single figure of the report from a cube and the other results of its study."""
     import inspect
@@ -40,7 +41,8 @@ def draw_figure(
     from overturning.errors import ArgumentError, closest_name_hint
     from overturning.figures.write import file_width, save_with_checks, set_title
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_blocks
+    from overturning.study.cube import open_cube, select_blocks, study_with_presentation
+    from overturning.translation.texts import ENGLISH, check_language, visible_language
 
     if kind not in KINDS:
         raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS)}")
@@ -54,11 +56,14 @@ def draw_figure(
         raise ArgumentError(f"--height, --friction: {kind} shows the ground motion; leave them out")
     if kind == "polar" and (height or friction):
         draw = KINDS["blocks"]
+    check_language(language or ENGLISH)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         chosen = select_blocks(data, cube, height, friction, single=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)
+        study = study_with_presentation(data)
     set_title(drawn, title)
-    warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
+    with visible_language(language or (study.language if study else None)):
+        warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
     print(output)
     if warning:
         print(f"warning: {warning}")

@@ -164,3 +164,4 @@ class OutputOptions:
             help="figure of rotation, slip and uplift against time (3-D body: of its axis): .svg, .png or .pdf"
         ),
     ] = None
+    language: Annotated[str | None, typer.Option(help="language of film and figure: en (default) or ja")] = None

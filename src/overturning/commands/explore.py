@@ -23,6 +23,7 @@ def write_explorer_page(
         str | None,
         typer.Option(help="address of the report to link to (default: report.html if it is next to the page)"),
     ] = None,
+    language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
     """Write an interactive page with the maps of a cube, the outcome of each cell, and the command for its film.
 
@@ -30,8 +31,9 @@ def write_explorer_page(
     """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, record_number
+    from overturning.study.cube import open_cube, record_number, study_with_presentation
     from overturning.study.load import load_study_from_text
+    from overturning.translation.texts import visible_language
 
     # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
@@ -41,5 +43,7 @@ def write_explorer_page(
         chosen = data.isel(record=[record_number(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
-        write_explorer(chosen, path, load_study_from_text(study) if study else None, link)
+        settings = study_with_presentation(data, load_study_from_text(study) if study else None)
+        with visible_language(language or (settings.language if settings else None)):
+            write_explorer(chosen, path, settings, link)
     print(path)

@@ -38,6 +38,7 @@ def simulate_one_stone(
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file
+    from overturning.translation.texts import visible_language
 
     _check_output_files(output_options, body_options)
     record = _read_processed_record(motion_options, file_options)
@@ -79,14 +80,15 @@ def simulate_one_stone(
         )
         film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), case_title(facts))
         write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
-        write(film, output_options.animate)
+        with visible_language(output_options.language):
+            write(film, output_options.animate)
         print(f"film: {output_options.animate}")
     if output_options.response is not None:
         from overturning.figures.response import axis_figure, response_figure
         from overturning.figures.style import style
         from overturning.figures.write import save
 
-        with style():
+        with style(), visible_language(output_options.language):
             figure = (
                 axis_figure(found.trajectories[0], motion, title)
                 if body_options.body
@@ -231,7 +233,13 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
     """Raise an error, before the simulation, if an output file could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path
+    from overturning.translation.texts import ENGLISH, check_font, check_language
 
+    language = output_options.language or ENGLISH
+    check_language(language)
+    for path in (output_options.animate, output_options.response):
+        if path is not None and path.suffix.lower() not in (".html", ".svg"):
+            check_font(language, path.name)
     check_output_path(output_options.animate, "--animate", ".html", ".gif", ".mp4")
     check_output_path(output_options.response, "--response", ".svg", ".png", ".pdf")
     if output_options.animate is not None:

@@ -227,10 +227,11 @@ def draw_figures_of_records(
     from overturning.figures.write import write_figure
     from overturning.study.gather import merge_parts as gather_parts
     from overturning.study.parts import part_paths
+    from overturning.translation.texts import visible_language
 
     settings, records = _load_study_and_motions(study, motions)
     write = partial(write_figure, settings.figures)
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, visible_language(settings.language):
         cube = Path(folder) / "cube.nc"
         gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, motions, output, write)
@@ -243,8 +244,11 @@ def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output
     from overturning.figures.study import draw_study_figures
     from overturning.figures.write import write_figure
     from overturning.study.load import load_study_from_text
+    from overturning.translation.texts import visible_language
 
-    draw_study_figures(cube, intensity, output, partial(write_figure, load_study_from_text(study).figures))
+    settings = load_study_from_text(study)
+    with visible_language(settings.language):
+        draw_study_figures(cube, intensity, output, partial(write_figure, settings.figures))
 
 
 def simulate_illustrative_cases(

@@ -219,7 +219,7 @@ def text_or_file(text, kind):
 
 # Subpackages on which the results of a step depend.
 NUMERICS = ("dem", "model", "motion", "study")
-DRAWING = (*NUMERICS, "records", "statistics", "surveys", "figures")
+DRAWING = (*NUMERICS, "records", "statistics", "surveys", "translation", "figures")
 
 
 def step_source_hash(*subpackages):

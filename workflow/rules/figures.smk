@@ -44,7 +44,7 @@ for name, batch in BATCHES.items():
         resources:
             mem_mb=lambda wildcards, attempt: attempt * READING_MB,
         params:
-            study=step_settings(*CUBE_KEYS, "figures", use=batch),
+            study=step_settings(*CUBE_KEYS, "figures", "language", use=batch),
             parts=lambda wildcards, input: Path(input.parts[0]).parent,
             motions=lambda wildcards, input: Path(input.motions[0]).parent,
             chunks=CHUNKS,
@@ -89,7 +89,8 @@ rule figures:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output.rose[0]).parent,
-        study=step_settings("figures", "height", "friction"),  # `figures` selects one of each
+        # `figures` selects one height and one friction.
+        study=step_settings("figures", "height", "friction", "language"),
         sources=step_source_hash(*DRAWING),
     shell:
         "overturning figures --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"

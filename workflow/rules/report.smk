@@ -15,7 +15,9 @@ rule explore:
         mem_mb=1000,
     params:
         study=step_settings(
-            *CUBE_KEYS, "title", "question", figures=("height", "friction")
+            *CUBE_KEYS,
+            *("title", "question", "language"),
+            figures=("height", "friction"),
         ),
         report=Path(REPORT).name,
         sources=step_source_hash(*DRAWING),

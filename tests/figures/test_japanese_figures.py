@@ -95,6 +95,7 @@ def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
     assert not english_words(svg_texts(japanese)) - NAMES
     assert re.search("[ぁ-んァ-ン一-龥]", svg_texts(japanese))
     assert translate_svg(english, "ja") == japanese  # also later, from a file
+    assert translate_svg(japanese, "ja") == japanese
     # Nothing but texts differs.
     drawing = re.compile(r"<(?:path|use|image) [^>]*>")
     assert drawing.findall(english) == drawing.findall(japanese)

@@ -1,7 +1,9 @@
 """Report and explorer in Japanese: no English word is left on the pages, and letters are legible on a phone."""
 
 import base64
+import json
 import re
+from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -54,7 +56,7 @@ const {wide, seen} = await onPhone((page) => {
   return [Math.min(...sizes), sizes.length]; });
 return {wide, least: seen[0], letters: seen[1]};
 """
-NAMES = {"script", "window", "hurt", "none", "report", "HTML", "html"}
+NAMES = {"script", "window", "hurt", "none", "space", "report", "HTML", "html"}
 """Parts of the hostile names, and of an address, that no table translates."""
 
 
@@ -91,8 +93,19 @@ def test_figures_and_films_of_the_report_have_no_english_word(japanese: str) -> 
     films = re.findall(r'<script type="application/json">(.*?)</script>', japanese, flags=re.DOTALL)
     assert films
     for film in films:
-        texts = re.findall(r'"(?:title|outcome|note|label|play|ground|groundTip|animation)":"([^"]*)"', film)
-        assert not english_words(" ".join(texts)) - names - {"u003c", "u003e", "u0026"}
+        assert not english_words(" ".join(texts_of(json.loads(film)))) - names
+
+
+def texts_of(data: Any) -> Iterator[str]:
+    """Yield the texts of a film; names of bodies, which are not shown, and packed numbers are left out."""
+    if isinstance(data, dict):
+        for key, one in data.items():
+            yield from texts_of(one) if key not in ("data", "name") else ()
+    elif isinstance(data, list):
+        for one in data:
+            yield from texts_of(one)
+    elif isinstance(data, str):
+        yield data
 
 
 @pytest.mark.browser
@@ -100,4 +113,4 @@ def test_letters_of_figures_are_legible_on_a_phone(rendered: tuple[str, bytes], 
     found = answers("chromium", {"report": (rendered[0], LETTERS)}, tmp_path / "profile")["report"]
     assert found["letters"] > 20
     assert found["least"] >= 9.0
-    assert found["wide"] == 390
+    assert found["wide"] <= 390

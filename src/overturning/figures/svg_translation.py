@@ -23,11 +23,11 @@ _NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
 def translate_svg(svg: str, language: str | None = None) -> str:
     """Return the text of an SVG file with its texts in a language, by default the current one.
 
-    The layout stays that of the English texts. A text that is centred or aligned to the right stays so, and a text of
+    A file in this language stays as it is. The layout stays that of the English texts. A text that is centred or aligned to the right stays so, and a text of
     several lines has at most as many lines as before.
     """
     language = language or current_language()
-    if language == ENGLISH:
+    if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg:
         return svg
     text = _LINES.sub(lambda lines: _translate_lines(lines[0], language), svg)
     text = text.replace("Helvetica', 'Avant Garde', sans-serif", f"Helvetica', {FONTS[language]}, sans-serif")

@@ -41,7 +41,7 @@ def draw_figure(
     from overturning.errors import ArgumentError, closest_name_hint
     from overturning.figures.write import file_width, save_with_checks, set_title
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_blocks, study_with_presentation
+    from overturning.study.cube import open_cube, select_blocks, study_for_presentation
     from overturning.translation.texts import ENGLISH, check_language, visible_language
 
     if kind not in KINDS:
@@ -60,7 +60,7 @@ def draw_figure(
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         chosen = select_blocks(data, cube, height, friction, single=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)
-        study = study_with_presentation(data)
+        study = study_for_presentation(data)
     set_title(drawn, title)
     with visible_language(language or (study.language if study else None)):
         warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)

@@ -31,7 +31,7 @@ def write_explorer_page(
     """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, record_number, study_with_presentation
+    from overturning.study.cube import open_cube, record_number, study_for_presentation
     from overturning.study.load import load_study_from_text
     from overturning.translation.texts import visible_language
 
@@ -43,7 +43,7 @@ def write_explorer_page(
         chosen = data.isel(record=[record_number(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
-        settings = study_with_presentation(data, load_study_from_text(study) if study else None)
+        settings = study_for_presentation(data, load_study_from_text(study) if study else None)
         with visible_language(language or (settings.language if settings else None)):
             write_explorer(chosen, path, settings, link)
     print(path)

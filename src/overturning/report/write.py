@@ -14,7 +14,7 @@ from overturning.report.drawings import chapters, draw_report_figures, study_fig
 from overturning.report.page import report_page
 from overturning.report.paper import report_paper
 from overturning.report.render import Media, parse_markdown, render_markdown
-from overturning.study.cube import open_cube, study_with_presentation
+from overturning.study.cube import open_cube, study_for_presentation
 from overturning.study.schema import Study
 from overturning.translation.texts import check_language, label, read_labels, translate, visible_language
 
@@ -45,7 +45,7 @@ def _film_facts(name: str, case: DrawnCase) -> FilmFacts:
 def _study_of_results(results: Path) -> Study | None:
     """Return the study in a folder of results, with the keys on which the cube does not depend; None if unknown."""
     with open_cube(results / "cube.nc", element=None, amplitude=None) as cube:
-        return study_with_presentation(cube)
+        return study_for_presentation(cube)
 
 
 def write_report(

@@ -23,8 +23,8 @@ _NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
 def translate_svg(svg: str, language: str | None = None) -> str:
     """Return the text of an SVG file with its texts in a language, by default the current one.
 
-    A file in this language stays as it is. The layout stays that of the English texts. A text that is centred or aligned to the right stays so, and a text of
-    several lines has at most as many lines as before.
+    A file in this language stays as it is. The layout stays that of the English texts. A text that is centred or
+    aligned to the right stays so, and a text of several lines has at most as many lines as before.
     """
     language = language or current_language()
     if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg:

@@ -272,10 +272,16 @@ def load_sample_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_
 
 @njit(**INNER)
 def load_next_sample(
-    state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground: Any, settings: QueueSettings
+    state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
 ) -> None:
     """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
-    along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
+    along, up, ticks, interval, scale = (
+        ground_motion.along,
+        ground_motion.up,
+        queue_settings.ticks,
+        queue_settings.interval,
+        1.0 / queue_settings.ticks,
+    )
     for j in range(lane_count):
         s = load_state(state, j)
         q = s.turn

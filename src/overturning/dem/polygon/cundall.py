@@ -98,14 +98,14 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
 
 
 @njit(**APART)
-def advance_element(vertical_ground: Any, element_rows: Any, case_rows: Any, gravity: float) -> None:
+def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float) -> None:
     """Advance the motion of an element by a step in all lanes."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.totals
         ground = motion_at_tick(shaking.base, shaking.tick) * item.inertia.frame
         lift = 0.0
-        if vertical_ground is not None:
+        if vertical_base_acceleration is not None:
             lift = motion_at_tick(shaking.up, shaking.tick) * item.inertia.frame
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
@@ -125,7 +125,7 @@ def advance_element(vertical_ground: Any, element_rows: Any, case_rows: Any, gra
 
 @njit(**INNER)
 def compute_step(
-    vertical_ground: Any,
+    vertical_base_acceleration: Any,
     state: Any,
     matrix: Any,  # noqa: ARG001, used by the centred scheme only
     nonzero_pattern: Any,  # noqa: ARG001
@@ -134,7 +134,7 @@ def compute_step(
     scene: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
-    """Compute a step of Cundall's scheme in all lanes; `vertical_ground` is None without vertical base motion."""
+    """Compute a step of Cundall's scheme in all lanes; `vertical_base_acceleration` may be None (level motion)."""
     resume_pairs_for_step(state, scene, active_pairs, movable_flags.size)
     kept = 0
     for n in range(active_pairs.count[0]):
@@ -150,6 +150,6 @@ def compute_step(
     for i in range(movable_flags.size):
         # Free and held elements move; a driven one rests in the frame of the base.
         if movable_flags[i]:
-            advance_element(vertical_ground, rows.of_element(state, i), state, scene.gravity)
+            advance_element(vertical_base_acceleration, rows.of_element(state, i), state, scene.gravity)
     for j in range(rows.COLUMNS):
         state[rows.TICK + j] = state[rows.TICK + j] + 1.0

@@ -109,13 +109,15 @@ class PairMatrix(NamedTuple):
 
 @njit(**INLINE)
 def element_acceleration(
-    element: ElementState, horizontal_ground: float, vertical_ground: float, gravity: float
+    element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
 ) -> PlanarVector:
     """Return the acceleration of an element in the frame of the base: contacts, weight, base acceleration (m/s²)."""
     force, own = element.force, element.inertia
-    fall = gravity * own.weight + vertical_ground
+    fall = gravity * own.weight + vertical_base_acceleration
     return PlanarVector(
-        force.x * own.inverse_mass - horizontal_ground, force.z * own.inverse_mass - fall, force.w * own.inverse_inertia
+        force.x * own.inverse_mass - horizontal_base_acceleration,
+        force.z * own.inverse_mass - fall,
+        force.w * own.inverse_inertia,
     )
 
 
@@ -140,13 +142,16 @@ def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pos
 
 @njit(**INLINE)
 def inertial_power(
-    element: ElementState, horizontal_ground: float, vertical_ground: float, velocity: PlanarVector
+    element: ElementState,
+    horizontal_base_acceleration: float,
+    vertical_base_acceleration: float,
+    velocity: PlanarVector,
 ) -> float:
     """Return the power of the inertial forces on an element, and of the forces that hold a fixed element, W."""
     own, force = element.inertia, element.force
-    return own.mass * (horizontal_ground * velocity.x + vertical_ground * velocity.z) + own.held * (
-        force.x * velocity.x + force.z * velocity.z
-    )
+    return own.mass * (
+        horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
+    ) + own.held * (force.x * velocity.x + force.z * velocity.z)
 
 
 @njit(**INLINE)

@@ -248,7 +248,7 @@ def _find_freely_standing_elements(
 
 
 def _tipping_properties(
-    scene: Scene, elements: Elements, supports: Supports, stands_freely: NDArray[np.bool_]
+    scene: Scene, elements: Elements, supports: Supports, freely_standing_elements: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Compute tipping angles, α, energy barrier, support and middle of the base for all elements of a scene."""
     count = len(elements)
@@ -271,7 +271,7 @@ def _tipping_properties(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if stands_freely[k] and min(reach) > MIN_TIPPING_ANGLE:
+        if freely_standing_elements[k] and min(reach) > MIN_TIPPING_ANGLE:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:

@@ -240,18 +240,25 @@ def normalise_rotations(element_rows: Any) -> None:
 
 @njit(**INNER)
 def load_ground_motion(
-    vertical_ground: Any, state: Any, horizontal_ground: Any, motion_rows: Any, lane_cases: Any, samples_per_tick: float
+    vertical_base_acceleration: Any,
+    state: Any,
+    horizontal_base_acceleration: Any,
+    motion_rows: Any,
+    lane_cases: Any,
+    samples_per_tick: float,
 ) -> None:
-    """Load the ground motion of each lane's current sample; `vertical_ground` is None without vertical motion."""
-    last = horizontal_ground.shape[1] - 3
+    """Load the base motion of each lane's current sample; `vertical_base_acceleration` is None for level motion."""
+    last = horizontal_base_acceleration.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
         rows.store_base(
-            state, j, motion_over_sample(horizontal_ground[motion_rows[lane_cases[j]]], i, factor, samples_per_tick)
+            state,
+            j,
+            motion_over_sample(horizontal_base_acceleration[motion_rows[lane_cases[j]]], i, factor, samples_per_tick),
         )
-        if vertical_ground is not None:
-            rows.store_up(state, j, motion_over_sample(vertical_ground, i, factor, samples_per_tick))
+        if vertical_base_acceleration is not None:
+            rows.store_up(state, j, motion_over_sample(vertical_base_acceleration, i, factor, samples_per_tick))
 
 
 def advance_one_sample(

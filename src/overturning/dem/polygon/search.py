@@ -107,17 +107,17 @@ def squared_polygon_radius(faces: Any) -> float:
 
 @njit(**INNER)
 def motion_keeping_nearest_faces(
-    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest: FacePair, lever_arm: float
+    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest_face_pair: FacePair, lever_arm: float
 ) -> float:
     """Return the largest motion of a pair, m, that cannot change its nearest faces.
 
     A gap changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * lever_arm * nearest.play
+    limit = 0.4 * lever_arm * nearest_face_pair.play
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
-        room = 0.4 * (nearest.gap - other.gap)
-        agrees = other.a == nearest.a and other.b == nearest.b
+        room = 0.4 * (nearest_face_pair.gap - other.gap)
+        agrees = other.a == nearest_face_pair.a and other.b == nearest_face_pair.b
         limit = min(limit, max(room, 0.4 * lever_arm * other.play) if agrees else room)
     return limit
 

@@ -46,31 +46,31 @@ class CentredScheme(NamedTuple):
 
 @njit(**INLINE)
 def base_acceleration_at_step_end(
-    vertical_ground: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
+    vertical_base_acceleration: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
     """Return the horizontal and vertical acceleration of the base at the end of the step.
 
-    Both are 0 for an element that moves with the base; `vertical_ground` is None if the base moves level.
+    Both are 0 for an element that moves with the base; `vertical_base_acceleration` is None if the base moves level.
     """
     tick = case.shaking.tick + case.attempt.length
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
-    if vertical_ground is not None:
+    if vertical_base_acceleration is not None:
         lift = motion_at_tick_or_beyond(case.shaking.up, tick, past) * inertia.frame
     return motion_at_tick_or_beyond(case.shaking.base, tick, past) * inertia.frame, lift
 
 
 @njit(**APART)
 def predict_element(
-    vertical_ground: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
+    vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
     """Predict the motion of an element in a step with constant acceleration, in all lanes."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, a = case.step * case.attempt.length, item.acceleration
         half = 0.5 * dt
-        ground, lift = base_acceleration_at_step_end(vertical_ground, case, item.inertia, ticks_per_sample)
+        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.inertia, ticks_per_sample)
         v = extrapolate_velocity(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.inertia.weight + lift
@@ -88,14 +88,14 @@ def predict_element(
 
 @njit(**APART)
 def correct_element(
-    vertical_ground: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
+    vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
     """Correct the state of an element with the solution of the equations, in the lanes whose step is accepted."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
-        ground, lift = base_acceleration_at_step_end(vertical_ground, case, item.inertia, ticks_per_sample)
+        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.inertia, ticks_per_sample)
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(trial.half, a, half)
         turn = half * d.w
@@ -162,7 +162,7 @@ def advance_accepted_clocks(case_rows: Any) -> None:
 
 @njit(**INNER)
 def compute_step(
-    vertical_ground: Any,
+    vertical_base_acceleration: Any,
     state: Any,
     matrix: Any,
     nonzero_pattern: Any,
@@ -171,12 +171,12 @@ def compute_step(
     scene: Any,
     ticks_per_sample: float,
 ) -> None:
-    """Compute a step of the centred scheme in all lanes; `vertical_ground` is None without vertical base motion."""
+    """Compute a step of the centred scheme in all lanes; `vertical_base_acceleration` may be None (level motion)."""
     reset_step_findings(state)
     size, near = movable_flags.size, active_pairs.near
     clear_pattern(nonzero_pattern)
     for i in range(size):
-        predict_element(vertical_ground, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
+        predict_element(vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
     resume_pairs_for_step(state, scene, active_pairs, size)
     kept = 0
     for n in range(active_pairs.count[0]):
@@ -203,7 +203,9 @@ def compute_step(
     accept_or_reject_steps(state, ticks_per_sample)
     for i in range(size):
         if movable_flags[i]:
-            correct_element(vertical_ground, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
+            correct_element(
+                vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity
+            )
     for n in range(kept):
         p = active_pairs.active[n]
         if near[p]:

@@ -10,7 +10,7 @@ import pytest
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.records import download
 from overturning.records.download import fetch_url
-from overturning.records.fdsn import FdsnRequest, fetch_fdsn
+from overturning.records.fdsn import FdsnRequest, fetch_fdsn_record
 from overturning.records.read import read_without_processing
 from tests.records.loopback_server import BODY, COUNTS, HASH, Server
 from tests.records.seed_writers import START
@@ -141,7 +141,7 @@ def request(server: Server, **more) -> FdsnRequest:
 
 
 def ask(server: Server, folder: Path, **more):
-    return fetch_fdsn(request(server, **more), folder, tries=3, timeout=0.6, wait=0.01)
+    return fetch_fdsn_record(request(server, **more), folder, tries=3, timeout=0.6, wait=0.01)
 
 
 def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
@@ -165,12 +165,12 @@ def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     told = []
     length = COUNTS[0].size / 100
     later = {"start": str(START - 7), "end": str(START + length + 4)}
-    fetch_fdsn(request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
+    fetch_fdsn_record(request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
     assert len(told) == 3
     assert all("of the requested window, the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
     told.clear()
     whole = {"start": str(START), "end": str(START + length)}
-    fetch_fdsn(request(server, **whole), tmp_path / "whole", timeout=0.6, report_note=told.append)
+    fetch_fdsn_record(request(server, **whole), tmp_path / "whole", timeout=0.6, report_note=told.append)
     assert told == []
 
 
@@ -210,7 +210,7 @@ def test_fdsn_final_answers(server, tmp_path, status, kind, word):
 
 def test_address_without_fdsn_server(tmp_path):
     with pytest.raises(RecordError, match="failed in"):
-        fetch_fdsn(
+        fetch_fdsn_record(
             FdsnRequest("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
             tmp_path,
             tries=1,

@@ -327,7 +327,7 @@ def test_sac_is_recognised_by_version_and_length(tmp_path, order):
         words = bytearray(header)
         struct.pack_into(f"{order}i", words, 76 * 4, version)
         struct.pack_into(f"{order}i", words, 79 * 4, length)
-        assert find_format_by_name("sac").detect(SourceFile("a.sac", bytes(words))) is known, (version, length)
+        assert find_format_by_name("sac").matches_file(SourceFile("a.sac", bytes(words))) is known, (version, length)
 
 
 def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):

@@ -208,8 +208,8 @@ def fetch_records_from_fdsn(
 ) -> None:
     """Download waveforms and StationXML from FDSN web services, and check them."""
     from overturning.records.check import check_records_in_files, format_record_check
-    from overturning.records.fdsn import FdsnRequest, fetch_fdsn
+    from overturning.records.fdsn import FdsnRequest, fetch_fdsn_record
 
     request = FdsnRequest(server, network, station, location, channel, *astuple(window))
-    for finding in check_records_in_files(fetch_fdsn(request, folder, timeout=timeout, report_note=typer.echo)):
+    for finding in check_records_in_files(fetch_fdsn_record(request, folder, timeout=timeout, report_note=typer.echo)):
         typer.echo(format_record_check(finding))

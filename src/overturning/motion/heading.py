@@ -48,15 +48,15 @@ def _azimuth_deg(north: float, east: float) -> float:
 def daubechies_wavelet() -> FloatArray:
     """Return the Daubechies wavelet db4 (unit energy) at arguments from 0 to 7 in steps of 1/256, shape (1793,)."""
 
-    def response(filter_taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
+    def filter_response(filter_taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
         turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(filter_taps.size)))
         return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
     period = _SUPPORT + 1  # slightly more than the support, to avoid wrap-around
     half = np.arange(period * _POINTS // 2 + 1) / (2.0 * period)
-    transform = response(_FILTER[::-1] * (-1.0) ** np.arange(_FILTER.size), half)
+    transform = filter_response(_FILTER[::-1] * (-1.0) ** np.arange(_FILTER.size), half)
     for level in range(1, 25):
-        transform *= response(_FILTER, half / 2.0**level)
+        transform *= filter_response(_FILTER, half / 2.0**level)
     return np.fft.irfft(transform, period * _POINTS)[: _SUPPORT * _POINTS + 1] * _POINTS
 
 

@@ -21,17 +21,17 @@ from overturning.errors import ArgumentError
 Quantity = Literal["displacement", "velocity"]
 
 POINTS_PER_PERIOD = 64
-"""Points per period; the peak of a sine of that period is then at most 0.12 % too low."""
+"""Points per period of an oscillator; the peak of a sine of that period is then at most 0.12 % too low."""
 
 LONGEST_STEP = 0.0025
-"""Longest step between points, s.
+"""Longest step between two points of the interpolated motion, s.
 
 Linear interpolation at this step keeps 98.7 % of the amplitude at 25 Hz, the Nyquist frequency of samples of 20 ms.
 Linear interpolation between samples of 20 ms would keep 41 % and make the spectrum intensity up to 5.2 % too low.
 """
 
 MAX_REFINEMENT = 16
-"""Largest number of points per sample."""
+"""Largest number of points of the interpolated motion per sample."""
 
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:

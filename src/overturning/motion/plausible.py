@@ -22,22 +22,22 @@ USUAL_INTERVAL: Final = (0.0005, 0.05)
 """Shortest and longest usual sampling interval of accelerographs, s."""
 
 SHORTEST_DURATION: Final = 2.0
-"""Shortest duration without a doubt about the sampling interval, s."""
+"""Shortest duration of a record that raises no doubt about its sampling interval, s."""
 
 SMALLEST_PGV_PGA: Final = 0.005
-"""Smallest PGV/PGA without a doubt about the sampling interval, s: the ratio of a sine of 32 Hz."""
+"""Smallest PGV/PGA that raises no doubt about the sampling interval, s: the ratio of a sine of 32 Hz."""
 
 DEAD_RATIO: Final = 0.01
 """Ratio of the peaks of two axes of one sensor below which the weaker axis is assumed dead."""
 
 SAME_SAMPLES: Final = 1e-3
-"""Difference of two horizontal axes, as a share of their peak, up to which they are one axis read twice."""
+"""Largest difference of two horizontal axes, as a share of their peak, at which they count as one axis read twice."""
 
 SHORTEST_PAUSE: Final = 100
 """Smallest number of consecutive equal samples that indicates a pause of an axis: 0.5 to 1 s for most sensors."""
 
 STRONG: Final = 0.2
-"""Share of an axis' peak that it reaches while another one stands still, from which on that one is taken as dead."""
+"""Smallest share of its peak that an axis must reach for another axis that stands still then to count as dead."""
 
 SHORTEST_RAIL: Final = 3
 """Smallest number of consecutive equal samples at the extreme of an axis that indicates clipping."""

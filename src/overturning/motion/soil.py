@@ -74,10 +74,10 @@ def import_pystrata() -> Any:
     return package
 
 
-def check_layers(layers: Sequence[Layer]) -> None:
-    """Raise an ArgumentError if pystrata cannot be imported, or if it does not know the curve of a layer."""
+def check_soil_layers(soil_layers: Sequence[Layer]) -> None:
+    """Raise an ArgumentError if pystrata is missing, or does not know the modulus-reduction curve of a soil layer."""
     package = import_pystrata()
-    for layer in layers:
+    for layer in soil_layers:
         _check_soil_curve(package, layer)
 
 
@@ -127,19 +127,19 @@ def propagate_through_soil(
     return SurfaceComponent(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
-def _soil_type(pystrata_package: Any, layer: Layer | Rock) -> Any:
-    """Return pystrata's soil type of a layer or of the rock."""
-    weight = layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
-    if isinstance(layer, Rock) or layer.curve is None:
-        return pystrata_package.site.SoilType("", weight, None, layer.damping)
-    _check_soil_curve(pystrata_package, layer)
-    return pystrata_package.site.SoilType.from_published("", weight, layer.curve)
+def _soil_type(pystrata_package: Any, soil_layer: Layer | Rock) -> Any:
+    """Return the soil type of pystrata for a soil layer or for the rock below."""
+    weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
+    if isinstance(soil_layer, Rock) or soil_layer.curve is None:
+        return pystrata_package.site.SoilType("", weight, None, soil_layer.damping)
+    _check_soil_curve(pystrata_package, soil_layer)
+    return pystrata_package.site.SoilType.from_published("", weight, soil_layer.curve)
 
 
-def _check_soil_curve(pystrata_package: Any, layer: Layer) -> None:
-    """Raise an ArgumentError if pystrata does not know the curve of a layer."""
-    known = pystrata_package.site.known_published_curves() if layer.curve is not None else [None]
-    if layer.curve not in known:
+def _check_soil_curve(pystrata_package: Any, soil_layer: Layer) -> None:
+    """Raise an ArgumentError if pystrata does not know the modulus-reduction curve of a soil layer."""
+    known = pystrata_package.site.known_published_curves() if soil_layer.curve is not None else [None]
+    if soil_layer.curve not in known:
         raise ArgumentError(
-            f"site: curve {layer.curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)"
+            f"site: curve {soil_layer.curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)"
         )

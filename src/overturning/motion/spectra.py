@@ -87,9 +87,10 @@ def _peak_responses(
 def rotd_measures(
     motion: Accelerogram, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
-    """Return RotDnn of PGA, PGV and pseudo-acceleration, damping ratio 0.05 (Boore 2010, BSSA 100, 1830-1835).
+    """Return percentiles over all azimuths (RotD) of PGA, PGV and pseudo-acceleration with a damping ratio of 0.05.
 
-    The percentiles are over the azimuths of half a circle: 0, 50 and 100 give RotD00, RotD50 and RotD100.
+    See Boore (2010, BSSA 100, 1830-1835). The azimuths are those of half a circle; the percentiles 0, 50 and 100 give
+    RotD00, RotD50 and RotD100.
 
     Returns
     -------

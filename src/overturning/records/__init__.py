@@ -1,1 +1,1 @@
-"""Strong-motion records: formats in, one Record out."""
+"""Strong-motion records: readers of file formats, processing steps, and the class `Record`."""

@@ -83,7 +83,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     fault_trace: Annotated[str, AfterValidator(check_fault_trace)] = ""
     """Trace of the fault, latitude and longitude: `40.71 29.34, 40.73 29.52`; pieces are separated by semicolons."""
     fault_trace_source: str = Field(default="", max_length=300)
-    """Publication or catalogue of the trace; required with it."""
+    """Publication or catalogue of the fault trace; required if a trace is given."""
     licence: str = ""
     """Terms under which the data may be used."""
 
@@ -128,9 +128,9 @@ class RecordEntry(FileProperties, RecordDescription, frozen=True):
     """One line of the record table: a record, its metadata, and declarations about its files."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
-    """Added to the file's azimuths: misorientation of the sensor, clockwise."""
+    """Angle added to the azimuths in the file: misorientation of the sensor, degrees clockwise."""
     magnetic_declination_deg: float = Field(default=0.0, ge=-180, le=180)
-    """Added to azimuths that the file states relative to magnetic north; east is positive."""
+    """Angle added to azimuths that the file states relative to magnetic north, degrees; east is positive."""
     sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
     """Expected SHA-256 of the record's file; empty: not checked."""
 

@@ -159,7 +159,7 @@ def format_record_check(record_check: RecordCheck) -> str:
     head = ", ".join(record_check.files)
     record = record_check.record
     if record is None:
-        axes = "".join(f"\n  {_format_axis(c)}" for c in record_check.components)
+        axes = "".join(f"\n  {_format_component(c)}" for c in record_check.components)
         word = "skipped" if record_check.skipped else "refused"
         return head + "".join(f"\n  {word}: {why}" for why in record_check.reason.split(REASON_SEPARATOR)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
@@ -170,7 +170,7 @@ def format_record_check(record_check: RecordCheck) -> str:
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
-        *(f"  {_format_axis(c)}" for c in record_check.components),
+        *(f"  {_format_component(c)}" for c in record_check.components),
         *(f"  {note}" for note in record_notes(record, record_check.components[0].sensor)),
         f"  north and east: {_format_peaks(record_check.used or record)}",
     ]
@@ -207,7 +207,7 @@ def record_notes(record: Record, sensor: str = "surface") -> list[str]:
     ]
 
 
-def _format_axis(component: Component) -> str:
+def _format_component(component: Component) -> str:
     """Return a text with the direction, length and peak of a component, and the peak that its header states."""
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense

@@ -15,7 +15,7 @@ from overturning.records.declarations import Sensor
 from overturning.records.source import SourceFile
 
 Direction = tuple[float | None, int]
-"""Azimuth, degrees clockwise from north or None, and vertical sense: +1 up, −1 down, 0 otherwise."""
+"""Direction of an axis: azimuth (degrees clockwise from north or None), vertical sense (+1 up, −1 down, else 0)."""
 
 UNKNOWN: Direction = (None, 0)
 
@@ -195,7 +195,7 @@ def structure_sensor_note(sensor_location: str) -> str:
 
 @dataclass(frozen=True)
 class HeaderPeak:
-    """Peak acceleration that a file's header states."""
+    """Peak acceleration that the header of a file states, with its resolution and line."""
 
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
@@ -255,7 +255,7 @@ class Component:
 
 
 def peak_acceleration(component: Component) -> float:
-    """Return the peak acceleration of a component, m/s², without its mean if the header states that peak."""
+    """Return the peak acceleration of a component, m/s²; its mean is removed if it was for the header's peak."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
         samples = samples - samples.mean()

@@ -26,10 +26,10 @@ MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
 """Largest distance between epicentres of one earthquake from different agencies, km."""
 
 MAX_START_DIFFERENCE: Final = timedelta(minutes=2)
-"""Largest difference between starts of records that are likely of one earthquake."""
+"""Largest difference between the starts of two records that are probably of the same earthquake."""
 
 MAX_NAMED_DIFFERENCE: Final = timedelta(hours=1)
-"""Largest difference between starts of records of one name without a doubt."""
+"""Largest difference between the starts of two records with one earthquake name that raises no doubt."""
 
 MIN_NAME_SIMILARITY: Final = 0.85
 """Smallest similarity of two names of one earthquake (difflib: twice the matching letters over all letters)."""
@@ -47,7 +47,7 @@ _DATES: Final = (
     re.compile(rf"\b(?P<month>{_MONTH})[-/ ]\s*(?P<day>\d\d?)[-/, ]\s*(?P<year>(?:1[89]|20)?\d\d)\b"),
     re.compile(r"\b(?P<year>(?:1[89]|20)\d\d)\b"),
 )
-"""Dates in names; the order of day and month does not matter."""
+"""Patterns of dates in earthquake names; the order of day and month does not matter."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
-"""Traces of faults as one cell of the record table: points, separated by commas, in pieces, separated by semicolons."""
+"""Fault traces in the record table: pieces separated by semicolons, each with points separated by commas."""
 
 from typing import TypeAlias
 
 Trace: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
-"""Pieces of a trace, each with its points: latitude and longitude, degrees."""
+"""Pieces of a fault trace; each is a sequence of points (latitude and longitude, degrees)."""
 
 
 def parse_fault_trace(trace_text: str) -> Trace:
@@ -34,6 +34,6 @@ def _parse_trace_point(point_text: str) -> tuple[float, float]:
 
 
 def check_fault_trace(trace_text: str) -> str:
-    """Return the text of a trace; raise a ValueError as `parse_fault_trace` does."""
+    """Return the text of a fault trace unchanged; raise a ValueError if it cannot be parsed."""
     parse_fault_trace(trace_text)
     return trace_text

@@ -51,7 +51,7 @@ class FdsnRequest:
             raise ArgumentError(f"server: no credentials in an address; {SET_CREDENTIALS}")
 
 
-def fetch_fdsn(
+def fetch_fdsn_record(
     request: FdsnRequest,
     folder: Path | str,
     *,
@@ -79,11 +79,13 @@ def fetch_fdsn(
     folder.mkdir(parents=True, exist_ok=True)
     what = f"{request.server} {request.network}.{request.station}"
 
-    def ask(send_request: Callable[[], Any]) -> Any:
+    def send_with_retries(send_request: Callable[[], Any]) -> Any:
         return call_with_retries(lambda: _run_request(send_request, what), what, tries, wait)
 
-    client = ask(lambda: _connect_to_server(request.server, timeout))
-    start, end = _requested_window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
+    client = send_with_retries(lambda: _connect_to_server(request.server, timeout))
+    start, end = _requested_window(
+        request, lambda event_id: send_with_retries(lambda: client.get_events(eventid=event_id))
+    )
     codes = {name: getattr(request, name) for name in CODES}
     stem = ".".join([*codes.values(), start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
     stem = re.sub(r"[?*]", "x", stem)
@@ -91,10 +93,12 @@ def fetch_fdsn(
     window = {"starttime": start, "endtime": end}
     if not metadata.exists():
         get = partial(client.get_stations, **codes, **window, level="response")
-        ask(lambda: _save_server_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
+        send_with_retries(lambda: _save_server_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
-        ask(lambda: _save_server_answer(waves, "MiniSEED", get, lambda file: _check_waveforms(file, start, end)))
+        send_with_retries(
+            lambda: _save_server_answer(waves, "MiniSEED", get, lambda file: _check_waveforms(file, start, end))
+        )
     for note in _missing_time_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
         report_note(note)
     return [waves, metadata]

@@ -46,7 +46,7 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
             tables.append(member)
         else:
             with reasons.collect():
-                components += _read_file(member, named, declarations)
+                components += _read_file_components(member, named, declarations)
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
     for member in tables:
@@ -54,7 +54,7 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
             left_out[member] = "its format is not recognised"
         else:
             with reasons.collect():
-                _read_file(member, named, declarations)
+                _read_file_components(member, named, declarations)
     with reasons.collect():
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
@@ -75,11 +75,13 @@ def _is_unknown_table(archive_member: SourceFile) -> bool:
     return archive_member.suffix in TABLES and not has_known_format(archive_member)
 
 
-def _read_file(file: SourceFile, required_format: FileFormat | None, declarations: Declarations) -> list[Component]:
+def _read_file_components(
+    file: SourceFile, required_format: FileFormat | None, declarations: Declarations
+) -> list[Component]:
     """Read the components of one file, in the required format or in the one detected from its content."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")
-    if required_format is not None and required_format.name != "csv" and not required_format.detect(file):
+    if required_format is not None and required_format.name != "csv" and not required_format.matches_file(file):
         raise RecordError(f"{file.name}: not a {required_format.title} file; check `format` in the record table")
     return (required_format or detect_format(file)).read_components(file, declarations)
 

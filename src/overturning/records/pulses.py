@@ -153,9 +153,9 @@ class NoisePulse(_PulseWithDuration):
 Pulse = Annotated[
     HarmonicPulse | RickerPulse | MavroeidisPapageorgiouPulse | ConstantPulse | NoisePulse, Field(discriminator="shape")
 ]
-"""Any of the pulses; the key ``shape`` selects the class.
+"""Any of the pulse classes; the key ``shape`` selects the class.
 
-Each has a ``length``, s, and a method ``acceleration``, m/s², of times from 0 to ``length``, s.
+Each has a ``duration``, s, and a method ``acceleration``, m/s², of times from 0 to ``duration``, s.
 """
 
 _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)

@@ -65,7 +65,7 @@ def read_record_without_labels(table_entry: RecordEntry, data_dir: Path | str) -
     else:
         components = _read_record_components(table_entry, data_dir)
         source = f"{components[0].format if components else table_entry.format} {table_entry.source}"
-        record = _assemble_declared_sensor(components, table_entry.id, table_entry.declarations, source=source)
+        record = _assemble_sensor_record(components, table_entry.id, table_entry.declarations, source=source)
         paths = find_record_paths(table_entry, Path(data_dir))
         record = add_notes_to_record(
             record, missing_vertical_notes(paths, components, table_entry.declarations) if paths else []
@@ -119,7 +119,7 @@ def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values_by_name.items() if value not in (None, "")}
 
 
-def _assemble_declared_sensor(
+def _assemble_sensor_record(
     components: Sequence[Component], record_id: str, declarations: Declarations, **replaced_fields: Any
 ) -> Record:
     """Assemble the record of the declared sensor (by default the surface sensor) from components.
@@ -163,7 +163,7 @@ def read_without_processing(
         components = read_components(map(read_source_file, paths), declarations)
     else:
         components, paths = read_file_and_siblings(paths[0], declarations)
-    record = _assemble_declared_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declarations)
+    record = _assemble_sensor_record(components, record_id or paths[0].name.split(".")[0].lower(), declarations)
     return add_notes_to_record(record, missing_vertical_notes(paths, components, declarations))
 
 

@@ -144,7 +144,9 @@ def _archive_members(archive_file: SourceFile, remaining_budget: list[int]) -> I
 
     ``remaining_budget`` holds the numbers of bytes and members that are still allowed.
     """
-    for name, plain, folder, data in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(archive_file):
+    for name, plain, folder, read_member in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(
+        archive_file
+    ):
         pure = PurePosixPath(name.replace("\\", "/"))
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
@@ -158,7 +160,7 @@ def _archive_members(archive_file: SourceFile, remaining_budget: list[int]) -> I
             raise RecordError(
                 f"{archive_file.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need"
             )
-        member = data(remaining_budget[0] + 1)
+        member = read_member(remaining_budget[0] + 1)
         remaining_budget[0] -= len(member)
         if remaining_budget[0] < 0:
             why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
@@ -184,11 +186,11 @@ def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
     with zipfile.ZipFile(io.BytesIO(archive_file.data)) as archive:
         for info in archive.infolist():
 
-            def data(max_bytes: int, info: zipfile.ZipInfo = info) -> bytes:
+            def read_member(max_bytes: int, info: zipfile.ZipInfo = info) -> bytes:
                 with archive.open(info) as stream:
                     return stream.read(max_bytes)
 
-            yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), data
+            yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), read_member
 
 
 def _tar_members(archive_file: SourceFile) -> Iterator[_Member]:

@@ -141,7 +141,7 @@ class Highpass(Filter):
 
 
 def _baseline_offset(samples: FloatArray, sampling_interval: float) -> float:
-    """Return the offset of a component, m/s²: its mean, or the median of its first or last second if that is smaller.
+    """Return the offset of a component, m/s²: its mean, or the median of its first or last second if closer to 0.
 
     It is 0 if these three values differ in sign.
     """
@@ -269,7 +269,7 @@ Step = Annotated[
     RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale,
     Field(discriminator="step"),
 ]
-"""Any of the steps; the key ``step`` selects the class."""
+"""Any of the processing steps; the key ``step`` selects the class."""
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
@@ -287,4 +287,4 @@ def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
 
 
 Steps = Annotated[tuple[Step, ...], AfterValidator(_check_step_order)]
-"""Steps in the order in which they are applied."""
+"""Processing steps of a record, in the order in which they are applied."""

@@ -43,9 +43,9 @@ def write_motion(record: Record, path: Path | str, unprocessed_record: Record | 
             _add_time_series(file, round_to_stored_precision(unprocessed_record), "_unprocessed", ", before processing")
 
 
-def _add_time_series(file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = "") -> None:
+def _add_time_series(netcdf_file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = "") -> None:
     """Write the times and components of a record to a NetCDF file as variables with a time dimension."""
-    file.createDimension(f"time{variable_suffix}", record.north.size)
+    netcdf_file.createDimension(f"time{variable_suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
     for name, values, unit, long_name in (
         ("time", time, "s", "time after the start of the record"),
@@ -54,7 +54,7 @@ def _add_time_series(file: Any, record: Record, variable_suffix: str = "", long_
         ("up", record.up, "m s-2", "upward ground acceleration"),
     ):
         if values is not None:
-            variable = file.createVariable(
+            variable = netcdf_file.createVariable(
                 f"{name}{variable_suffix}", "f8", (f"time{variable_suffix}",), zlib=True, shuffle=True
             )
             variable.setncatts({"long_name": long_name + long_name_suffix, "units": unit})
@@ -79,7 +79,7 @@ def _record_attributes(record: Record) -> dict[str, Any]:
 
 
 def read_motion(path: Path | str) -> Record:
-    """Read a ``motion.nc``; raise a ResultError if it is missing, damaged or another kind of file."""
+    """Read the record in a ``motion.nc``; raise a ResultError if the file is missing, damaged or of another kind."""
     return _read_stored_record(Path(path), "")
 
 

@@ -148,14 +148,14 @@ def _closest_existing_folder(folder: Path) -> Path:
 
 def check_packages(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if an optional package that a study needs is not installed, or lacks a soil curve."""
-    from overturning.motion.soil import check_layers
+    from overturning.motion.soil import check_soil_layers
 
     sites = {"": study.site} | {f"variants.{name}: ": one.site for name, one in study.variants.items()}
     faults: dict[str, None] = {}
     for key, site in sites.items():
         try:
             if site is not None:
-                check_layers(site.layers)
+                check_soil_layers(site.layers)
         except ArgumentError as error:
             faults[f"{study_file}: {key}{error}"] = None
     if faults:

@@ -1,1 +1,1 @@
-"""One module per file format: how its files are read, or why not. How they are recognised stands in `table`."""
+"""One module per file format: how its files are read, or why not. Module `table` recognises the format of a file."""

@@ -87,9 +87,9 @@ def read_components(source_file: SourceFile) -> list[Component]:
     ]
 
 
-def _utc_time_of_field(header: Header, field: str) -> datetime | None:
+def _utc_time_of_field(header: Header, field_name: str) -> datetime | None:
     """Return the UTC time for the earthquake's date and a local time of day; None in years of summer time."""
-    moment = parse_stated_time(f"{header.field_text('DATE')} {header.field_text(field)}", CLOCK, utc_offset=PERU)
+    moment = parse_stated_time(f"{header.field_text('DATE')} {header.field_text(field_name)}", CLOCK, utc_offset=PERU)
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 

@@ -53,12 +53,14 @@ FIELDS: Final[Fields] = {
 }
 
 
-def _number_set_format(channel_lines: TextLines, line_index: int, set_label: str) -> tuple[dict[str, Any], int]:
+def _parse_number_block_format(
+    channel_lines: TextLines, line_index: int, block_label: str
+) -> tuple[dict[str, Any], int]:
     """Return the format of a block of numbers (count, numbers per line, column width), and the line after the block."""
     match = SET.match(channel_lines.lines[line_index]) if line_index < len(channel_lines.lines) else None
     if match is None:
         raise channel_lines.line_error(
-            line_index, f"no line that introduces the {set_label}; the file is cut: get it again"
+            line_index, f"no line that introduces the {block_label}; the file is cut: get it again"
         )
     count, per_line, width = (int(number) for number in match.groups())
     if not (1 <= per_line <= 100 and 1 <= width <= 100):
@@ -72,10 +74,10 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     text = channel_lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
-    form, reals_at = _number_set_format(channel_lines, ints_at, "integers")
+    form, reals_at = _parse_number_block_format(channel_lines, ints_at, "integers")
     header = Header.find_fields(channel_lines, FIELDS, ints_at)
     whole = channel_lines.read_fixed_integers(ints_at + 1, **form)
-    form, comments_at = _number_set_format(channel_lines, reals_at, "reals")
+    form, comments_at = _parse_number_block_format(channel_lines, reals_at, "reals")
     real = channel_lines.read_fixed_columns(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
         raise channel_lines.line_error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
@@ -83,7 +85,7 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     if comments is None:
         raise channel_lines.line_error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
-    form, _ = _number_set_format(channel_lines, data_at, "samples")
+    form, _ = _parse_number_block_format(channel_lines, data_at, "samples")
     unit = _checked_unit_code(channel_lines, data_at, int(whole[2]))
     scale = _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS else UNITS[unit]
     samples, end, notes = channel_lines.read_samples(data_at + 1, **form)
@@ -115,13 +117,13 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         location=parse_sensor_location(text[8]),
         peak=peak,
         processed=bool(header.field_text("corrected")),
-        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_entries(header),
+        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_entries(header),
         notes=notes,
     )
     return component, end + 1
 
 
-def _agency_entries(header: Header) -> dict[str, str]:
+def _agency_processing_entries(header: Header) -> dict[str, str]:
     """Return the agency that processed a corrected file and its filter, as entries of ``extra``."""
     if not header.field_text("corrected"):
         return {}

@@ -13,7 +13,7 @@ from overturning.records.component import UNKNOWN, Component, parse_axis_directi
 from overturning.records.declarations import Declarations
 from overturning.records.formats.headings import (
     SECONDS,
-    first_number_line,
+    first_number_line_index,
     heading_notes,
     read_heading_cells,
     text_line_notes,
@@ -149,7 +149,7 @@ def _read_number_rows(
     field_width: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of all rows, the index of their first line, and notes on contradictory headings."""
-    name, first = lines.source.name, first_number_line(lines.lines)
+    name, first = lines.source.name, first_number_line_index(lines.lines)
     texts = {
         i: line if field_width else line.strip()
         for i, line in enumerate(lines.lines[first:], first)

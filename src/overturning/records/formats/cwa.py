@@ -72,11 +72,13 @@ def read_components(source_file: SourceFile) -> list[Component]:
     ]
 
 
-def _stated_peak(header: Header, field: str) -> HeaderPeak:
+def _stated_peak(header: Header, field_name: str) -> HeaderPeak:
     """Return the peak of a component from the extremes that a header field states."""
-    stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field))
+    stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field_name))
     if stated is None:
         raise header.line_error(
-            field, f"{header.field_text(field)!r} where the largest and smallest sample belong; get it again"
+            field_name, f"{header.field_text(field_name)!r} where the largest and smallest sample belong; get it again"
         )
-    return header.field_peak(field, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field, text))))
+    return header.field_peak(
+        field_name, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field_name, text)))
+    )

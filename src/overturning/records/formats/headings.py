@@ -42,7 +42,7 @@ def _normalise_heading(heading: str) -> str:
     return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", heading)).replace("/s/s", "/s2")
 
 
-def first_number_line(lines: Sequence[str]) -> int:
+def first_number_line_index(lines: Sequence[str]) -> int:
     """Return the index of the first line of numbers, after comments (``#``) and lines of words; 0 if there is none."""
     for index, line in enumerate(lines):
         text = line.strip()

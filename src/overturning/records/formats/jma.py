@@ -1,4 +1,4 @@
-"""JMA (Japan Meteorological Agency), CSV: three components in one file, Gal, offset still in.
+"""JMA (Japan Meteorological Agency), CSV: three components in one file, Gal, offset not removed.
 
 The format, as its files describe themselves: lines ``KEY = text`` with station, coordinates, rate, unit, and the time
 of the first sample (Japanese time); a line that names the columns NS, EW and UD, positive towards the first letter;

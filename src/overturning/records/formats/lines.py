@@ -224,7 +224,7 @@ def consecutive_component_reader(
     which a component is cut or inconsistent.
     """
 
-    def read_all(read_component: _ComponentReader, source_file: SourceFile) -> list[Component]:
+    def read_all_components(read_component: _ComponentReader, source_file: SourceFile) -> list[Component]:
         components, at = [], 0
         while at < len(source_file.lines):
             line, length = source_file.lines[at].strip(), 1
@@ -237,4 +237,4 @@ def consecutive_component_reader(
             at += length
         return components
 
-    return lambda read: partial(read_all, read)
+    return lambda read: partial(read_all_components, read)

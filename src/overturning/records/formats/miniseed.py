@@ -58,7 +58,7 @@ def read_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> A
 def stream_components_in_si(
     stream: Any, inventory: Any, source_file: SourceFile, declarations: Declarations
 ) -> list[Component]:
-    """Convert counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
+    """Return the components of an obspy Stream in m/s², converted from counts with the StationXML's gain or response.
 
     Raises a RecordError if a trace has a gap or is not in the inventory, or if its code names a velocity sensor while
     the inventory states acceleration and no unit is declared.

@@ -60,7 +60,7 @@ def read_components(source_file: SourceFile) -> list[Component]:
             location=_sensor_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
-            notes=(*notes, *_doubt_notes(source_file.name, whole, known)),
+            notes=(*notes, *_flag_and_longitude_notes(source_file.name, whole, known)),
         )
     ]
 
@@ -95,7 +95,7 @@ def _sensor_location(header_integers: np.ndarray) -> str:
     return BRIDGE.get(bridge, DAM.get(dam, ""))
 
 
-def _doubt_notes(file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]) -> list[str]:
+def _flag_and_longitude_notes(file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]) -> list[str]:
     """Return notes on a problem that the header flags, and on a longitude that may be positive to the west."""
     flagged = (
         [f"{file_name}: its header flags a problem with the record; read its comments"]

@@ -41,7 +41,7 @@ def normalise_unit(unit_text: str) -> str:
 
 
 def acceleration_unit_size(unit: str) -> float | None:
-    """Return the size of a unit of acceleration in m/s²; None of any other unit."""
+    """Return the size of a unit of acceleration in m/s²; None for any other unit."""
     return _SCALES.get(normalise_unit(unit))
 
 
@@ -191,7 +191,7 @@ def product_of_stage_gains(response: Any) -> float | None:
 
 
 def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
-    """Return the channels with a trace's codes that were active at a moment, ordered by start."""
+    """Return the StationXML channels of a trace that were active at a time, ordered by their start."""
     codes = trace.stats
     found = [
         channel
@@ -218,14 +218,14 @@ def _channel_values(channel: Any) -> tuple[Any, ...]:
 
 
 def _gain_label(channel: Any) -> str:
-    """Return gain, azimuth and dip of a channel as text."""
+    """Return a text with the gain, azimuth and dip of a channel."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     gain = f"gain {sensitivity.value:g}" if sensitivity and sensitivity.value is not None else "no gain"
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
 
 
 def _channel_direction(channel: Any) -> tuple[Direction, str]:
-    """Return a channel's direction from azimuth and dip, and the channel's text that calls it unknown, or ""."""
+    """Return the direction of a channel, and the text in its StationXML that calls the direction unknown, or ""."""
     azimuth, dip = channel.azimuth, channel.dip
     if dip is not None and abs(abs(dip) - 90.0) < 1.0:
         return (None, 1 if dip < 0 else -1), ""

@@ -52,8 +52,8 @@ class FileFormat:
     agency: str = ""  # that processed the processed files; "" if the file names it
     declared: bool = False  # True if the reader needs declarations, because files are incomplete
 
-    def detect(self, source_file: SourceFile) -> bool:
-        """Return True if a file is of this format, by its content."""
+    def matches_file(self, source_file: SourceFile) -> bool:
+        """Return True if the content of a file is in this format."""
         if callable(self.begins):
             return self.begins(source_file.data)
         return bool(re.match(self.begins, source_file.data[:2000].removeprefix(b"\xef\xbb\xbf")))
@@ -175,14 +175,14 @@ def find_format_by_name(format_name: str) -> FileFormat | None:
 
 
 def has_known_format(source_file: SourceFile) -> bool:
-    """Return True if a file is of one of the formats, by its content."""
-    return any(form.detect(source_file) for form in FORMATS)
+    """Return True if the content of a file is in a known format."""
+    return any(form.matches_file(source_file) for form in FORMATS)
 
 
 def detect_format(source_file: SourceFile) -> FileFormat:
     """Return the format of a file; raise a RecordError if no format recognises it."""
     for form in FORMATS:
-        if form.detect(source_file):
+        if form.matches_file(source_file):
             return form
     if source_file.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
         why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"

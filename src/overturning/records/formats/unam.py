@@ -78,14 +78,16 @@ def read_components(source_file: SourceFile) -> list[Component]:
     ]
 
 
-def _field_values(header: Header, field: str) -> list[str]:
+def _field_values(header: Header, field_name: str) -> list[str]:
     """Return the values of a list field, one per channel."""
-    header.line_index(field)
-    values = [part.partition(";")[0].strip() for part in header.field_text(field).strip("/").split("/")]
+    header.line_index(field_name)
+    values = [part.partition(";")[0].strip() for part in header.field_text(field_name).strip("/").split("/")]
     while values and not values[-1]:
         values.pop()
     if not values or not all(values):
-        raise header.line_error(field, f"{header.field_text(field)!r} where /…/…/…/ belongs; get the file again")
+        raise header.line_error(
+            field_name, f"{header.field_text(field_name)!r} where /…/…/…/ belongs; get the file again"
+        )
     return values
 
 

@@ -239,7 +239,7 @@ def test_fit_without_intervals_is_drawn() -> None:
     (shape, height), (pga, ratio) = (0.2, 0.6), line.get_data()
     over_west = np.log(pga / 100 / (9.80665 * shape))
     rows = np.stack(np.broadcast_arrays(over_west, np.log(ratio), np.log(shape), np.log(height)), axis=1)
-    np.testing.assert_allclose(fit.probability(rows), 0.5, rtol=1e-9)
+    np.testing.assert_allclose(fit.fall_probability(rows), 0.5, rtol=1e-9)
 
 
 def test_plane_points_match_cube_and_intensity() -> None:

@@ -75,7 +75,7 @@ def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
 def test_a_rose_in_space_without_a_fault_normal_keeps_directions() -> None:
     one = space_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
     assert rose_of_all_records(one).shares.size == SECTORS
-    assert rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).axial
+    assert rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
 def test_interval_of_an_axial_sector_is_that_of_the_sum() -> None:

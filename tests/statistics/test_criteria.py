@@ -124,7 +124,7 @@ def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     assert all(one.skill.value < 1 and one.within.value < 1 for one in others)
     # Within a block only the motion differs, so a rule without motion has no skill.
     assert blind.within.value == pytest.approx(0.0)
-    assert found.blocks[0.6, 0.1][0].falls == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
+    assert found.blocks[0.6, 0.1][0].fall_share == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
     assert len(found.blocks) == 8
 
 
@@ -146,7 +146,7 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
     found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     blind = found.rules[-1]
-    assert (found.best.name, found.best.within.value) == ("pulse, one impact", pytest.approx(1.0))
+    assert (found.best_criterion.name, found.best_criterion.within.value) == ("pulse, one impact", pytest.approx(1.0))
     # All earthquakes are alike, so that each difference is certain.
     assert all(lead.low > 0 for lead in found.leads.values())
     # By hand: hits minus false alarms for each block with falls and stands, averaged with weights f(1 − f).
@@ -214,12 +214,12 @@ def test_equal_criteria_are_not_ranked_and_different_ones_are(make_cube: Callabl
     """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
     alike = [scores_where_the_first_is_right(make_cube, generator, (2, 2)) for _ in range(400)]
-    assert {one.best.name for one in alike} == {FIRST, SECOND}
+    assert {one.best_criterion.name for one in alike} == {FIRST, SECOND}
     assert np.mean([all(lead.low > 0 for lead in one.leads.values()) for one in alike]) <= 0.07
     # Both lead the three that always say the same.
     assert np.mean([sum(lead.low > 0 for lead in one.leads.values()) >= 3 for one in alike]) >= 0.95
     better = [scores_where_the_first_is_right(make_cube, generator, (6, 2)) for _ in range(60)]
-    ranked = [one.best.name for one in better if all(lead.low > 0 for lead in one.leads.values())]
+    ranked = [one.best_criterion.name for one in better if all(lead.low > 0 for lead in one.leads.values())]
     assert set(ranked) == {FIRST}
     assert len(ranked) >= 48
 

@@ -29,7 +29,7 @@ def test_challenger() -> None:
     fit = fit_logistic_model(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23), intervals=False)
     assert fit.coefficient == pytest.approx([15.0429, -0.2322], abs=1e-4)
     assert np.isnan([*fit.low, *fit.standard_error]).all()
-    assert float(fit.probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
+    assert float(fit.fall_probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
 
 
 def test_estimates_and_errors_are_those_of_leaving_out_each_cluster() -> None:

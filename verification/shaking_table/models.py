@@ -73,7 +73,7 @@ def _logistic_probabilities(
 ) -> FloatArray:
     fell = tests.fell[specimen][learning_tests].astype(np.float64)
     fit = fit_logistic_model(predictors[learning_tests], fell, tests.motion[learning_tests], intervals=False)
-    return fit.probability(predictors[predicted_tests])
+    return fit.fall_probability(predictors[predicted_tests])
 
 
 def split_odd_even(tests: ShakingTableTests) -> Iterator[tuple[Rows, Rows]]:

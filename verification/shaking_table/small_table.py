@@ -95,7 +95,7 @@ def predict_held_out(
     for learn, other in (halves, halves[::-1]):
         fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), motion_names(tests)[learn], intervals=False)
         best = most_likely_centre(fractions, fell, learn)
-        logistic[other], rigid[other] = fit.probability(peaks[other]), fractions[best][other]
+        logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
         centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))
     return made, centres
 

@@ -49,9 +49,9 @@ def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: FittedF
         x = np.geomspace(curve.least, curve.most, 100)
         low, high = curve.median_interval
         if math.isfinite(low) and math.isfinite(high):
-            ends = [100 * curve.probability(x * (curve.median / median)) for median in (high, low)]
+            ends = [100 * curve.fall_probability(x * (curve.median / median)) for median in (high, low)]
             panel.fill_between(x, *ends, color=FALLS, alpha=0.2, linewidth=0, label="95 % interval of the median")
-        panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
+        panel.plot(x, 100 * curve.fall_probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
     panel.set_xscale("log")
     set_logarithmic_ticks(panel.xaxis)
     labels(panel, f"{curve.measure}, {curve.unit}", "")

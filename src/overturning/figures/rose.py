@@ -43,7 +43,7 @@ def draw_rose(axes: Any, rose: FallRose, top: float | None = None) -> None:
     top = top or common_radius(rose)
     centres = np.arange(rose.shares.size) * 2.0 * np.pi / SECTORS
     values = [rose.shares, rose.low, rose.high]
-    if rose.axial:  # the sector across the top has one half at either end
+    if rose.is_axial:  # the sector across the top has one half at either end
         axes.set(thetamin=-90.0, thetamax=90.0)
         centres = np.append(centres, centres - np.pi)
         values = [np.tile(one, 2) for one in values]
@@ -61,7 +61,7 @@ def draw_rose(axes: Any, rose: FallRose, top: float | None = None) -> None:
             shown.append(level)
     set_radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6)
     axes.yaxis.grid(True, linewidth=0.4)
-    if rose.axial:
+    if rose.is_axial:
         _label_axis_angles(axes, rose.from_normal)
     else:
         axes.set_rlabel_position(_azimuth_for_radius_labels(rose))
@@ -124,7 +124,7 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | Non
     """
     roses, means = rose_of_each_group(cube), summaries or {}
     width = max(3.3 * len(roses), 4.3)
-    axial = all(rose.axial for rose in roses.values())
+    axial = all(rose.is_axial for rose in roses.values())
     figure, panels = grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
     top = common_radius(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):

@@ -185,7 +185,7 @@ def score_published_criteria(results: StudyResults) -> CriteriaFindings | None:
     }
     return CriteriaFindings(
         scores=scores,
-        best_criterion=found.best.name if found.leads else "",
+        best_criterion=found.best_criterion.name if found.leads else "",
         skill_lead=leads,
         share_beyond_pulse_range=found.beyond,
     )

@@ -81,4 +81,4 @@ def _sum_falls_by_block_rule(block_rules: Sequence[BlockRule], cube: xr.Dataset)
     names = ["falls", "axis_cosine", "axis_sine"]
     weighted = falls[names] * falls["weight"]
     over = (model.direction, *model.case_dims)
-    return xr.concat([weighted.where(rule.selects(share)).sum(over) for rule in block_rules], "rule")
+    return xr.concat([weighted.where(rule.selects_blocks(share)).sum(over) for rule in block_rules], "rule")

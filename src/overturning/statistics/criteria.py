@@ -175,7 +175,7 @@ class PredictionScore(NamedTuple):
         return cls(*np.moveaxis(prediction_counts, -1, 0))
 
     @property
-    def falls(self) -> Any:
+    def fall_share(self) -> Any:
         """Share of all cases that fall."""
         return _divide_or_nan(self.hits + self.misses, sum(self))
 
@@ -243,7 +243,7 @@ class CriteriaScores:
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
     leads : dict of str to Mean
-        Skill within blocks of the `best` of `CRITERIA` minus that of each other one, with the interval of the
+        Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     beyond : float
         Share of planes and blocks above `PULSE_VALID`.
@@ -257,7 +257,7 @@ class CriteriaScores:
     blocks: dict[tuple[float, float], tuple[PredictionScore, ...]]
 
     @property
-    def best(self) -> RuleScore:
+    def best_criterion(self) -> RuleScore:
         """Score of the criterion with the largest mean skill within blocks of one height and B/H."""
         return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
@@ -357,7 +357,7 @@ def _mean_skill_within_blocks(prediction_counts: FloatArray) -> FloatArray:
     predictions within blocks.
     """
     score = PredictionScore.from_counts(prediction_counts.sum(axis=-3))
-    weight = np.where(np.isfinite(score.skill), score.falls * (1 - score.falls), 0.0)
+    weight = np.where(np.isfinite(score.skill), score.fall_share * (1 - score.fall_share), 0.0)
     return np.asarray(
         _divide_or_nan((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1))
     )

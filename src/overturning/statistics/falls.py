@@ -138,7 +138,7 @@ class BlockRule:
     most: float
     otherwise_all: bool = False
 
-    def selects(self, overturned_share: xr.DataArray) -> xr.DataArray:
+    def selects_blocks(self, overturned_share: xr.DataArray) -> xr.DataArray:
         """Return True for selected blocks; the argument is the share of directions in which each block overturns."""
         if self.most > 1.0:
             return xr.ones_like(overturned_share, dtype=bool)
@@ -188,7 +188,7 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     model all blocks are informative.
     """
     rule = block_rule_of_model(cube)
-    return xr.DataArray(True) if rule is EVERY_BLOCK else rule.selects(overturned_shares_of_directions(cube))
+    return xr.DataArray(True) if rule is EVERY_BLOCK else rule.selects_blocks(overturned_shares_of_directions(cube))
 
 
 def fall_shares(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:

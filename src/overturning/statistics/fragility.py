@@ -78,7 +78,7 @@ class FittedFragilityCurve:
         )
         return median, ConfidenceInterval(low, high), self.spread if self.least <= median <= self.most else math.nan
 
-    def probability(self, intensity: ArrayLike) -> FloatArray:
+    def fall_probability(self, intensity: ArrayLike) -> FloatArray:
         """Return the probability that a stone falls, for each intensity."""
         over = np.asarray(intensity, dtype=np.float64) / self.median
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))

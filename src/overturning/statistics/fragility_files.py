@@ -71,7 +71,7 @@ def write_openquake_model(curves: Sequence[FittedFragilityCurve], path: Path, mo
             continue
         levels = np.geomspace(one.least, one.most, LEVELS)
         intensities = " ".join(f"{value:.6g}" for value in levels)
-        probabilities = " ".join(f"{value:.6f}" for value in one.probability(levels))
+        probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [
             f'<fragilityFunction id={quoteattr(one.identifier)} format="discrete">',
             f'<imls imt="{one.measure}" noDamageLimit="{one.least:.6g}">{intensities}</imls>',

@@ -60,7 +60,7 @@ class LogisticFit:
     maximum: FloatArray
     note: str = ""
 
-    def probability(self, predictors: ArrayLike) -> FloatArray:
+    def fall_probability(self, predictors: ArrayLike) -> FloatArray:
         """Return the fitted probability of falling; ``predictors`` has shape (…, k − 1) in the order of `names`."""
         x = np.asarray(predictors, dtype=np.float64)
         return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))

@@ -45,7 +45,7 @@ class FallRose:
     from_normal: bool = False
 
     @property
-    def axial(self) -> bool:
+    def is_axial(self) -> bool:
         """True if falls in opposite directions are counted in one sector, so that the rose covers half of a circle."""
         return self.shares.size < SECTORS
 

@@ -5,7 +5,7 @@ the whole step, dashpots half a step earlier. Momenta are known at half steps, p
 momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
 its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
 of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole
-steps; `shift_all` converts them.
+steps; `shift_momenta` converts them.
 """
 
 from collections.abc import Iterator
@@ -72,19 +72,19 @@ WHOLE: Final = TICKS
 
 
 class CundallVertices(NamedTuple):
-    """Marker of bodies with vertices that this scheme computes."""
+    """Marker type for bodies with vertices; from it the compiler chooses the loop written for them."""
 
     round: bool = False
 
 
 class CundallRim(NamedTuple):
-    """Marker of bodies with a rim that this scheme computes."""
+    """Marker type for bodies with a rim; from it the compiler chooses the loop written for them."""
 
     round: bool = True
 
 
-class Wrench(NamedTuple):
-    """Contact force of the base on the body with its moment, summed over contact points, per mass."""
+class ContactWrench(NamedTuple):
+    """Contact force of the base on a body and its moment, summed over contact points, divided by the mass."""
 
     force: Vector
     moment: Vector
@@ -99,19 +99,19 @@ class Wrench(NamedTuple):
     """Energy released by tangential springs, over half their stiffness, m²."""
 
 
-class ContactSums(NamedTuple):
-    """Contact force on a body in a step, and its largest penetration."""
+class ContactTotals(NamedTuple):
+    """Contact force on a body in a step, and largest penetration of its contact points."""
 
-    wrench: Wrench
+    wrench: ContactWrench
     depth: float
     """Largest penetration, m."""
 
 
-sum_of = tuple_arithmetic(Wrench).plus
+sum_of = tuple_arithmetic(ContactWrench).plus
 
 
 class ContactPoint(NamedTuple):
-    """Contact point: position from the centre, penetration, and displacement in the last step, m."""
+    """Contact point of a body: position from its centre, penetration, and displacement in the last step, m."""
 
     arm: Vector
     depth: float
@@ -121,107 +121,141 @@ class ContactPoint(NamedTuple):
 
 
 @njit(**INLINE)
-def vertex_moved(s: BodyState, f: Matrix, vertex: BodyVertex, old: VertexHistory) -> ContactPoint:
-    """Return the state of a vertex; its displacement is the difference from its last position."""
-    arm = matrix_times_vector(f, vertex.own)
-    place = plus(s.place, arm)
-    return ContactPoint(arm, -place.z, place.x - old.x, place.y - old.y, -place.z - old.depth)
+def vertex_contact_point(
+    body_state: BodyState, body_axes: Matrix, vertex: BodyVertex, history: VertexHistory
+) -> ContactPoint:
+    """Return the contact point at a vertex; its displacement is the difference from its last position."""
+    arm = matrix_times_vector(body_axes, vertex.own)
+    place = plus(body_state.place, arm)
+    return ContactPoint(arm, -place.z, place.x - history.x, place.y - history.y, -place.z - history.depth)
 
 
 @njit(**INLINE)
-def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> ContactPoint:
-    """Return the state of a point of the rim; its displacement is that of the body at this point."""
-    arm = rim_point_position(body, f, ahead, aside)
-    v = plus(s.velocity, cross_product(s.spin, arm))
-    return ContactPoint(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
+def rim_contact_point(
+    body: Constants, body_state: BodyState, body_axes: Matrix, along_lean: float, across_lean: float, time_step: float
+) -> ContactPoint:
+    """Return the contact point at a point of the rim; its displacement is that of the body at this point."""
+    arm = rim_point_position(body, body_axes, along_lean, across_lean)
+    v = plus(body_state.velocity, cross_product(body_state.spin, arm))
+    return ContactPoint(arm, -(body_state.place.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
 
 
 @njit(**INLINE)
 def apply_contact_law(
-    body: Constants, s: BodyState, at: ContactPoint, old: VertexHistory, rate: float, rule: tuple[bool, bool, float]
-) -> tuple[Wrench, VertexHistory]:
-    """Apply the contact law at a point; `rate` is the dashpot over the step, so that it multiplies displacements.
+    body: Constants,
+    body_state: BodyState,
+    contact_point: ContactPoint,
+    history: VertexHistory,
+    dashpot_rate: float,
+    contact_flags: tuple[bool, bool, float],
+) -> tuple[ContactWrench, VertexHistory]:
+    """Apply the contact law at a contact point; return its force and moment, and its new history.
 
-    `rule` holds whether the point carries only later, whether the body lands flat, and the landing time of the point if
-    it touches now (s).
+    `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
+    True if the point carries only later, True if the body lands flat, and its landing time, s, if it touches now.
     """
-    waiting, flat, begun = rule
-    depth = 0.0 if waiting & (at.depth > 0.0) else at.depth
-    inside, was = depth > 0.0, old.depth > 0.0
+    waiting, flat, begun = contact_flags
+    depth = 0.0 if waiting & (contact_point.depth > 0.0) else contact_point.depth
+    inside, was = depth > 0.0, history.depth > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
-    sinking = 0.0 if old.depth == 0.0 else at.sinking
-    n = body.stiffness * depth + rate * sinking
+    sinking = 0.0 if history.depth == 0.0 else contact_point.sinking
+    n = body.stiffness * depth + dashpot_rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
-    tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
+    tx, ty = (history.sx + contact_point.slip_x if was else 0.0), (history.sy + contact_point.slip_y if was else 0.0)
     most = body.friction * n
-    hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
-    drift_x, drift_y, drifts, tilting = flat_landing_slip(body, at.arm, s.velocity, s.spin, flat)
+    hx, hy = (
+        -(body.tangential * tx) - dashpot_rate * contact_point.slip_x,
+        -(body.tangential * ty) - dashpot_rate * contact_point.slip_y,
+    )
+    drift_x, drift_y, drifts, tilting = flat_landing_slip(
+        body, contact_point.arm, body_state.velocity, body_state.spin, flat
+    )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
-    landing = (old.landing if was else begun) - body.step * WHOLE
+    landing = (history.landing if was else begun) - body.step * WHOLE
     landing = landing if inside else 0.0
     force = Vector(fx, fy, n)
     spring = body.stiffness * (depth if inside else 0.0)
     damping = Vector(fx + body.tangential * kx, fy + body.tangential * ky, n - spring)
-    opened = old.depth * old.depth if was & (not inside) else 0.0
+    opened = history.depth * history.depth if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
-    opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
-    shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
-    lever = Vector(at.arm.x, at.arm.y, tilting * at.arm.z)
-    wrench = Wrench(force, cross_product(lever, force), damping, cross_product(lever, damping), opened, shortened)
+    opened = -(depth * depth) if inside & (history.depth == 0.0) else opened
+    shortened = (history.sx + kx) * (tx - kx) + (history.sy + ky) * (ty - ky)
+    lever = Vector(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
+    wrench = ContactWrench(
+        force, cross_product(lever, force), damping, cross_product(lever, damping), opened, shortened
+    )
     return wrench, VertexHistory(
-        sx=kx, sy=ky, x=s.place.x + at.arm.x, y=s.place.y + at.arm.y, depth=depth, normal=n, slid=0.0, landing=landing
+        sx=kx,
+        sy=ky,
+        x=body_state.place.x + contact_point.arm.x,
+        y=body_state.place.y + contact_point.arm.y,
+        depth=depth,
+        normal=n,
+        slid=0.0,
+        landing=landing,
     )
 
 
 @njit(**INLINE)
-def add_pair(so_far: ContactSums, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -> ContactSums:
-    """Add a pair of contact points to those so far."""
-    return ContactSums(
-        sum_of(so_far.wrench, sum_of(a, b)), updated_maximum(so_far.depth, updated_maximum(depth_b, depth_a))
+def add_contact_pair(
+    totals: ContactTotals,
+    first_wrench: ContactWrench,
+    second_wrench: ContactWrench,
+    first_depth: float,
+    second_depth: float,
+) -> ContactTotals:
+    """Add the forces of a pair of opposite contact points to the totals of a body."""
+    return ContactTotals(
+        sum_of(totals.wrench, sum_of(first_wrench, second_wrench)),
+        updated_maximum(totals.depth, updated_maximum(second_depth, first_depth)),
     )
 
 
 @njit(**INLINE)
-def step(
+def advance_body_one_step(
     body: Constants,
-    s: BodyState,
-    f: Matrix,
-    acting: ContactSums,
+    body_state: BodyState,
+    body_axes: Matrix,
+    contact_totals: ContactTotals,
     peaks: BodyPeaks,
     account: BodyBalanceAccount,
     shaking: BodyShaking,
 ) -> tuple[BodyState, BodyPeaks, BodyBalanceAccount]:
-    """Compute one step of one body under the contact force of the base."""
-    t, dt = acting.wrench, body.step * WHOLE
+    """Advance one body by one step under the contact force of the base."""
+    t, dt = contact_totals.wrench, body.step * WHOLE
     half = 0.5 * dt
     push = Vector(
-        motion_at_tick(shaking.push_x, s.tick),
-        motion_at_tick(shaking.push_y, s.tick),
-        motion_at_tick(shaking.lift, s.tick),
+        motion_at_tick(shaking.push_x, body_state.tick),
+        motion_at_tick(shaking.push_y, body_state.tick),
+        motion_at_tick(shaking.lift, body_state.tick),
     )
     a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
-    c = extrapolate_vector(s.velocity, half, a)
-    w = angular_velocity(body, f, extrapolate_vector(s.momentum, half, t.moment))
+    c = extrapolate_vector(body_state.velocity, half, a)
+    w = angular_velocity(body, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
     loss = account.lost + (let_go + dt * -(dot_product(t.damping, c) + dot_product(t.braking, w)))
-    spin = account.spin + dt * (t.moment.z + (s.place.x * a.y - s.place.y * a.x))
+    spin = account.spin + dt * (t.moment.z + (body_state.place.x * a.y - body_state.place.y * a.x))
     # Update the peaks and the last time before the critical tilt.
-    lean, bx, by = lean_measure(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
+    lean, bx, by = (
+        lean_measure(body_axes),
+        body_state.place.x - body.foot * body_axes.xz,
+        body_state.place.y - body.foot * body_axes.yz,
+    )
     peaks = BodyPeaks(
         updated_maximum(peaks.lean, lean), updated_maximum(peaks.slip, bx * bx + by * by),
-        updated_maximum(peaks.depth, acting.depth),
-        s.tick if lean < body.critical else peaks.last_upright,
+        updated_maximum(peaks.depth, contact_totals.depth),
+        body_state.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
-    v, momentum = extrapolate_vector(s.velocity, dt, a), extrapolate_vector(s.momentum, dt, t.moment)
-    w = angular_velocity(body, f, momentum)
-    w = angular_velocity(body, rotation_matrix(rotate_quaternion(s.turn, half, w)), momentum)
-    place, turn = extrapolate_vector(s.place, dt, v), rotate_quaternion(s.turn, dt, w)
+    v, momentum = extrapolate_vector(body_state.velocity, dt, a), extrapolate_vector(body_state.momentum, dt, t.moment)
+    w = angular_velocity(body, body_axes, momentum)
+    w = angular_velocity(body, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum)
+    place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.turn, dt, w)
     moved = BodyState(
         place=place,
         turn=turn,
@@ -230,7 +264,7 @@ def step(
         spin=w,
         acceleration=a,
         moment=t.moment,
-        tick=s.tick + WHOLE,
+        tick=body_state.tick + WHOLE,
     )
     return moved, peaks, BodyBalanceAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
@@ -240,10 +274,10 @@ def step(
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, BodyState, Matrix))
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-ACTING: Final = RowLayout(COLUMNS, ContactSums)
+ACTING: Final = RowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
-load_acting, store_acting, _ = ACTING.access(ContactSums)
-no_wrench = tuple_arithmetic(Wrench).zero
+load_acting, store_acting, _ = ACTING.access(ContactTotals)
+no_wrench = tuple_arithmetic(ContactWrench).zero
 load_shaking = ROWS.access(BodyShaking, unused_fields=UNUSED).load
 load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyBalanceAccount, unused_fields=UNUSED).load
 store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
@@ -256,22 +290,32 @@ OF_A_VERTEX: Final = VERTEX.size
 
 
 @njit(**INNER)
-def place_all(state: Any, acting: Any, columns: int) -> None:
-    """Compute the axes of all bodies, and reset their contact forces."""
+def reset_contact_forces(state: Any, contact_rows: Any, columns: int) -> None:
+    """Compute the axes of all bodies from their rotations, and set their contact forces to zero."""
     for j in range(columns):
         s = load_state(state, j)
         store_frame(state, j, rotation_matrix(s.turn))
-        store_acting(acting, j, ContactSums(no_wrench(), -1.0))
+        store_acting(contact_rows, j, ContactTotals(no_wrench(), -1.0))
 
 
 @njit(**INNER)
-def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> None:
-    """Compute the contact forces at a pair of opposite vertices of all bodies."""
+def add_vertex_contact_forces(
+    state: Any, contact_rows: Any, first_vertex_rows: Any, opposite_vertex_rows: Any, columns: int
+) -> None:
+    """Add the contact forces at a pair of opposite vertices, for all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
-        rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
-        p, q, base_contact = load_vertex(one, j), load_vertex(other, j), load_base_contact(state, j)
-        at, on = vertex_moved(s, f, p, left), vertex_moved(s, f, q, right)
+        rate, left, right = (
+            body.dashpot / (body.step * WHOLE),
+            load_memory(first_vertex_rows, j),
+            load_memory(opposite_vertex_rows, j),
+        )
+        p, q, base_contact = (
+            load_vertex(first_vertex_rows, j),
+            load_vertex(opposite_vertex_rows, j),
+            load_base_contact(state, j),
+        )
+        at, on = vertex_contact_point(s, f, p, left), vertex_contact_point(s, f, q, right)
         a, left = apply_contact_law(
             body,
             s,
@@ -296,38 +340,49 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
                 landing_time_at_touch(body, base_contact),
             ),
         )
-        store_memory(one, j, left)
-        store_memory(other, j, right)
-        store_acting(acting, j, add_pair(load_acting(acting, j), a, b, left.depth, right.depth))
+        store_memory(first_vertex_rows, j, left)
+        store_memory(opposite_vertex_rows, j, right)
+        store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))
 
 
 @njit(**INNER)
-def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
-    """Compute the contact forces at a pair of opposite points of the rim of all bodies."""
+def add_rim_contact_forces(
+    state: Any,
+    contact_rows: Any,
+    first_point_rows: Any,
+    opposite_point_rows: Any,
+    columns: int,
+    along_lean: float,
+    across_lean: float,
+) -> None:
+    """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.step * WHOLE
-        rate, left, right = body.dashpot / dt, load_memory(one, j), load_memory(other, j)
+        rate, left, right = body.dashpot / dt, load_memory(first_point_rows, j), load_memory(opposite_point_rows, j)
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
-            (aside != 0.0) & (not both_base_ends_rest(base_contact)),
+            (across_lean != 0.0) & (not both_base_ends_rest(base_contact)),
             base_lands_flat(base_contact),
             landing_time_at_touch(body, base_contact),
         )
-        at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)
+        at, on = (
+            rim_contact_point(body, s, f, along_lean, across_lean, dt),
+            rim_contact_point(body, s, f, -along_lean, -across_lean, dt),
+        )
         a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
         b, right = apply_contact_law(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun))
-        store_memory(one, j, left)
-        store_memory(other, j, right)
-        store_acting(acting, j, add_pair(load_acting(acting, j), a, b, left.depth, right.depth))
+        store_memory(first_point_rows, j, left)
+        store_memory(opposite_point_rows, j, right)
+        store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))
 
 
 @njit(**INNER)
-def move_all(state: Any, acting: Any, columns: int) -> None:
-    """Compute the step of all bodies."""
+def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
+    """Advance all bodies by one step under their contact forces."""
     for j in range(columns):
-        s, peaks, account = step(
-            load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(acting, j),
+        s, peaks, account = advance_body_one_step(
+            load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(contact_rows, j),
             load_peaks(state, j), load_account(state, j), load_shaking(state, j),
         )  # fmt: skip
         store_state(state, j, s)
@@ -336,11 +391,11 @@ def move_all(state: Any, acting: Any, columns: int) -> None:
 
 
 @njit(**INNER)
-def shift_all(state: Any, columns: int, by: float) -> None:
-    """Advance momenta, and the account of the vertical angular momentum, by a number of steps with the last forces."""
+def shift_momenta(state: Any, columns: int, step_count: float) -> None:
+    """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
-        time = by * WHOLE * load_body(state, j).step
+        time = step_count * WHOLE * load_body(state, j).step
         v, momentum = (
             extrapolate_vector(s.velocity, time, s.acceleration),
             extrapolate_vector(s.momentum, time, s.moment),
@@ -366,7 +421,7 @@ def shift_all(state: Any, columns: int, by: float) -> None:
 
 
 @cache
-def loops(round_: bool) -> Any:
+def sample_loop(has_rim: bool) -> Any:
     """Return the function that computes the steps of a sample, for bodies with vertices or with a rim.
 
     The type of its argument `kind` makes the compiled names of both variants differ; otherwise variants compiled by
@@ -385,33 +440,33 @@ def loops(round_: bool) -> Any:
         ticks: float,  # noqa: ARG001
     ) -> None:
         half, acting = count // 2 * OF_A_VERTEX, aligned_zeros(ACTING_SIZE)
-        shift_all(state, columns, -0.5)
+        shift_momenta(state, columns, -0.5)
         for _ in range(steps):
-            place_all(state, acting, columns)
-            update_base_contacts(state, vertices, half, base, columns, round_)
+            reset_contact_forces(state, acting, columns)
+            update_base_contacts(state, vertices, half, base, columns, has_rim)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = (
                     vertices[pair : pair + OF_A_VERTEX],
                     vertices[half + pair : half + pair + OF_A_VERTEX],
                 )
-                if round_:
+                if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
-                    roll_all(state, acting, one, other, columns, ahead, 1.0 - ahead)
+                    add_rim_contact_forces(state, acting, one, other, columns, ahead, 1.0 - ahead)
                 else:
-                    touch_all(state, acting, one, other, columns)
-            move_all(state, acting, columns)
-        shift_all(state, columns, 0.5)
+                    add_vertex_contact_forces(state, acting, one, other, columns)
+            advance_all_bodies(state, acting, columns)
+        shift_momenta(state, columns, 0.5)
 
     return advance
 
 
-LOOPS.update({CundallVertices: loops(False), CundallRim: loops(True)})
+LOOPS.update({CundallVertices: sample_loop(False), CundallRim: sample_loop(True)})
 _queue = njit(nogil=True, **OPTIONS)(run_queue.py_func)
 
 
 @njit(nogil=True, **OPTIONS)
 def run_cundall(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
-    """Run a queue like `run_queue`; cached separately, so that the package's cache does not depend on this module."""
+    """Run a queue of cases like `run_queue`, with a compiled-code cache separate from that of the package."""
     return _queue(inputs, order, counter, path)
 
 

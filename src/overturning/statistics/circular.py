@@ -111,7 +111,7 @@ class TestResult:
 
 @lru_cache(maxsize=4)
 def _random_unit_vectors(vector_count: int) -> NDArray[np.complex128]:
-    """Draw unit vectors in random directions, shape (`ROTATIONS`, n), as complex numbers."""
+    """Draw random unit vectors as complex numbers, shape (`ROTATIONS`, vectors)."""
     return np.exp(
         1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
     )

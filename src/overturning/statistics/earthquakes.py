@@ -104,7 +104,7 @@ def fall_axes_by_group(
 
 @dataclass(frozen=True)
 class FallAxisSummary:
-    """Fall axes of several earthquakes relative to their fault normals.
+    """Mean fall axis and alignment of several earthquakes relative to their fault normals.
 
     Attributes
     ----------

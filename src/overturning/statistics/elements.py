@@ -14,7 +14,7 @@ from overturning.statistics.by_record import iterate_records
 
 @dataclass(frozen=True)
 class ElementFalls:
-    """Falls of one element over the ``cases`` with a known outcome.
+    """Falls of one element of a scene, over the ``cases`` with a known outcome.
 
     ``falls`` is the number of cases in which it falls to either side, ``first`` of those in which no other element of
     its scene falls before it. ``share`` is falls/cases, and ``median_time`` the median time of its falls, s; both are
@@ -120,7 +120,7 @@ def _fall_azimuths(cube: xr.Dataset) -> FloatArray:
 
 
 def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> FallContrast:
-    """Average the counts of `count_common_falls` over earthquakes; ``record_events`` names that of each record."""
+    """Average the counts of `count_common_falls` over earthquakes; `record_events` are the earthquakes of records."""
 
     def mean_share(name: str, of: str) -> EarthquakeMean:
         total = fall_counts[of].to_numpy().astype(np.float64)

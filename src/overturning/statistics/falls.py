@@ -203,7 +203,7 @@ def fall_shares(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.Data
 def sum_fall_vectors(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Sum falls and the cosines and sines of their directions and doubled axes over the direction dimension.
+    """Sum falls, and cosines and sines of their directions and doubled axes, over all directions of a cube.
 
     The sums can be added further before an angle is computed. With ``informative_only`` they cover the
     `informative_blocks` only; ``all_falls`` always counts the falls of all blocks.

@@ -77,7 +77,7 @@ class TwistSummary(NamedTuple):
 
 
 def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
-    """Return the absolute rotations about the vertical of stones that moved and stand, degrees, by (B/H, friction).
+    """Return the absolute rotations about the vertical, degrees, of stones that moved and stand, by (B/H, friction).
 
     The cube is read one record at a time. All rotations are kept in memory for the quantiles (four bytes each).
     """

@@ -78,7 +78,7 @@ def draw_stones(population: Population) -> StonePopulation:
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
     def scale_to_range(value_range: UniformRange, unit_values: FloatArray) -> FloatArray:
-        """Return uniform random numbers between 0 and 1 scaled to a range."""
+        """Scale uniform random numbers between 0 and 1 to a range of values."""
         return value_range.low + (value_range.high - value_range.low) * unit_values
 
     width, height = scale_to_range(population.width, unit[0]), scale_to_range(population.height, unit[1])
@@ -131,7 +131,7 @@ def stone_outcomes(site_cube: xr.Dataset, stones: StonePopulation) -> StoneOutco
 
 
 def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, FloatArray]:
-    """Compute the fractions of stones that fall, shift and rotate, for each of a amplitudes.
+    """Compute the fractions of stones that fall, shift and rotate, for each amplitude of the motion.
 
     Stones with an unknown outcome do not count.
 

@@ -261,7 +261,7 @@ def _response_cache_path(candidate: CandidateMotion, aspect: float, folder: Path
 def load_or_compute_outcomes(
     candidate: CandidateMotion, aspect: float, needed_nodes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """Load the outcomes of stones under a motion from the cache; simulate missing ones and add them to the cache.
+    """Load the outcomes of stones under a motion from the cache; missing ones are simulated and cached.
 
     Returns by key ``height-shape``, for the nodes that are True, shape (heights, shapes): direction bin of the fall,
     `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).

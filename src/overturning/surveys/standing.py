@@ -163,7 +163,7 @@ def estimate_survival(fragility: FragilityCurveRow, hazard: HazardCurve, years: 
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
-        """Return the probability of falling at an intensity level."""
+        """Return the probability that a stone falls at an intensity level."""
         return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
 
     def fall_rates(median: ArrayLike, spread: float) -> FloatArray:

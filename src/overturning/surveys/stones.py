@@ -77,7 +77,7 @@ class Stone:
 
     @property
     def narrow_face_deg(self) -> float:
-        """Azimuth, degrees, of the normal of the face over which the stone is most slender; NaN if no face is given."""
+        """Azimuth, degrees, of the face normal along which B/H is smaller; NaN if no face is given."""
         front, side = self.slenderness
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 

@@ -24,11 +24,11 @@ def unpack(packed: dict[str, Any]) -> np.ndarray:
 
 def test_poses_survive_packing() -> None:
     film = two_panels()
-    for panel, data in zip(film.panels, film.data()["panels"], strict=True):
+    for panel, data in zip(film.panels, film.player_data()["panels"], strict=True):
         body, packed = panel.bodies[1], data["bodies"][1]
         assert unpack(packed["position"]).reshape(-1, 2) == pytest.approx(body.position, abs=2e-5)
         assert unpack(packed["rotation"]) == pytest.approx(body.rotation, abs=1e-4)
-    assert "NaN" not in json.dumps(film.data())
+    assert "NaN" not in json.dumps(film.player_data())
 
 
 def test_positive_rotation_turns_towards_the_right() -> None:
@@ -61,7 +61,7 @@ def test_thinned_motion_keeps_its_peak() -> None:
     acceleration = np.zeros(4000)
     acceleration[1237] = 7.0
     panel = FilmPanel("p", "stands", np.nan, (BASE, block(np.zeros(100))), acceleration, 0.0005)
-    ((motion,),) = (trace["rows"] for trace in Film("f", 0.0, 0.02, (panel,)).data()["panels"][0]["traces"])
+    ((motion,),) = (trace["rows"] for trace in Film("f", 0.0, 0.02, (panel,)).player_data()["panels"][0]["traces"])
     assert unpack(motion).max() == pytest.approx(700, rel=1e-3)
     assert len(unpack(motion)) < 250
 

@@ -12,7 +12,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.film import free_body_extent, vertex_paths
 from overturning.figures.film_movie import write_film_movie
-from overturning.figures.film_of_body import faces_of
+from overturning.figures.film_of_body import convex_hull_faces
 from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories, movement_interval, outcome_sentence
 from overturning.figures.page import film_page
 from overturning.figures.response import axis_figure
@@ -75,7 +75,7 @@ def test_film_without_movement_shows_the_peak_of_the_motion(motion: Motion) -> N
 def test_panels_play_synchronously(motion: Motion) -> None:
     paths = [trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 90)]
     film = film_of_trajectories(paths, motion, "two")
-    assert film.end < 6  # it stops at the fall
+    assert film.end_time < 6  # it stops at the fall
     assert [panel.title.split()[-1] for panel in film.panels] == ["N", "E"]
     assert len(film_page(film).encode()) < 300_000
 
@@ -109,8 +109,8 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     film = film_of_trajectories([path], motion, "stack")
     speed = np.hypot(path["velocity_x"], path["velocity_z"]).max("element")
     assert float(speed.interp(time=float(cut["time"][-1]))) > 0.1
-    assert float(speed.interp(time=film.end)) < 0.01
-    assert film.end < float(path["time"][-1]), "it stops when nothing moves"
+    assert float(speed.interp(time=film.end_time)) < 0.01
+    assert film.end_time < float(path["time"][-1]), "it stops when nothing moves"
 
 
 def test_two_settings_share_one_clock() -> None:
@@ -121,7 +121,7 @@ def test_two_settings_share_one_clock() -> None:
     paths = [trajectory(each, azimuth_deg=0, **BLOCK) for each in (shaken, level)]
     film = film_of_trajectories(paths, [shaken, level], "both", headings=["with", "without"])
     assert [panel.title for panel in film.panels] == ["with", "without"]
-    data = film.data()
+    data = film.player_data()
     assert data["frames"] == len(film.times)
     for panel, path in zip(film.panels, paths, strict=True):
         there = np.interp(film.times, path["time"], stone(path)["x"])
@@ -248,7 +248,7 @@ def bodies(pulse: Motion) -> list:
 
 def test_box_has_six_outward_faces() -> None:
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
-    faces = faces_of(corners)
+    faces = convex_hull_faces(corners)
     assert sorted(map(len, faces)) == [4] * 6
     for face in faces:
         a, b, c = corners[list(face[:3])]
@@ -273,7 +273,7 @@ def test_body_corners_start_on_the_base_and_end_at_the_fall(bodies: list, pulse:
     assert panel.outcome.startswith("falls towards ")
     assert "slipped" in film.panels[1].outcome
     assert "stands" in outcome_sentence(bodies[1])
-    assert len(film.data()["panels"][0]["traces"][0]["rows"]) == 2
+    assert len(film.player_data()["panels"][0]["traces"][0]["rows"]) == 2
 
 
 def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:

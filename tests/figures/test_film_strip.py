@@ -7,7 +7,7 @@ import pytest
 
 from overturning.figures.film import Film, vertex_paths
 from overturning.figures.film_case import filmed_case
-from overturning.figures.film_strip import pose_at, strip_figure, strip_times
+from overturning.figures.film_strip import pose_at_frame, strip_figure, strip_times
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, case_title, length_text
 from overturning.figures.style import style
 from overturning.model.body import Body
@@ -25,7 +25,7 @@ def test_strip_has_the_times_of_uplift_and_fall() -> None:
     film = two_panels()
     times, names = strip_times(film)
     assert names == STRIP_MIXED, "the other block does not lie at the end"
-    assert times == pytest.approx([0.0, 0.1, 2.1, film.end], abs=0.021)
+    assert times == pytest.approx([0.0, 0.1, 2.1, film.end_time], abs=0.021)
     alone = Film("falls", 0.0, 0.02, film.panels[:1])
     assert strip_times(alone)[1] == STRIP
     assert strip_times(alone)[0][1] == pytest.approx(1.0 + 1.5 * (0.05 / (math.pi / 2)) ** (1 / 3), abs=0.021)
@@ -46,7 +46,7 @@ def test_strip_draws_each_panel_at_its_times() -> None:
     times, _ = strip_times(film)
     for column, time in enumerate(times):
         drawn = figure.axes[column].patches[1].get_xy()[:-1]
-        body = pose_at(film.panels[0].bodies[1], time / 0.02)
+        body = pose_at_frame(film.panels[0].bodies[1], time / 0.02)
         assert drawn == pytest.approx(vertex_paths(body)[0])
     fallen = figure.axes[3].patches[1].get_xy()
     assert np.ptp(fallen[:, 1]) == pytest.approx(0.24), "it lies on its side"

@@ -18,7 +18,7 @@ from overturning.figures.site_map import (
     EarthquakeOnMap,
     StationOnMap,
     earthquakes_on_map,
-    local_km,
+    local_east_north_km,
     site_map,
     site_maps,
 )
@@ -53,7 +53,7 @@ def arrows(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
 def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], origin: tuple[float, float]) -> None:
     """Compared with obspy's geodesic on a sphere."""
     length, azimuth, _ = gps2dist_azimuth(*origin, *place, a=6_371_000, f=0)
-    east, north = local_km(*place, *origin)
+    east, north = local_east_north_km(*place, *origin)
     assert np.hypot(east, north) == pytest.approx(length / 1000, rel=1e-6, abs=1e-6)
     if length > 0:
         assert (np.degrees(np.arctan2(east, north)) - azimuth + 180) % 360 - 180 == pytest.approx(0, abs=1e-3)
@@ -104,7 +104,7 @@ def test_the_nearest_part_of_the_trace_is_in_the_frame() -> None:
     assert figure.axes[0].get_ylim()[1] > 22.3 > 20
     assert figure.axes[0].get_xlim()[1] < 90
     assert named(figure, "trace")[0] == pytest.approx(
-        np.transpose(local_km([35.2, 35.2], [132.0, 134.0], *EPICENTRE)), abs=1e-9
+        np.transpose(local_east_north_km([35.2, 35.2], [132.0, 134.0], *EPICENTRE)), abs=1e-9
     )
 
 

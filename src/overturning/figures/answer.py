@@ -116,7 +116,7 @@ def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figu
     _set_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
-    caption(figure, "", None, 2, first=marks)
+    caption(figure, "", None, 2, first_marks=marks)
     return figure
 
 

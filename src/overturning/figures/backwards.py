@@ -18,10 +18,10 @@ _BARS = 10
 
 def motion_posterior_figure(
     title: str,
-    of_axes: FloatArray,
-    arc: tuple[float, float],
-    of_sources: Mapping[str, float],
-    strength: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
+    axis_probabilities: FloatArray,
+    stated_arc_deg: tuple[float, float],
+    source_probabilities: Mapping[str, float],
+    strength_distributions: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
     """Draw a posterior distribution of the motion.
 
@@ -29,13 +29,13 @@ def motion_posterior_figure(
     ----------
     title : str
         Title of the figure.
-    of_axes : array, shape (n,)
+    axis_probabilities : array, shape (n,)
         Probabilities of n axes, evenly spaced from north over 180°.
-    arc : tuple of float
+    stated_arc_deg : tuple of float
         Middle and width of the stated arc, degrees.
-    of_sources : mapping
+    source_probabilities : mapping
         Probability of each motion, by name.
-    strength : mapping
+    strength_distributions : mapping
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
         same probability of the prior, and the stated interval, whose ends may be 0 or infinite.
     """
@@ -43,8 +43,12 @@ def motion_posterior_figure(
     polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
     make_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
-    both = np.sqrt(np.tile(of_axes, 2))
-    angle, middle, half = 2 * np.pi * np.arange(both.size) / both.size, np.radians(arc[0]), np.radians(arc[1] / 2)
+    both = np.sqrt(np.tile(axis_probabilities, 2))
+    angle, middle, half = (
+        2 * np.pi * np.arange(both.size) / both.size,
+        np.radians(stated_arc_deg[0]),
+        np.radians(stated_arc_deg[1] / 2),
+    )
     inside = np.abs((angle - middle + np.pi / 2) % np.pi - np.pi / 2) <= half + 1e-9
     polar.bar(angle, both, width=2 * np.pi / both.size, color=np.where(inside, FALLS, PALE), zorder=2)
     for end in (middle, middle + np.pi):
@@ -52,11 +56,11 @@ def motion_posterior_figure(
     polar.set_yticks([])
     polar.set_title("axis of the largest velocity", fontsize=9)
     bars = figure.add_subplot(2, 2, 2)
-    best = sorted(of_sources.items(), key=lambda item: -item[1])[:_BARS][::-1]
+    best = sorted(source_probabilities.items(), key=lambda item: -item[1])[:_BARS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
     bars.tick_params(axis="y", labelsize=8)
     labels(bars, "probability, %", "")
-    for place, (name, (values, below, before, (low, high))) in enumerate(strength.items()):
+    for place, (name, (values, below, before, (low, high))) in enumerate(strength_distributions.items()):
         axes = figure.add_subplot(2, 2, 3 + place)
         axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
         axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it")

@@ -20,7 +20,7 @@ from overturning.figures.style import (
 from overturning.labels import friction_label
 
 
-def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
+def _draw_boundary(axes: Any, bounds: xr.Dataset, largest_b_over_h: float) -> None:
     """Draw the overturning boundary of the blocks of one height on a compass.
 
     Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
@@ -52,14 +52,14 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
             axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)
-    set_slenderness_ticks(axes, top * 1.04, top)
+    set_slenderness_ticks(axes, largest_b_over_h * 1.04, largest_b_over_h)
 
 
-def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, title: str) -> Figure:
+def boundary_figure(bounds: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str) -> Figure:
     """Draw the overturning boundary of one record (see `overturning_boundary`), a panel per height.
 
-    `bounds` has the attributes of its cube if the cube belongs to a study. `top` is the largest B/H of the cube. The
-    azimuth of the fault normal, degrees, can be NaN.
+    `bounds` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the largest B/H of the
+    cube. The azimuth of the fault normal, degrees, can be NaN.
     """
     loaded = close_circle(bounds.compute())
     heights = loaded["height"].to_numpy()
@@ -67,7 +67,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]
     figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True)
     for axes, height in zip(panels.flat, heights, strict=False):
-        _draw_boundary(axes, loaded.sel(height=height), top)
+        _draw_boundary(axes, loaded.sel(height=height), largest_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
         axes.set_title(f"H = {height:g} m", pad=4)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
@@ -75,5 +75,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []
     spread = bool((loaded["boundary_high"] > loaded["boundary_low"]).any())
     band = "\nband: between the two halves of the ensemble" if spread else ""
-    caption(figure, f"{title}\nlargest B/H that falls, by azimuth of the motion{band}", panels[0, 0], 3, last=beyond)
+    caption(
+        figure, f"{title}\nlargest B/H that falls, by azimuth of the motion{band}", panels[0, 0], 3, last_marks=beyond
+    )
     return figure

@@ -55,10 +55,10 @@ def count_rings_with_falls(*falls: xr.DataArray) -> int:
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 
-def panel_rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
+def panel_rows_and_columns(height_count: int, friction_count: int) -> tuple[int, int]:
     """Return the numbers of rows and columns of panels: a row per height if it fits, at most three columns."""
-    count = heights * frictions
-    columns = frictions if heights > 1 and 1 < frictions <= MAX_COLUMNS else min(count, MAX_COLUMNS)
+    count = height_count * friction_count
+    columns = friction_count if height_count > 1 and 1 < friction_count <= MAX_COLUMNS else min(count, MAX_COLUMNS)
     columns = 2 if count == 4 else columns
     return -(-count // columns), columns
 

@@ -23,7 +23,7 @@ class DrawnCase:
     settings, headings, outcomes : tuple of str
         Variant, heading and outcome of each panel of the film.
     film : dict
-        Data for the player; see `overturning.figures.film.Film.data`.
+        Data for the player; see `overturning.figures.film.Film.player_data`.
     strip, strip_alt : str
         File of the strip of four frames that stands for the film on paper, and its alternative text.
     keys : str

@@ -124,22 +124,22 @@ def explorer_data(
             "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
             "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
         },
-        **_words(one),
+        **_page_words(one),
     }  # fmt: skip
 
 
-def _words(one: "xr.Dataset") -> dict[str, dict[str, str]]:
+def _page_words(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
     """Return the words of the page in the current language, as an entry of its data; none for English."""
     if (language := current_language()) == ENGLISH:
         return {}
-    elements = {name: translate(name) for name in one["element"].to_numpy().astype(str).tolist()}
+    elements = {name: translate(name) for name in cube["element"].to_numpy().astype(str).tolist()}
     return {"words": elements | read_table(language, "explorer")}
 
 
-def _record_metadata(part: "xr.Dataset") -> dict[str, Any]:
+def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
     """Return id, name, fault normal (degrees) and range of the times of falls (s) of the record of a dataset."""
-    key, station, event = (str(part[name].item()) for name in ("record_id", "station", "event"))
-    normal, times = float(part["fault_normal"][0]), part["overturning_time"].to_numpy().astype(np.float64)
+    key, station, event = (str(record_cube[name].item()) for name in ("record_id", "station", "event"))
+    normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
         "id": key,
         "name": ", ".join(text for text in (station, event) if text) or key,
@@ -160,34 +160,34 @@ def _direction_edges(direction: FloatArray, planar: bool) -> FloatArray:
     return cell_edges(direction) if direction.size > 1 else direction + np.array([-2.5, 2.5])
 
 
-def _page_title(one: "xr.Dataset", study: Study | None) -> str:
+def _page_title(cube: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the page: study, variant, and the element to which heights and B/H refer."""
-    title = (study.title if study else "") or str(one.attrs.get("title", ""))
-    parts = filter(None, [title, *variant_label(one), *_reference_note(one)])
+    title = (study.title if study else "") or str(cube.attrs.get("title", ""))
+    parts = filter(None, [title, *variant_label(cube), *_reference_note(cube)])
     return translate(", ").join(map(translate, parts))
 
 
-def _initial_selection(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
+def _initial_selection(cube: "xr.Dataset", study: Study | None) -> dict[str, int]:
     """Return the indices of the height, friction and element shown first: those that the report shows."""
-    names = one["element"].to_numpy().tolist()
-    element = variant_scene(study_of_cube(one), one.attrs["variant"]).default_element if len(names) > 1 else names[0]
+    names = cube["element"].to_numpy().tolist()
+    element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element if len(names) > 1 else names[0]
     block = {
-        name: one[name].to_numpy().tolist().index(value) for name, (value,) in first_shown_block(one, study).items()
+        name: cube[name].to_numpy().tolist().index(value) for name, (value,) in first_shown_block(cube, study).items()
     }
-    return {"height": 0, "friction": one.sizes["friction"] - 1, **block, "element": names.index(element)}
+    return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
-def _reference_note(one: "xr.Dataset") -> list[str]:
+def _reference_note(cube: "xr.Dataset") -> list[str]:
     """Return a note that names the element to which heights and B/H refer; empty for a cube of one element."""
-    if one.sizes["element"] == 1:
+    if cube.sizes["element"] == 1:
         return []
-    return [f"H and B/H of the {variant_scene(study_of_cube(one), one.attrs['variant']).reference_name}"]
+    return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).reference_name}"]
 
 
-def _has_rotation_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
+def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
     """Return a flag per element: True if rotations are in degrees (3-D bodies, elements without critical angle)."""
     if "critical_angle" not in cube:
-        return elements * [not model_of(cube).one_component]
+        return element_count * [not model_of(cube).one_component]
     unknown = cube["critical_angle"].isnull()
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 

@@ -69,14 +69,14 @@ def _encode_base64(values: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _encode_integers(values: FloatArray, step: float, kind: str) -> str:
+def _encode_integers(values: FloatArray, step: float, integer_type: str) -> str:
     """Encode values as base64 text of integers in units of `step`.
 
     The largest integer stands for missing; larger values are clipped to the second largest.
     """
-    largest = np.iinfo(kind).max
+    largest = np.iinfo(integer_type).max
     whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
-    return _encode_base64(whole.astype(kind))
+    return _encode_base64(whole.astype(integer_type))
 
 
 def _clip_away_from_0_and_1(chance: FloatArray) -> FloatArray:
@@ -102,7 +102,7 @@ class InitialCase(NamedTuple):
     clarity: tuple[bool, float, float, int]
 
 
-def choose_initial_case(block: "xr.Dataset", closed: bool) -> InitialCase:
+def choose_initial_case(block: "xr.Dataset", full_circle: bool) -> InitialCase:
     """Choose a clear fall of a block under one record, which the explorer page shows first.
 
     Of the cells that fall towards their azimuth (3-D: that fall) in every run of the ensemble it is the one whose eight
@@ -113,7 +113,7 @@ def choose_initial_case(block: "xr.Dataset", closed: bool) -> InitialCase:
     ----------
     block : Dataset
         Cells over direction and B/H.
-    closed : bool
+    full_circle : bool
         True if the last direction is next to the first one.
     """
     order = (model_of(block).direction, "b_over_h")
@@ -121,7 +121,7 @@ def choose_initial_case(block: "xr.Dataset", closed: bool) -> InitialCase:
     chance = np.nan_to_num(fall_probabilities_to_show(block)["towards"].transpose(*order).to_numpy().astype(np.float64))
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
     every = (chance == 1.0) & (block["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
-    around = np.pad(chance, ((1, 1), (0, 0)), mode="wrap" if closed else "edge")
+    around = np.pad(chance, ((1, 1), (0, 0)), mode="wrap" if full_circle else "edge")
     around = np.pad(around, ((0, 0), (1, 1)), mode="edge")
     nearby = np.lib.stride_tricks.sliding_window_view(around, (3, 3)).mean(axis=(2, 3)).round(6)
     stoutness = np.broadcast_to(np.arange(chance.shape[1]), chance.shape)

@@ -16,25 +16,27 @@ INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
 
-def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: FittedFragilityCurve, jma: FloatArray) -> Figure:
+def fall_rate_figure(
+    fall_rates: FloatArray, intensity_levels: FloatArray, curve: FittedFragilityCurve, jma_intensity: FloatArray
+) -> Figure:
     """Draw the fraction overturned against an intensity measure with its fragility curve, and against JMA intensity.
 
     Parameters
     ----------
-    rates : array, shape (record, a)
+    fall_rates : array, shape (record, a)
         Fractions overturned under each record and factor, NaN if unknown.
-    levels : array, shape (record, a)
+    intensity_levels : array, shape (record, a)
         Values of the measure of the curve, in its unit, NaN if unknown.
     curve : FittedFragilityCurve
         Fragility curve of the whole population; it is drawn with the 95 % interval of its median if it has one.
-    jma : array, shape (record, a)
+    jma_intensity : array, shape (record, a)
         JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
     """
-    with_jma = bool(np.isfinite(jma).any())
+    with_jma = bool(np.isfinite(jma_intensity).any())
     figure, panels = grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9, 1 + with_jma)
-    _draw_curve(panels.flat[0], levels, rates, curve)
+    _draw_curve(panels.flat[0], intensity_levels, fall_rates, curve)
     if with_jma:
-        _draw_intensity(panels.flat[1], jma, rates)
+        _draw_intensity(panels.flat[1], jma_intensity, fall_rates)
     for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
@@ -42,9 +44,16 @@ def fall_rate_figure(rates: FloatArray, levels: FloatArray, curve: FittedFragili
     return figure
 
 
-def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: FittedFragilityCurve) -> None:
+def _draw_curve(panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray, curve: FittedFragilityCurve) -> None:
     """Draw the rates, and the curve over the range of the data with a band from the interval of its median."""
-    panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3, label="a record and factor")
+    panel.plot(
+        intensity_levels.ravel(),
+        100 * fall_rates.ravel(),
+        ".",
+        color=SERIES[4],
+        markersize=3,
+        label="a record and factor",
+    )
     if math.isfinite(curve.median):
         x = np.geomspace(curve.least, curve.most, 100)
         low, high = curve.median_interval
@@ -58,10 +67,10 @@ def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: FittedF
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
-def _draw_intensity(panel: Any, jma: FloatArray, rates: FloatArray) -> None:
+def _draw_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> None:
     """Draw the rates, the bounds of the degrees, and the ranges from which surveys infer a degree."""
-    known = np.isfinite(jma)
-    panel.plot(jma[known], 100 * rates[known], ".", color=SERIES[4], markersize=3)
+    known = np.isfinite(jma_intensity)
+    panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES[4], markersize=3)
     left, right = panel.get_xlim()
     for low, high, least, most, _ in SURVEY_RULE:
         if least < right:

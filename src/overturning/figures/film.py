@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film_words import COMPONENTS, PLAYER, SPEEDS
-from overturning.figures.style import extremes
+from overturning.figures.style import group_extremes
 from overturning.motion.integration import integrate
 from overturning.units import GAL
 
@@ -46,7 +46,7 @@ class FilmBody:
     free: bool = True  # not driven or held
     faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
-    def data(self) -> dict[str, Any]:
+    def player_data(self) -> dict[str, Any]:
         """Return the body as plain data for the player."""
         return {
             "name": self.name,
@@ -60,7 +60,7 @@ class FilmBody:
 
 @dataclass(frozen=True)
 class FilmPanel:
-    """One simulation of a film."""
+    """Panel of a film, which shows one simulation."""
 
     title: str  # heading, for instance the azimuth
     outcome: str  # sentence shown from `outcome_time` on
@@ -80,31 +80,31 @@ class FilmPanel:
         return bool(self.bodies[0].faces)
 
     @property
-    def keys(self) -> str:
+    def player_keys(self) -> str:
         """Description of the player's keys that only this kind of film has."""
         return "a and d turn the view, as dragging it does" if self.in_space else "f shows contact forces"
 
-    def traces(self, vertical: bool) -> list[tuple[str, list[FloatArray]]]:
-        """Return the traces below the scene, each as label and components; with one of the `vertical` motion."""
+    def motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
+        """Return the traces below the scene, each as label and components; with one of the `with_vertical` motion."""
         level = list(np.atleast_2d(self.acceleration))
         shown = [(COMPONENTS["along" if len(level) == 1 else "level"], level)]
-        if vertical:
+        if with_vertical:
             up = np.zeros_like(level[0]) if self.vertical is None else self.vertical
             shown.append((COMPONENTS["no_up" if self.vertical is None else "up"], [up]))
         return shown
 
-    def data(self, film: "Film") -> dict[str, Any]:
+    def player_data(self, film: "Film") -> dict[str, Any]:
         """Return the panel as plain data for the player of a film."""
         traces = [
             (label, [_thinned_motion(one, self.sampling_interval, film) for one in rows])
-            for label, rows in self.traces(film.vertical)
+            for label, rows in self.motion_traces(film.has_vertical_motion)
         ]
         data: dict[str, Any] = {
             "title": self.title,
             "outcome": self.outcome,
             "outcomeTime": None if np.isnan(self.outcome_time) else round(float(self.outcome_time), 4),
             "sides": self.sides,
-            "bodies": [body.data() for body in self.bodies],
+            "bodies": [body.player_data() for body in self.bodies],
             "traces": [
                 {"label": label, "rows": [_as_base64_integers(row / GAL) for row, _ in rows]} for label, rows in traces
             ],
@@ -120,7 +120,7 @@ class FilmPanel:
 
 @dataclass(frozen=True)
 class Film:
-    """Panels that play synchronously."""
+    """A film: panels, each with one simulation, that play synchronously."""
 
     title: str  # heading
     start: float  # time of the first frame, s after the record's start
@@ -141,14 +141,19 @@ class Film:
         object.__setattr__(self, "frames", max(len(body.position) for _, body in bodies))
 
     @property
-    def vertical(self) -> bool:
+    def has_vertical_motion(self) -> bool:
         """True if a panel has vertical motion; all panels then show a trace of it."""
         return any(panel.vertical is not None for panel in self.panels)
 
     @property
-    def peak(self) -> float:
+    def peak_acceleration(self) -> float:
         """Largest acceleration of the base in any trace, m/s²: the scale of all traces."""
-        rows = [row for panel in self.panels for _, several in panel.traces(self.vertical) for row in several]
+        rows = [
+            row
+            for panel in self.panels
+            for _, several in panel.motion_traces(self.has_vertical_motion)
+            for row in several
+        ]
         return max(float(np.abs(row).max(initial=0.0)) for row in rows)
 
     @property
@@ -157,11 +162,11 @@ class Film:
         return np.asarray(self.start + self.frame_interval * np.arange(self.frames))
 
     @property
-    def end(self) -> float:
+    def end_time(self) -> float:
         """Time of the last frame, s."""
         return self.start + (self.frames - 1) * self.frame_interval
 
-    def data(self) -> dict[str, Any]:
+    def player_data(self) -> dict[str, Any]:
         """Return the film as plain data for JSON; poses, motions and forces are base64 of scaled 16-bit integers."""
         return {
             "title": self.title,
@@ -170,11 +175,11 @@ class Film:
             "frames": self.frames,
             "view": [round(float(edge), 4) for edge in free_body_extent(self)],
             "earthView": [round(float(edge), 4) for edge in free_body_extent(self, moving=True)],
-            "peak": round(self.peak / GAL, 3),
+            "peak": round(self.peak_acceleration / GAL, 3),
             "note": self.note,
             "words": PLAYER,
             "speeds": [[speed, name] for speed, name in SPEEDS.items()],
-            "panels": [panel.data(self) for panel in self.panels],
+            "panels": [panel.player_data(self) for panel in self.panels],
         }
 
 
@@ -184,9 +189,9 @@ def frame_times(first: float, last: float) -> FloatArray:
     return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
 
 
-def columns_at(frame_time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
-    """Return columns sampled at the times `clock` interpolated to the times of a film's frames."""
-    return np.stack([np.interp(frame_time, clock, column) for column in values.T], axis=1)
+def interpolate_columns(frame_time: FloatArray, sample_time: FloatArray, columns: FloatArray) -> FloatArray:
+    """Return columns sampled at the times `sample_time` interpolated to the times of a film's frames."""
+    return np.stack([np.interp(frame_time, sample_time, column) for column in columns.T], axis=1)
 
 
 def vertex_paths(body: FilmBody) -> FloatArray:
@@ -258,9 +263,9 @@ def _as_base64_integers(values: ArrayLike) -> dict[str, Any]:
 
 def _thinned_motion(acceleration: FloatArray, interval: float, film: Film) -> tuple[FloatArray, float]:
     """Return the part of a motion that the film shows, thinned to the extremes of each 0.02 s, and its interval, s."""
-    first, last = int(film.start / interval), int(np.ceil(film.end / interval)) + 1
+    first, last = int(film.start / interval), int(np.ceil(film.end_time / interval)) + 1
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
     group = max(1, int(np.floor(0.0201 / interval)))
     if group <= 2 or piece.size < 2 * group:
         return piece, interval
-    return extremes(piece, group)[1], interval * group / 2
+    return group_extremes(piece, group)[1], interval * group / 2

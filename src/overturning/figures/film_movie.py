@@ -131,7 +131,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
             )
         time = np.arange(panel.acceleration.size) * panel.sampling_interval
         trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
-        trace.set(xlim=(film.start, max(film.end, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
+        trace.set(xlim=(film.start, max(film.end_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
         labels(trace, translate("time, s"), "Gal")
         mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
         draw_scale_bar(scene, (left, right, bottom, top))
@@ -143,7 +143,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
             for places, shape in shapes:
                 shape.set_xy(places[min(frame, len(places) - 1)])
             mark.set_xdata([time, time])
-            due = film.end - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
+            due = film.end_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
             text.set_text(panel.outcome if time >= due else " ")
 
     return figure, show

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, FilmPanel, columns_at, ground_displacement
+from overturning.figures.film import FilmBody, FilmPanel, ground_displacement, interpolate_columns
 from overturning.figures.film_words import fall_text, tilt_text
 from overturning.motion.motion import Motion
 
@@ -24,7 +24,7 @@ def space_outcome(trajectory: "xr.Dataset") -> str:
     # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
     tilt_at_end = np.hypot(float(trajectory["tilt_north"][-1]), float(trajectory["tilt_east"][-1]))
     moves = max(tilt_at_end, float(np.abs(trajectory["angular_velocity"][-1]).max())) > STILL
-    return tilt_text(float(trajectory["peak_tilt"]), float(trajectory["residual_twist"]), slip, moves=bool(moves))
+    return tilt_text(float(trajectory["peak_tilt"]), float(trajectory["residual_twist"]), slip, still_moves=bool(moves))
 
 
 def space_poses(trajectory: "xr.Dataset") -> FloatArray:
@@ -37,8 +37,10 @@ def space_poses(trajectory: "xr.Dataset") -> FloatArray:
 def space_panel(trajectory: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> FilmPanel:
     """Return the panel of a 3-D body at the times of the frames; `texts` are its heading and its outcome."""
     clock, outline = trajectory["time"].to_numpy(), trajectory["outline"].to_numpy()
-    position, quaternion = (columns_at(time, clock, trajectory[name].to_numpy()) for name in ("place", "quaternion"))
-    body = FilmBody("body", outline, position, quaternion, faces=faces_of(outline))
+    position, quaternion = (
+        interpolate_columns(time, clock, trajectory[name].to_numpy()) for name in ("place", "quaternion")
+    )
+    body = FilmBody("body", outline, position, quaternion, faces=convex_hull_faces(outline))
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal, None if motion.up is None else amplitude * motion.up
     ground = ground_displacement((level[1], level[0], up), interval, time)  # east, north, up
@@ -46,7 +48,7 @@ def space_panel(trajectory: "xr.Dataset", motion: Motion, time: FloatArray, text
     return FilmPanel(*texts, when, (body,), level, interval, vertical=up, ground=ground)
 
 
-def faces_of(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
+def convex_hull_faces(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
     """Return the faces of the convex hull of some corners.
 
     Each face is a tuple of indices into `corners`, anticlockwise seen from outside.

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, FilmPanel, columns_at, ground_displacement
+from overturning.figures.film import FilmBody, FilmPanel, ground_displacement, interpolate_columns
 from overturning.figures.film_words import fall_text, falls_text, lean_text
 from overturning.figures.style import compass_name
 from overturning.motion.motion import Motion
@@ -53,7 +53,7 @@ def plane_poses(trajectory: "xr.Dataset") -> FloatArray:
     )
 
 
-def _poses(trajectory: "xr.Dataset", index: int) -> FloatArray:
+def _element_poses(trajectory: "xr.Dataset", index: int) -> FloatArray:
     """Return the poses (x, z, rotation) of an element, shape (time, 3)."""
     return np.stack([trajectory[name].to_numpy()[:, index] for name in ("x", "z", "rotation")], axis=1)
 
@@ -64,7 +64,7 @@ def _extend_to_lying(trajectory: "xr.Dataset", index: int) -> tuple[FloatArray, 
     The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
     too early; one pose is appended in which the block has turned about its corner until it lies.
     """
-    one, time, poses = trajectory.isel(element=index), trajectory["time"].to_numpy(), _poses(trajectory, index)
+    one, time, poses = trajectory.isel(element=index), trajectory["time"].to_numpy(), _element_poses(trajectory, index)
     side, speed = float(one["overturned"]), abs(float(one["angular_velocity"][-1]))
     x, _, angle = poses[-1]
     if trajectory.sizes["element"] != 2 or abs(side) != 1:
@@ -83,21 +83,22 @@ def _extend_to_lying(trajectory: "xr.Dataset", index: int) -> tuple[FloatArray, 
     return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
 
 
-def _bodies(trajectory: "xr.Dataset", time: FloatArray, ground: FloatArray) -> tuple[FilmBody, ...]:
+def _film_bodies(trajectory: "xr.Dataset", time: FloatArray, ground_shift: FloatArray) -> tuple[FilmBody, ...]:
+    """Return the bodies of a 2-D scene at the times of the frames; the ground is cut to the width of the picture."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
     free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
-    reach = GROUND_WIDTH_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground).max())
+    reach = GROUND_WIDTH_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground_shift).max())
     bodies = []
     for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
         clock, poses = (
             _extend_to_lying(trajectory, index)
             if is_free
-            else (trajectory["time"].to_numpy(), _poses(trajectory, index))
+            else (trajectory["time"].to_numpy(), _element_poses(trajectory, index))
         )
-        frames = columns_at(time, clock, poses)
+        frames = interpolate_columns(time, clock, poses)
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
             if np.ptp(shape[:, 0]) > 2 * reach:  # cut the ground to the picture
@@ -107,7 +108,7 @@ def _bodies(trajectory: "xr.Dataset", time: FloatArray, ground: FloatArray) -> t
     return tuple(bodies)
 
 
-def _forces(trajectory: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+def _contact_forces(trajectory: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
     """Return positions (m) and forces (in units of the weight) over frames of all contacts that carry a force.
 
     Forces are zero after the end of the case. (None, None) if no contact carries a force.
@@ -140,11 +141,11 @@ def plane_panel(trajectory: "xr.Dataset", motion: Motion, time: FloatArray, text
     amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
     ground = ground_displacement((along, up), motion.sampling_interval, time)
-    point, force = _forces(trajectory, time)
+    point, force = _contact_forces(trajectory, time)
     return FilmPanel(
         *texts,
         float(min(times[np.isfinite(times)], default=np.nan)),
-        _bodies(trajectory, time, ground),
+        _film_bodies(trajectory, time, ground),
         along,
         motion.sampling_interval,
         sides=(compass_name(azimuth + 180.0), compass_name(azimuth)),

@@ -30,7 +30,7 @@ def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     which it could still come back; if nothing falls the time of the largest rotation takes its place.
     """
     angle = np.max(
-        [rotations(body, film.frames) for panel in film.panels for body in panel.bodies if body.free], axis=0
+        [rotation_angles(body, film.frames) for panel in film.panels for body in panel.bodies if body.free], axis=0
     )
     falls = [panel.outcome_time for panel in film.panels if np.isfinite(panel.outcome_time)]
     if falls:
@@ -40,17 +40,17 @@ def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     before = angle[: max(1, int(np.searchsorted(film.times, near)))]
     visible = min(UPLIFT_ANGLE, 0.5 * float(before.max()))
     first = film.times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
-    return np.maximum.accumulate(np.array([film.start, first, near, film.end])), names
+    return np.maximum.accumulate(np.array([film.start, first, near, film.end_time])), names
 
 
-def rotations(body: FilmBody, frames: int) -> FloatArray:
+def rotation_angles(body: FilmBody, frame_count: int) -> FloatArray:
     """Return the angle by which a free body has turned from its first pose in each frame, rad; 3-D: its tilt."""
     if body.faces:
         _, x, y, _ = body.rotation.T / np.linalg.norm(body.rotation, axis=1)
         angle = np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
     else:
         angle = np.abs(body.rotation - body.rotation[0])
-    return np.asarray(np.pad(angle, (0, frames - angle.size), mode="edge"))
+    return np.asarray(np.pad(angle, (0, frame_count - angle.size), mode="edge"))
 
 
 def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
@@ -79,39 +79,39 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     return figure
 
 
-def _line_below_row(panel: FilmPanel, rows: int) -> str:
+def _line_below_row(panel: FilmPanel, row_count: int) -> str:
     """Return the line below a row: directions of both sides, heading if there are several rows, and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
-    return sides + (f"{panel.title}: " if rows > 1 else "") + panel.outcome
+    return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
 
 
-def draw_frame(axes: Any, panel: FilmPanel, at: float) -> None:
+def draw_frame(axes: Any, panel: FilmPanel, frame: float) -> None:
     """Draw the bodies of a panel at a frame, which need not be whole: poses are interpolated."""
     from matplotlib.patches import Polygon
 
     if panel.in_space:
-        _draw_solid(axes, panel.bodies[0], at)
+        _draw_solid(axes, panel.bodies[0], frame)
         return
     for body in panel.bodies:
         look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
-        places = vertex_paths(pose_at(body, at))[0]
+        places = vertex_paths(pose_at_frame(body, frame))[0]
         axes.add_patch(Polygon(places, closed=True, linewidth=0.7, **look))
 
 
-def pose_at(body: FilmBody, at: float) -> FilmBody:
+def pose_at_frame(body: FilmBody, frame: float) -> FilmBody:
     """Return a body with a single pose: that at a frame, interpolated; after its last frame it stays."""
 
     def pick(values: FloatArray) -> FloatArray:
-        low = min(int(at), len(values) - 1)
-        high, part = min(low + 1, len(values) - 1), min(max(at - low, 0.0), 1.0)
+        low = min(int(frame), len(values) - 1)
+        high, part = min(low + 1, len(values) - 1), min(max(frame - low, 0.0), 1.0)
         return np.asarray(values[low] * (1.0 - part) + values[high] * part)[None]
 
     return FilmBody(body.name, body.vertices, pick(body.position), pick(body.rotation), body.free, body.faces)
 
 
-def draw_scale_bar(axes: Any, edges: tuple[float, float, float, float]) -> None:
+def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> None:
     """Draw a bar of a round length, m, into the lower left corner of a frame with these edges."""
-    left, right, bottom, top = edges
+    left, right, bottom, top = view_edges
     most = 0.35 * (right - left)
     length = max((one for one in SCALE_BARS if one <= most), default=SCALE_BARS[0])
     x, y = left + 0.04 * (right - left), bottom + 0.11 * (top - bottom)
@@ -163,11 +163,12 @@ def _half_floor_width_m(body: FilmBody) -> float:
     return 1.4 * float(np.linalg.norm(body.vertices, axis=1).max())
 
 
-def _draw_solid(axes: Any, body: FilmBody, at: float) -> None:
+def _draw_solid(axes: Any, body: FilmBody, frame: float) -> None:
+    """Draw a 3-D body at a frame, with its floor, its shadow and an arrow towards north."""
     from matplotlib.patches import Polygon
 
     camera, begin = _view_matrix(), body.position[0] * [1, 1, 0]
-    corners = solid_corners(pose_at(body, at)) - begin
+    corners = solid_corners(pose_at_frame(body, frame)) - begin
     half = _half_floor_width_m(body)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
     axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))

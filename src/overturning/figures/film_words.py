@@ -118,9 +118,9 @@ def movie_title(title: str, speed: str) -> str:
     return f"{title} (at {speed} of its speed)"
 
 
-def heading(direction: float, *, in_space: bool) -> str:
+def heading(direction_deg: float, *, in_space: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
-    return f"{'facing' if in_space else 'motion along'} {compass_name(direction)}"
+    return f"{'facing' if in_space else 'motion along'} {compass_name(direction_deg)}"
 
 
 _SETTINGS: Final = {
@@ -148,42 +148,46 @@ def setting_heading(kind: str, name: str = "") -> str:
     return _SETTINGS[kind].format(name=name.replace("-", " ") if kind == "site" else name)
 
 
-def fall_text(towards: float, time: float, name: str = "") -> str:
+def fall_text(towards_deg: float, time: float, name: str = "") -> str:
     """Return that a stone falls towards an azimuth, degrees, at a time, s; with its name if there are several."""
-    return f"{name + ' ' if name else ''}falls towards {compass_name(towards)} at {time:.2f} s"
+    return f"{name + ' ' if name else ''}falls towards {compass_name(towards_deg)} at {time:.2f} s"
 
 
-def falls_text(falls: list[str], stones: int) -> str:
-    """Return the falls of a scene, of `stones` free stones."""
-    return (f"{len(falls)} of {stones} fall: " if stones > 1 else "") + "; ".join(falls)
+def falls_text(fall_sentences: list[str], stone_count: int) -> str:
+    """Return the falls of a scene, of `stone_count` free stones."""
+    return (f"{len(fall_sentences)} of {stone_count} fall: " if stone_count > 1 else "") + "; ".join(fall_sentences)
 
 
-def lean_text(share: float | None, rotation: float | None, *, several: bool) -> str:
+def lean_text(toppling_share: float | None, rotation_deg: float | None, *, several: bool) -> str:
     """Return that nothing falls, and how far the stones lean.
 
     Parameters
     ----------
-    share : float or None
+    toppling_share : float or None
         Largest rotation over the angle at which the stone topples; None if no stone has such an angle.
-    rotation : float or None
+    rotation_deg : float or None
         Largest rotation of the stones without such an angle, degrees; None if all have one.
     several : bool
         True if there are several free stones.
     """
-    leans = [f"leans to {100.0 * share:.0f} % of the angle at which it would topple"] if share is not None else []
-    leans = leans if share is None or share >= 0.005 else ["does not lean"]
-    leans += [] if rotation is None else [f"rotates by up to {rotation:.2g}°"]
+    leans = (
+        [f"leans to {100.0 * toppling_share:.0f} % of the angle at which it would topple"]
+        if toppling_share is not None
+        else []
+    )
+    leans = leans if toppling_share is None or toppling_share >= 0.005 else ["does not lean"]
+    leans += [] if rotation_deg is None else [f"rotates by up to {rotation_deg:.2g}°"]
     if several:
         return f"everything stands; the stone that leans most {', another '.join(leans)}"
     return f"stands; {leans[0]}"
 
 
-def tilt_text(tilt: float, twist: float, slip: float, *, moves: bool) -> str:
+def tilt_text(tilt_deg: float, twist_deg: float, slip_m: float, *, still_moves: bool) -> str:
     """Return that a 3-D body stands: largest tilt and final turn, degrees, slip, m, and whether it still moves."""
-    side = "clockwise" if twist >= 0 else "anticlockwise"
-    still = ", where it still rocks or rolls" if moves else ""
-    turned = f"turned {abs(twist):.1f}° {side}, slipped {100.0 * slip:.1f} cm by the end{still}"
-    return f"stands; largest tilt {tilt:.1f}°; {turned}"
+    side = "clockwise" if twist_deg >= 0 else "anticlockwise"
+    still = ", where it still rocks or rolls" if still_moves else ""
+    turned = f"turned {abs(twist_deg):.1f}° {side}, slipped {100.0 * slip_m:.1f} cm by the end{still}"
+    return f"stands; largest tilt {tilt_deg:.1f}°; {turned}"
 
 
 NO_OUTCOME: Final = "no outcome: the simulation is not valid"

@@ -45,7 +45,7 @@ def _draw_hodograph(
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
         look = {"linestyle": style.DASHED, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
-        style.line_through_origin(axes, fault_normal_deg, largest, **look)
+        style.draw_line_through_origin(axes, fault_normal_deg, largest, **look)
     axes.plot(east, north, color=style.SERIES[2], linewidth=0.6, rasterized=True)
     if size > 0:
         at = int(radius.argmax())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, format_short, grid, labels
+from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, format_short, grid, group_extremes, labels
 from overturning.motion.fourier import rms_band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -31,7 +31,7 @@ BINS: Final = 600
 """Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
-def history_figure(before: Record, after: Record, spectra: FloatArray | None = None) -> "Figure":
+def history_figure(unprocessed: Record, processed: Record, spectra: FloatArray | None = None) -> "Figure":
     """Draw a record as read from its file and as used in the study, a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
@@ -40,46 +40,46 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
 
     Parameters
     ----------
-    before, after : Record
+    unprocessed, processed : Record
         The record before and after processing; the same object if nothing was done.
     spectra : array, shape (3, periods), optional
         RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s²; computed if not given.
     """
-    names = [name for name in COMPONENTS if getattr(after, name) is not None]
+    names = [name for name in COMPONENTS if getattr(processed, name) is not None]
     wide = len(names) > 2
     figure, panels = grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
     for panel in panels[5, 1:] if wide else ():
         panel.remove()
     if wide:
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
-    _draw_response(panels[5, 0 if wide else 1], compute_rotd(after) if spectra is None else spectra)
-    moving = [getattr(before, name) for name in names]
-    noise = signal_to_noise_ratio(moving, before.sampling_interval)
+    _draw_response(panels[5, 0 if wide else 1], compute_rotd(processed) if spectra is None else spectra)
+    moving = [getattr(unprocessed, name) for name in names]
+    noise = signal_to_noise_ratio(moving, unprocessed.sampling_interval)
     for column, name in enumerate(names):
-        _draw_series(panels[:3, column], before, after, name)
+        _draw_series(panels[:3, column], unprocessed, processed, name)
         panels[0, column].set_title(name, fontsize=9)
-        _draw_spectra(panels[3, column], before, after, name)
+        _draw_spectra(panels[3, column], unprocessed, processed, name)
         for panel in panels[1:3, column]:
             panel.sharex(panels[0, column])
         for panel in panels[:2, column]:
             panel.tick_params(labelbottom=False)
-    _draw_husid(panels[4, 0], after, names)
+    _draw_husid(panels[4, 0], processed, names)
     _draw_ratio(panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0])
-    _draw_removed(panels[4, 2] if wide else panels[5, 0], before, after, names)
-    _add_title_and_legend(figure, panels, before, after, noise)
+    _draw_removed(panels[4, 2] if wide else panels[5, 0], unprocessed, processed, names)
+    _add_title_and_legend(figure, panels, unprocessed, processed, noise)
     return figure
 
 
 def _add_title_and_legend(
-    figure: "Figure", panels: Any, before: Record, after: Record, noise: SignalToNoiseRatio | None
+    figure: "Figure", panels: Any, unprocessed: Record, processed: Record, noise: SignalToNoiseRatio | None
 ) -> None:
     """Add the title with the processing steps, the legend and the margins to a figure."""
     ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
-    steps = [processing_entry_text(step) for step in after.processing]
-    agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
+    steps = [processing_entry_text(step) for step in processed.processing]
+    agency = [str(unprocessed.extra["agency_processing"])] if "agency_processing" in unprocessed.extra else []
     lines = [
-        ", ".join(text for text in (after.station or after.record_id, after.event) if text),
-        "; ".join([processing_label(before), *agency, ahead]),
+        ", ".join(text for text in (processed.station or processed.record_id, processed.event) if text),
+        "; ".join([processing_label(unprocessed), *agency, ahead]),
         *(["here: " + "; ".join(steps)] if steps else ["nothing done here"]),
     ]
     wrapped = [part for line in lines for part in textwrap.wrap(line, 50 * panels.shape[1])]
@@ -87,7 +87,7 @@ def _add_title_and_legend(
     from matplotlib.lines import Line2D
 
     marks = [Line2D([], [], color=MISSING, label="before processing"), Line2D([], [], color=INK, label="as used")]
-    if before is not after:
+    if unprocessed is not processed:
         figure.legend(handles=marks, loc="lower center", ncols=2, fontsize=8)
     # Fixed margins: a constrained layout would take most of the drawing time.
     wide = panels.shape[1] > 2
@@ -101,7 +101,7 @@ def min_max_envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, 
     width = -(-time.size // BINS)
     if width <= 2:
         return time, values
-    places, drawn = extremes(values, width)
+    places, drawn = group_extremes(values, width)
     return time[np.minimum(places, time.size - 1)], drawn
 
 
@@ -118,30 +118,38 @@ def _sample_times(record: Record, shift: float = 0.0) -> FloatArray:
     return np.asarray(np.arange(record.north.size) * record.sampling_interval + shift, dtype=np.float64)
 
 
-def _motion_series(record: Record, name: str) -> list[FloatArray]:
+def _acceleration_velocity_displacement(record: Record, component_name: str) -> list[FloatArray]:
     """Return acceleration, velocity and displacement of a component."""
-    samples: FloatArray = getattr(record, name)
+    samples: FloatArray = getattr(record, component_name)
     velocity = integrate(samples, record.sampling_interval)
     return [samples, velocity, integrate(velocity, record.sampling_interval)]
 
 
-def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
+def _draw_series(panels: Any, unprocessed: Record, processed: Record, component_name: str) -> None:
     """Draw acceleration, velocity and displacement of a component before and after processing."""
-    rows = zip(panels, SERIES_ROWS, _motion_series(before, name), _motion_series(after, name), strict=True)
+    rows = zip(
+        panels,
+        SERIES_ROWS,
+        _acceleration_velocity_displacement(unprocessed, component_name),
+        _acceleration_velocity_displacement(processed, component_name),
+        strict=True,
+    )
     for panel, (label, unit), old, new in rows:
         peak = np.abs(new).max() / unit
-        if before is not after:
+        if unprocessed is not processed:
             # An offset integrates to metres of displacement; on a common scale the motion would look like a line.
             own = np.abs(old).max() / unit > 2.0 * peak
             behind = panel.twinx() if own else panel
-            behind.plot(*min_max_envelope(_sample_times(before), old / unit), color=MISSING, linewidth=0.6)
+            behind.plot(*min_max_envelope(_sample_times(unprocessed), old / unit), color=MISSING, linewidth=0.6)
             if own:
                 behind.tick_params(labelsize=6, colors=MISSING)
                 behind.locator_params(axis="y", nbins=5)
                 panel.set_zorder(behind.get_zorder() + 1)
                 panel.patch.set_visible(False)
         panel.plot(
-            *min_max_envelope(_sample_times(after, start_time_shift(after)), new / unit), color=INK, linewidth=0.6
+            *min_max_envelope(_sample_times(processed, start_time_shift(processed)), new / unit),
+            color=INK,
+            linewidth=0.6,
         )
         labels(panel, "time, s" if panel is panels[-1] else "", label)
         panel.annotate(
@@ -160,14 +168,16 @@ def _corner_frequencies(processing: tuple[Mapping[str, Any], ...]) -> list[float
     return [step["corner_hz"] for step in processing if "corner_hz" in step]
 
 
-def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> None:
+def _draw_spectra(panel: "Axes", unprocessed: Record, processed: Record, component_name: str) -> None:
     """Draw the Fourier amplitudes of a component before and after processing."""
-    for record, colour in ((before, MISSING), (after, INK)) if before is not after else ((after, INK),):
-        samples = getattr(record, name)
+    for record, colour in (
+        ((unprocessed, MISSING), (processed, INK)) if unprocessed is not processed else ((processed, INK),)
+    ):
+        samples = getattr(record, component_name)
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
         amplitude = rms_band_amplitude(samples, record.sampling_interval, frequency) / CM
         panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
-    for corner in _corner_frequencies(after.processing):
+    for corner in _corner_frequencies(processed.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
         panel.annotate(
             f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
@@ -177,7 +187,7 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
 
 
 def _set_logarithmic_axes(panel: "Axes") -> None:
-    """Set both axes of a panel to logarithmic scales."""
+    """Set both axes of a panel to logarithmic scales without minor ticks."""
     from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
@@ -185,11 +195,11 @@ def _set_logarithmic_axes(panel: "Axes") -> None:
         axis.set_minor_locator(NullLocator())
 
 
-def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
+def _draw_husid(panel: "Axes", processed: Record, component_names: list[str]) -> None:
     """Draw the cumulative squared acceleration of the components (Husid plot)."""
-    time = _sample_times(after, start_time_shift(after))
-    for name, colour in zip(names, SERIES, strict=False):
-        energy = np.cumsum(getattr(after, name) ** 2)
+    time = _sample_times(processed, start_time_shift(processed))
+    for name, colour in zip(component_names, SERIES, strict=False):
+        energy = np.cumsum(getattr(processed, name) ** 2)
         if energy[-1] > 0:
             panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
@@ -198,13 +208,13 @@ def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
     panel.legend(fontsize=7, loc="lower right")
 
 
-def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, names: list[str]) -> None:
+def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, component_names: list[str]) -> None:
     """Draw the signal-to-noise ratio of the components by frequency."""
     labels(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise is None:
         _write_note(panel, "no noise of 2 s\nbefore the onset")
         return
-    for row, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
+    for row, (name, colour) in enumerate(zip(component_names, SERIES, strict=False)):
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
     panel.axhline(SIGNAL_TO_NOISE, color=FALLS, linewidth=0.8, linestyle=DASHED)
     _set_logarithmic_axes(panel)
@@ -226,21 +236,21 @@ def _draw_response(panel: "Axes", spectra: FloatArray) -> None:
     panel.legend(fontsize=7, loc="best")
 
 
-def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]) -> None:
+def _draw_removed(panel: "Axes", unprocessed: Record, processed: Record, component_names: list[str]) -> None:
     """Draw the acceleration before processing minus that after it, where the records overlap."""
     labels(panel, "time, s", "removed, Gal")
-    if before is after:
+    if unprocessed is processed:
         _write_note(panel, "nothing")
         return
-    time, later = _sample_times(before), _sample_times(after, start_time_shift(after))
+    time, later = _sample_times(unprocessed), _sample_times(processed, start_time_shift(processed))
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
-    for name, colour in zip(names, SERIES, strict=False):
-        away = getattr(before, name)[inside] - np.interp(time[inside], later, getattr(after, name))
+    for name, colour in zip(component_names, SERIES, strict=False):
+        away = getattr(unprocessed, name)[inside] - np.interp(time[inside], later, getattr(processed, name))
         panel.plot(*min_max_envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
     panel.legend(fontsize=7, loc="best")
 
 
-def _write_note(panel: "Axes", words: str) -> None:
+def _write_note(panel: "Axes", note: str) -> None:
     """Write a note in the middle of an empty panel."""
-    panel.text(0.5, 0.5, words, transform=panel.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
+    panel.text(0.5, 0.5, note, transform=panel.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
     panel.set(xticks=[], yticks=[])

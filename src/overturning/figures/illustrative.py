@@ -76,14 +76,14 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     settings = case.settings or (NOMINAL,) * len(case.direction_deg)
-    every = [_motion(study, motions, record, name) for name in settings]
+    every = [_motion_of_variant(study, motions, record, name) for name in settings]
     paths = [
         block_trajectories(study, motion, case.block, [angle], name)[0]
         for motion, angle, name in zip(every, case.direction_deg, settings, strict=True)
     ]
     motion = every[0]
     headings = [heading_of_setting(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)]
-    film = film_of_trajectories(paths, every, _title(study, one, case, paths), headings=headings)
+    film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
     drawn = [("strip", strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
@@ -109,34 +109,36 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
         settings=settings,
         headings=tuple(panel.title for panel in film.panels),
         outcomes=tuple(panel.outcome for panel in film.panels),
-        film=film.data(),
+        film=film.player_data(),
         strip=strip,
         strip_alt=str(figures.pop(strip)["alt"]),
-        keys=film.panels[0].keys,
+        keys=film.panels[0].player_keys,
         figures=figures,
     )
 
 
-def _motion(study: Study, motions: Path, record: str, variant: str) -> Motion:
+def _motion_of_variant(study: Study, motion_folder: Path, record: str, variant: str) -> Motion:
     """Return the motion of a record in a variant; a variant with soil has a folder of its own."""
-    folder = motions / variant if variant_settings(study, variant).site else motions
+    folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
     return motion_for_variant(study, read_motion(folder / f"{record}.nc"), variant)
 
 
-def _title(study: Study, one: "xr.Dataset", case: IllustrativeCase, paths: Sequence["xr.Dataset"]) -> str:
+def _film_title(
+    study: Study, record_cube: "xr.Dataset", case: IllustrativeCase, trajectories: Sequence["xr.Dataset"]
+) -> str:
     """Return the title of a film: the stone of the study, and its motion."""
-    record, single = str(one["record_id"].item()), len(set(case.direction_deg)) == 1
-    sizes = {name: float(paths[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
-    place = place_text(str(one["station"].item()) or record, str(one["event"].item()))
+    record, single = str(record_cube["record_id"].item()), len(set(case.direction_deg)) == 1
+    sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
+    place = place_text(str(record_cube["station"].item()) or record, str(record_cube["event"].item()))
     direction = case.direction_deg[0] if single else None
     aspect = {"aspect": case.block["aspect"]} if "aspect" in case.block else {}
     return case_title(filmed_case(variant_model(study), sizes | aspect, place, direction=direction))
 
 
-def heading_of_setting(study: Study, variant: str, against: str) -> str:
+def heading_of_setting(study: Study, variant: str, other_variant: str) -> str:
     """Return the heading of a panel of a comparison: what the variant is, other than the one it is compared with."""
-    own, other = (variant_settings(study, name) for name in (variant, against))
-    if variant_uses_vertical(study, variant) != variant_uses_vertical(study, against):
+    own, other = (variant_settings(study, name) for name in (variant, other_variant))
+    if variant_uses_vertical(study, variant) != variant_uses_vertical(study, other_variant):
         return setting_heading("vertical" if variant_uses_vertical(study, variant) else "level")
     if (own.scene or study.scene) != (other.scene or study.scene):
         scene = variant_scene(study, variant)
@@ -154,24 +156,27 @@ def block_label(study: Study, block: dict[str, float]) -> str:
 
 
 def _figures_for_planar_film(
-    one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]
+    record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]
 ) -> list[CaseFigure]:
     """Return the figures that accompany a 2-D film: response, boundary, spectra and hodograph.
 
     `texts` are the title and the place.
     """
-    (title, place), normal = texts, float(one["fault_normal"])
-    azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
+    (title, place), normal = texts, float(record_cube["fault_normal"])
+    azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in trajectories))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
     edge = boundary_figure(
-        overturning_boundary(one).assign_attrs(one.attrs), float(one["b_over_h"].max()), normal, place
+        overturning_boundary(record_cube).assign_attrs(record_cube.attrs),
+        float(record_cube["b_over_h"].max()),
+        normal,
+        place,
     )
     seen = "acceleration, velocity and displacement seen from above"
     return [
         (
             "response",
-            response_figure(paths, title),
+            response_figure(trajectories, title),
             "rotation, slip and uplift against time",
             {"most_height": 14},
         ),

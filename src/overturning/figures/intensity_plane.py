@@ -44,9 +44,9 @@ def _draw_intensity_plane(
     height: float,
     b_over_h: float,
     fit: LogisticFit | None = None,
-    named: str = "fit: probability ½",
+    fit_label: str = "fit: probability ½",
     *,
-    limits: bool = True,
+    with_criteria: bool = True,
 ) -> None:
     """Draw the panel of one block: `intensity_plane_points`, criteria, and the line of fitted probability ½."""
     pga, ratio, falls = points
@@ -63,7 +63,7 @@ def _draw_intensity_plane(
         axes.scatter(pga[chosen] / GAL, ratio[chosen], label=label, **common, **look)
     x = np.geomspace(low_x, high_x, 200)
     y = np.geomspace(low_y, high_y, 200)
-    for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True) if limits else ():
+    for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True) if with_criteria else ():
         limit = criterion.acceleration(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
     if fit is not None and abs(fit.coefficient[2]) > 1e-9:
@@ -72,7 +72,7 @@ def _draw_intensity_plane(
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
         with np.errstate(over="ignore"):  # far beyond the figure
             y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
-        axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label=named)
+        axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label=fit_label)
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
         set_logarithmic_ticks(axis)
@@ -104,7 +104,7 @@ def intensity_plane_figure(
         for column, b_over_h in enumerate(chosen):
             points = intensity_plane_points(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_intensity_plane(panels[row, column], points, *block, fit, named, limits=not size_note)
+            _draw_intensity_plane(panels[row, column], points, *block, fit, named, with_criteria=not size_note)
     title = f"Every plane of every record, {friction_label(cube, friction)}"
     caption(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
     return figure

@@ -58,7 +58,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     marks = [style.legend_patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
         marks.append(style.legend_patch(style.MISSING, "no outcome"))
-    style.caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first=marks)
+    style.caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_marks=marks)
     return figure
 
 

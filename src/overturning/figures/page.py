@@ -45,23 +45,23 @@ def render_page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
     return environment.from_string(read_template(name)).render(**own, **more)
 
 
-def film_element(data: dict[str, Any], strip: Path | None = None, alt: str = "") -> str:
+def film_element(data: dict[str, Any], strip_path: Path | None = None, alternative_text: str = "") -> str:
     """Return the HTML element of a film, which `player_script` turns into a player, in the current language.
 
     Parameters
     ----------
     data : dict
-        Film, from `overturning.figures.film.Film.data`.
-    strip : path, optional
+        Film, from `overturning.figures.film.Film.player_data`.
+    strip_path : path, optional
         Strip of the film (SVG or PNG), shown in print and without JavaScript.
-    alt : str
+    alternative_text : str
         Alternative text of the strip.
     """
     shown = ""
-    if strip is not None:
-        kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip.suffix]
-        source = f"data:{kind};base64,{b64encode(strip.read_bytes()).decode('ascii')}"
-        shown = f'<figure class="film-strip"><img alt="{escape(alt)}" src="{source}"></figure>'
+    if strip_path is not None:
+        kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip_path.suffix]
+        source = f"data:{kind};base64,{b64encode(strip_path.read_bytes()).decode('ascii')}"
+        shown = f'<figure class="film-strip"><img alt="{escape(alternative_text)}" src="{source}"></figure>'
     texts = json_for_script(translate_strings(data) if current_language() != ENGLISH else data)
     return f'<div class="film"><script type="application/json">{texts}</script>{shown}</div>'
 
@@ -77,11 +77,11 @@ def film_page(film: Film) -> str:
     with TemporaryDirectory() as folder, style():
         strip = Path(folder) / "strip.svg"
         save(strip_figure(film, titled=False), strip)
-        player = Markup(film_element(film.data(), strip, translate(film.title)))
+        player = Markup(film_element(film.player_data(), strip, translate(film.title)))
     about = {
         "title": translate(film.title),
         "player": player,
-        "keys": [translate(one) for one in (KEYS, film.panels[0].keys)],
+        "keys": [translate(one) for one in (KEYS, film.panels[0].player_keys)],
         "language": current_language(),
     }
     return render_page("film.html.j2", read_template("player.css"), film_player_script(), {}, **about)

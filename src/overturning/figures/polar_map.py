@@ -126,7 +126,9 @@ def plane_map_figure(
         bar.ax.tick_params(labelsize=8)
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
     heading = "; ".join(filter(None, [common, "radius: slenderness B/H"]))
-    style.caption(figure, f"{title}\n{heading}", used[0], min(columns, 2), first=_legend_marks(panels, spread, rim))
+    style.caption(
+        figure, f"{title}\n{heading}", used[0], min(columns, 2), first_marks=_legend_marks(panels, spread, rim)
+    )
     return figure
 
 
@@ -157,8 +159,11 @@ def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.Dat
     return panels
 
 
-def _draw_panel(axes: Any, panel: PolarMapPanel, top: float, rim: float) -> Any:
-    """Draw a map on a compass that ends at B/H ``top``, where the peak velocity is ``rim``, m/s; return its mesh."""
+def _draw_panel(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_velocity: float) -> Any:
+    """Draw a map on a compass and return its mesh.
+
+    The rim of the compass is at the B/H ``largest_b_over_h`` and at the peak velocity ``rim_velocity``, m/s.
+    """
     cells, radius = panel.cells, panel.radius
     axes.xaxis.grid(False)
     style.make_compass(axes)
@@ -178,12 +183,12 @@ def _draw_panel(axes: Any, panel: PolarMapPanel, top: float, rim: float) -> Any:
     axes.plot(
         *half_probability_line(towards + cells["away"].to_numpy(), edges, radius, parts), **_HALF_LINE, zorder=2.5
     )
-    style.set_slenderness_ticks(axes, top, float(radius.mean()))
+    style.set_slenderness_ticks(axes, largest_b_over_h, float(radius.mean()))
     axes.set_rlabel_position(azimuth_for_radius_labels(cells, *panel.marks_deg))
     axes.yaxis.grid(True, linewidth=0.4)
-    if panel.peak_velocity is not None and rim:
+    if panel.peak_velocity is not None and rim_velocity:
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
-        theta, peaks = close_curve(angles, panel.peak_velocity.to_numpy() * top / rim)
+        theta, peaks = close_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
         axes.plot(theta, peaks, **_PEAK_LINE, zorder=2.6, path_effects=casing)
     normal, radial = panel.marks_deg
@@ -280,9 +285,9 @@ def azimuth_for_radius_labels(cells: xr.Dataset, *marked_deg: float) -> float:
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
-def _legend_marks(panels: Sequence[PolarMapPanel], spread: bool, rim: float) -> list[Any]:
+def _legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:
     """Return the marks of the legend for everything that is drawn in at least one panel."""
-    if spread:
+    if with_ensemble:
         marks = [style.legend_patch(_STANDS, "no run falls, to either side")]
         marks.append(Line2D([], [], **_HALF_LINE, label="half of the runs fall, to either side"))
     else:
@@ -295,6 +300,6 @@ def _legend_marks(panels: Sequence[PolarMapPanel], spread: bool, rim: float) -> 
         marks.append(style.legend_patch(_NO_OUTCOME, "no outcome"))
     if (inner := min(float(panel.radius[0]) for panel in panels)) > 0:
         marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))
-    if rim:
-        marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim / CM:g} cm/s)"))
+    if rim_velocity:
+        marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim_velocity / CM:g} cm/s)"))
     return marks

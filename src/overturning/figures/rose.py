@@ -33,14 +33,15 @@ _RIM: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
-def draw_rose(axes: Any, rose: FallRose, top: float | None = None) -> None:
+def draw_rose(axes: Any, rose: FallRose, radius_limit: float | None = None) -> None:
     """Draw one rose; the area of a sector is proportional to its share, so that large shares do not look too large.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
-    rose of axes is half of a disk, with 0° at its top. The axis ends at radius ``top``, by default at `common_radius`.
+    rose of axes is half of a disk, with 0° at its top. The axis ends at radius
+    ``radius_limit``, by default at `common_radius`.
     """
     make_compass(axes)
-    top = top or common_radius(rose)
+    radius_limit = radius_limit or common_radius(rose)
     centres = np.arange(rose.shares.size) * 2.0 * np.pi / SECTORS
     values = [rose.shares, rose.low, rose.high]
     if rose.is_axial:  # the sector across the top has one half at either end
@@ -57,9 +58,15 @@ def draw_rose(axes: Any, rose: FallRose, top: float | None = None) -> None:
         axes.plot(across, np.full(5, radius), color="white", linewidth=1.1, solid_capstyle="butt", zorder=4)
     shown = list[float]()  # labels of the radius, not so close that they overlap
     for level in (0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01):
-        if 0.25 * top < np.sqrt(level) <= min(top, *(np.sqrt(one) - 0.27 * top for one in shown), top):
+        if (
+            0.25 * radius_limit
+            < np.sqrt(level)
+            <= min(radius_limit, *(np.sqrt(one) - 0.27 * radius_limit for one in shown), radius_limit)
+        ):
             shown.append(level)
-    set_radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6)
+    set_radius_ticks(
+        axes, radius_limit, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6
+    )
     axes.yaxis.grid(True, linewidth=0.4)
     if rose.is_axial:
         _label_axis_angles(axes, rose.from_normal)
@@ -136,16 +143,16 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | Non
     marked = any(
         np.isfinite(means[name].axis_deg) for name, rose in roses.items() if rose.from_normal and name in means
     )
-    style.caption(figure, "", columns=1 if width < 5 else 2, first=_legend_marks(list(roses.values()), marked))
+    style.caption(figure, "", columns=1 if width < 5 else 2, first_marks=_legend_marks(list(roses.values()), marked))
     return figure
 
 
-def _legend_marks(roses: list[FallRose], mean_axis: bool) -> list[Any]:
+def _legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
     """Return the marks of the legend of fall roses."""
     marks = [style.legend_patch(FALLS, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):
         marks.append(style.legend_patch(PALE, "95 % interval of each sector by itself, from the white line"))
-    if mean_axis:
+    if with_mean_axis:
         marks.append(Line2D([], [], **_MEAN_AXIS, label="mean axis with its 95 % interval"))
     return marks
 

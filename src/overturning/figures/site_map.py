@@ -59,8 +59,8 @@ class EarthquakeOnMap(NamedTuple):
     trace: Trace = ()
 
 
-def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float) -> tuple[Any, Any]:
-    """East and north of a point, km, on a plane that touches the sphere at the origin (azimuthal equidistant).
+def local_east_north_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float) -> tuple[Any, Any]:
+    """Return east and north of a point, km, on a plane that touches the sphere at the origin (azimuthal equidistant).
 
     Distance and direction from the origin are those along the great circle.
     """
@@ -96,9 +96,9 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
         shown = [
             StationOnMap(str(ids[row]), *stations[row], strikes[row], axes[row])
             for row in rows
-            if _is_known(stations[row])
+            if _has_coordinates(stations[row])
         ]
-        epicentre = next((epicentres[row] for row in rows if _is_known(epicentres[row])), None)
+        epicentre = next((epicentres[row] for row in rows if _has_coordinates(epicentres[row])), None)
         if len(shown) < (2 if epicentre is None else 1):
             continue
         traces = (about[row].get("fault_trace", "") for row in rows)
@@ -106,15 +106,16 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     return sites
 
 
-def _coordinates_of_records(cube: xr.Dataset, where: str) -> list[tuple[float, float]]:
+def _coordinates_of_records(cube: xr.Dataset, place_kind: str) -> list[tuple[float, float]]:
     """Return latitude and longitude of the station or the epicentre of each record, NaN where unknown."""
-    names = (f"{where}_latitude", f"{where}_longitude")
+    names = (f"{place_kind}_latitude", f"{place_kind}_longitude")
     north, east = (np.atleast_1d(cube[name].to_numpy()).astype(np.float64).tolist() for name in names)
     return list(zip(north, east, strict=True))
 
 
-def _is_known(place: tuple[float, float]) -> bool:
-    return all(map(math.isfinite, place))
+def _has_coordinates(coordinates: tuple[float, float]) -> bool:
+    """True if latitude and longitude of a place are known."""
+    return all(map(math.isfinite, coordinates))
 
 
 def site_maps(sites: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
@@ -143,7 +144,7 @@ def site_map(sites: Sequence[EarthquakeOnMap]) -> Figure:
     for axes, site, title in zip(panels.flat, sites, titles, strict=False):
         _draw_site(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    caption(figure, "", None, min(3, columns + 1), first=_legend_marks(sites))
+    caption(figure, "", None, min(3, columns + 1), first_marks=_legend_marks(sites))
     return figure
 
 
@@ -160,7 +161,7 @@ def _check_earthquake_on_map(site: EarthquakeOnMap) -> None:
 
 
 def _legend_marks(sites: Sequence[EarthquakeOnMap]) -> list[Any]:
-    """Return a mark for each kind of thing that is on one of the maps."""
+    """Return the legend marks of the kinds of places and lines that are on at least one map."""
     from matplotlib.lines import Line2D
 
     stations = [one for site in sites for one in site.stations]
@@ -188,8 +189,8 @@ _TRACE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 2.2, "alpha": 0.55
 def _draw_site(axes: Any, site: EarthquakeOnMap, width_pt: float) -> None:
     """Draw one earthquake in a panel of a width in points."""
     origin = site.epicentre or (site.stations[0].latitude, site.stations[0].longitude)
-    places = np.array([local_km(one.latitude, one.longitude, *origin) for one in site.stations])
-    pieces = [np.array([local_km(*point, *origin) for point in piece]) for piece in site.trace]
+    places = np.array([local_east_north_km(one.latitude, one.longitude, *origin) for one in site.stations])
+    pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in site.trace]
     along = _points_along_trace(pieces)
     away = np.hypot(*(along[:, None] - places).T).min(axis=0)
     # The nearest point of the trace is on the map, too.
@@ -219,7 +220,7 @@ def _draw_site(axes: Any, site: EarthquakeOnMap, width_pt: float) -> None:
                     axes.plot(*np.transpose([place - end, place + end]), zorder=3, label="strike", **_STRIKE)
         axes.plot(*place, zorder=6, label="station", **_STATION)
     _write_names(axes, [one.name for one in site.stations], places, taken, width_pt / (2 * reach))
-    _draw_scale(axes, reach, middle[0], -8.0 / width_pt)
+    _draw_scale_bar(axes, reach, middle[0], -8.0 / width_pt)
 
 
 def _points_along_trace(pieces: Sequence[Any]) -> Any:
@@ -229,10 +230,13 @@ def _points_along_trace(pieces: Sequence[Any]) -> Any:
     return np.concatenate(points) if points else np.empty((0, 2))
 
 
-def _write_names(axes: Any, names: Sequence[str], places: Any, taken: list[Any], scale: float) -> None:
-    """Write the name of each station where it covers the fewest other things; `scale` is in points per km."""
-    marks, own = scale * np.asarray([*places, *taken]), scale * np.asarray(places)
-    frame = scale * np.array([axes.get_xlim(), axes.get_ylim()])
+def _write_names(
+    axes: Any, names: Sequence[str], positions_km: Any, occupied_points_km: list[Any], points_per_km: float
+) -> None:
+    """Write the name of each station where it covers the fewest lines, marks and other names."""
+    own = points_per_km * np.asarray(positions_km)
+    marks = points_per_km * np.asarray([*positions_km, *occupied_points_km])
+    frame = points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])
     boxes: list[NameBox] = []
     for number, name in enumerate(names):
         size = np.array([0.58 * TEXT * len(name) + 2, TEXT + 2])
@@ -241,7 +245,7 @@ def _write_names(axes: Any, names: Sequence[str], places: Any, taken: list[Any],
                    key=lambda box: _name_placement_cost(box, number, own, marks, boxes, frame))  # fmt: skip
         boxes.append(best)
         axes.annotate(
-            name, (best.low + best.high) / 2 / scale, ha="center", va="center", fontsize=TEXT, parse_math=False,
+            name, (best.low + best.high) / 2 / points_per_km, ha="center", va="center", fontsize=TEXT, parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, annotation_clip=False,
             zorder=4.5,
         )  # fmt: skip
@@ -256,31 +260,37 @@ class NameBox(NamedTuple):
     low: Any
     high: Any
 
-    def away(self, places: Any) -> Any:
-        """Distance of places from the box; 0 inside it."""
+    def distance_to(self, places: Any) -> Any:
+        """Return the distance of places from the box, points; 0 inside it."""
         return np.hypot(*np.clip(np.maximum(self.low - places, places - self.high), 0, None).T)
 
 
 def _name_placement_cost(
-    box: NameBox, number: int, stations: Any, marks: Any, boxes: Sequence[NameBox], frame: Any
+    box: NameBox,
+    station_index: int,
+    station_points: Any,
+    occupied_points: Any,
+    placed_boxes: Sequence[NameBox],
+    panel_frame: Any,
 ) -> float:
-    """Return how bad a box is for the name of a station: a name must be nearest to its own station."""
-    out = float(np.clip(np.concatenate([frame[:, 0] - box.low, box.high - frame[:, 1]]), 0, None).sum())
-    over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in boxes)
-    away = box.away(stations)
-    others = np.delete(away, number)
-    misleading = bool(others.size) and others.min() < 1.3 * away[number]
-    return 3 * out + 3 * float((box.away(marks) == 0).sum()) + 12 * over + 25 * misleading + 0.3 * float(away[number])
+    """Return the cost of a box for the name of a station; the name must be nearest to its own station."""
+    out = float(np.clip(np.concatenate([panel_frame[:, 0] - box.low, box.high - panel_frame[:, 1]]), 0, None).sum())
+    over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in placed_boxes)
+    away = box.distance_to(station_points)
+    others = np.delete(away, station_index)
+    misleading = bool(others.size) and others.min() < 1.3 * away[station_index]
+    covered = float((box.distance_to(occupied_points) == 0).sum())
+    return 3 * out + 3 * covered + 12 * over + 25 * misleading + 0.3 * float(away[station_index])
 
 
-def _draw_scale(axes: Any, reach: float, middle: float, level: float) -> None:
+def _draw_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
     """Draw a scale bar with a round length, km, and the direction of north, below a panel at a share of its height."""
-    target = reach / 2
+    target = half_width_km / 2
     power = 10.0 ** math.floor(math.log10(target))
     length = max(step * power for step in (1, 2, 5) if step * power <= target)
-    below, left = axes.get_xaxis_transform(), middle - reach
+    below, left = axes.get_xaxis_transform(), centre_km - half_width_km
     look = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
-    axes.plot([left, left + length], [level, level], transform=below, label="scale", **look)
+    axes.plot([left, left + length], [height_share, height_share], transform=below, label="scale", **look)
     text = {"xycoords": below, "textcoords": "offset points", "va": "center", "fontsize": TEXT}
-    axes.annotate(f"{length:g} km", (left + length, level), (3, 0), annotation_clip=False, **text)
-    axes.annotate("N ↑", (middle + reach, level), (0, 0), ha="right", annotation_clip=False, **text)
+    axes.annotate(f"{length:g} km", (left + length, height_share), (3, 0), annotation_clip=False, **text)
+    axes.annotate("N ↑", (centre_km + half_width_km, height_share), (0, 0), ha="right", annotation_clip=False, **text)

@@ -44,6 +44,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
 
 
 def _draw_maps(cube: xr.Dataset, folder: Path, write: Write) -> None:
+    """Draw the maps of the stations of a cube into a folder."""
     with refill_folder(folder):
         for number, figure in enumerate(site_maps(earthquakes_on_map(cube)), 1):
             write(figure, folder / f"{number}")

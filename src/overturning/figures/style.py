@@ -74,11 +74,14 @@ def style() -> Iterator[None]:
             gc.enable()
 
 
-def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the minimum and maximum of each group of `group` samples, shape (2 × groups,)."""
-    padded = np.pad(values, (0, -values.size % group), mode="edge").reshape(-1, group)
+def group_extremes(values: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return indices and values of the extremes of each group of `group_size` samples, shape (2 × groups,).
+
+    Each group has two: its minimum and its maximum, in the order of the samples.
+    """
+    padded = np.pad(values, (0, -values.size % group_size), mode="edge").reshape(-1, group_size)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
-    places = (within + group * np.arange(len(padded))[:, None]).ravel()
+    places = (within + group_size * np.arange(len(padded))[:, None]).ravel()
     return places, padded.ravel()[places]
 
 
@@ -141,10 +144,22 @@ def grid(
 
 
 def caption(
-    figure: "Figure", title: str, of: Any = None, columns: int = 1, first: Sequence[Any] = (), last: Sequence[Any] = ()
+    figure: "Figure",
+    title: str,
+    legend_panel: Any = None,
+    columns: int = 1,
+    first_marks: Sequence[Any] = (),
+    last_marks: Sequence[Any] = (),
 ) -> None:
-    """Put a title above a figure and a legend below: marks `first`, those of the panel `of`, marks `last`."""
-    marks = [*first, *(of.get_legend_handles_labels()[0] if of is not None else ()), *last]
+    """Put a title above a figure and a legend below.
+
+    The legend has `first_marks`, the marks of `legend_panel`, and `last_marks`.
+    """
+    marks = [
+        *first_marks,
+        *(legend_panel.get_legend_handles_labels()[0] if legend_panel is not None else ()),
+        *last_marks,
+    ]
     if marks:
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
@@ -177,9 +192,9 @@ def set_logarithmic_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def line_through_origin(axes: Any, azimuth_deg: float, half: float, **look: Any) -> None:
-    """Draw a line along an azimuth on a map, from −`half` to `half` in map units about the origin."""
-    east, north = half * np.sin(np.radians(azimuth_deg)), half * np.cos(np.radians(azimuth_deg))
+def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, **look: Any) -> None:
+    """Draw a line along an azimuth on a map, from −`half_length` to `half_length` in map units about the origin."""
+    east, north = half_length * np.sin(np.radians(azimuth_deg)), half_length * np.cos(np.radians(azimuth_deg))
     axes.plot([-east, east], [-north, north], color=FAULT, **look)
 
 

@@ -85,15 +85,15 @@ def survey_figure(surveys: Sequence[DrawnSurvey]) -> Figure:
         Line2D([], [], **_OUTLINE, label="computed for as many falls"),
     ]
     if any(one.observed_mean_deg is not None for one in surveys):
-        marks.append(Line2D([], [], **_mean_mark(0.0, FALLS, FALLS), label="mean azimuth, observed"))
+        marks.append(Line2D([], [], **_mean_direction_style(0.0, FALLS, FALLS), label="mean azimuth, observed"))
     if any(one.computed_mean_deg is not None for one in surveys):
-        marks.append(Line2D([], [], **_mean_mark(0.0, SERIES[0], "white"), label="mean azimuth, computed"))
+        marks.append(Line2D([], [], **_mean_direction_style(0.0, SERIES[0], "white"), label="mean azimuth, computed"))
     if count > 1:
         marks += [
             Line2D([], [], **_OBSERVED, label="observed share, 95 % interval"),
             Line2D([], [], **_COMPUTED, label="computed share, range over the grid"),
         ]
-    caption(figure, surveys[0].name if count == 1 else "", None, 2, first=marks)
+    caption(figure, surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
     return figure
 
 
@@ -125,11 +125,13 @@ def _draw_rose(axes: Any, survey: DrawnSurvey) -> None:
         (survey.observed_mean_deg, FALLS, FALLS),
     ):
         if azimuth is not None:
-            axes.plot(np.radians(azimuth), 1.0 * top, **_mean_mark(azimuth, edge, face), zorder=6, clip_on=False)
+            axes.plot(
+                np.radians(azimuth), 1.0 * top, **_mean_direction_style(azimuth, edge, face), zorder=6, clip_on=False
+            )
     axes.set_ylim(0.0, top)
 
 
-def _mean_mark(azimuth_deg: float, edge: str, face: str) -> dict[str, Any]:
+def _mean_direction_style(azimuth_deg: float, edge: str, face: str) -> dict[str, Any]:
     """Return the look of the mark of a mean direction: a triangle on the rim that points outwards."""
     return {
         "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": edge, "markerfacecolor": face,

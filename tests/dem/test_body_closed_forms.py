@@ -1,5 +1,7 @@
 """A 3-D body against closed forms and independent integrations."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -327,11 +329,68 @@ def test_a_body_dropped_flat_while_it_moves_stays_flat(
     assert found.residual_slip_north.item() == pytest.approx(slip, rel=5e-3)
 
 
-def dropped(b_over_h: float, friction: float, along: float, down: float, damping_ratio: float) -> xr.Dataset:
-    """Return the outcome of a prism 0.6 m high that is dropped flat while it moves north; velocities in m/s."""
-    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
+@pytest.mark.parametrize(
+    ("shape", "b_over_h", "friction", "along", "down", "angle", "tips"),
+    [
+        ("rectangle", 0.3, 0.35, 2.0, 1.5, 45.0, False),
+        ("rectangle", 0.3, 0.35, 3.0, 1.0, 45.0, False),
+        ("rectangle", 0.3, 0.35, 2.0, 1.5, 0.0, True),
+        ("rectangle", 0.5, 0.6, 3.0, 1.0, 45.0, False),
+        ("rectangle", 0.4, 0.5, 3.0, 1.0, 40.0, False),
+        (6, 0.3, 0.32, 2.0, 1.5, 30.0, False),
+        (6, 0.3, 0.32, 2.0, 1.5, 0.0, True),
+        ("circle", 0.3, 0.29, 2.0, 1.5, 20.0, False),
+        ("circle", 0.3, 0.31, 2.0, 1.5, 20.0, True),
+    ],
+)
+def test_the_base_in_the_direction_of_sliding_decides_whether_a_body_that_lands_flat_tips(
+    shape: str | int, b_over_h: float, friction: float, along: float, down: float, angle: float, tips: bool
+) -> None:
+    """The body stays flat if the resultant, which leads the centre by µ h, passes through the base (LCP solver)."""
+    found = dropped(b_over_h, friction, along, down, 3.0, shape, angle)
+    assert found.status.item() == Status.SIMULATED
+    assert found.overturned.item() == tips
+    if not tips:
+        assert found.peak_tilt.item() < 0.1
+        slip = (along - friction * down) ** 2 / (2.0 * friction * STANDARD_GRAVITY)
+        north, east = found.residual_slip_north.item(), found.residual_slip_east.item()
+        assert np.hypot(north, east) == pytest.approx(slip, rel=5e-3)
+        assert np.degrees(np.arctan2(-east, north)) == pytest.approx(angle, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("b_over_h", "friction", "up", "along"), [(0.3, 0.2, -1.5, 0.5), (0.3, 0.25, -1.3, 0.5), (0.4, 0.3, -1.5, 0.6)]
+)
+def test_a_record_that_throws_up_a_sliding_body_leaves_it_flat_with_a_valid_energy_balance(
+    b_over_h: float, friction: float, up: float, along: float
+) -> None:
+    """The slip is that of a rigid body that lands plastically, and the planar model gives the same."""
+    vertical, horizontal = np.zeros(400), np.zeros(400)
+    vertical[100:125], horizontal[95:125] = up * STANDARD_GRAVITY, along * STANDARD_GRAVITY
+    motion = Motion(horizontal, 0.0 * horizontal, vertical, sampling_interval=0.01, trust_data=True)
+    case: dict[str, Any] = {"height": [0.6], "b_over_h": [b_over_h], "friction": [friction], "leave_out": False}
+    found = simulate(motion, "rectangle", orientation_deg=[0.0], **case)
+    planar = simulate(motion, azimuth_deg=[0.0], **case)
+    assert found.status.item() == planar.status.item() == Status.SIMULATED
+    assert found.overturned.item() == planar.overturned.item() == 0
+    assert found.energy_error.item() < 3e-3
+    assert planar.energy_error.item() < 3e-3
+    assert found.residual_slip_north.item() == pytest.approx(planar.residual_slip.item(), rel=5e-3)
+
+
+def dropped(
+    b_over_h: float, friction: float, along: float, down: float, damping_ratio: float,
+    shape: str | int = "rectangle", angle: float = 0.0,
+) -> xr.Dataset:  # fmt: skip
+    """Return the outcome of a prism 0.6 m high that is dropped flat while it moves; velocities in m/s.
+
+    The horizontal velocity `along` points `angle` degrees anticlockwise from north.
+    """
+    direction = np.radians(angle)
+    velocity = (along * float(np.cos(direction)), along * float(np.sin(direction)), -down)
+    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
     contact = VertexContact(damping_ratio=damping_ratio, static_penetration=2e-6)
-    body, quiet = Body("rectangle", contact, start), np.zeros(600)
+    body, quiet = Body(shape, contact, start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)
     return simulate(
         motion, body, orientation_deg=[0.0], height=[0.6], b_over_h=[b_over_h], friction=[friction], leave_out=False

@@ -147,14 +147,15 @@ def apply_contact_law(
     contact_point: ContactPoint,
     history: VertexHistory,
     dashpot_rate: float,
-    contact_flags: tuple[bool, bool, float],
+    contact_flags: tuple[bool, bool, float, float],
 ) -> tuple[ContactWrench, VertexHistory]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
     `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
-    True if the point carries only later, True if the body lands flat, and its landing time, s, if it touches now.
+    True if the point carries only later, True if the body lands flat, its landing time, s, if it touches now, and the
+    tilting share of the base (`BaseContactState.tilting`).
     """
-    waiting, flat, begun = contact_flags
+    waiting, flat, begun, base_tilting = contact_flags
     depth = 0.0 if waiting & (contact_point.depth > 0.0) else contact_point.depth
     inside, was = depth > 0.0, history.depth > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
@@ -170,7 +171,7 @@ def apply_contact_law(
         -(body.tangential * ty) - dashpot_rate * contact_point.slip_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip(
-        body, contact_point.arm, body_state.velocity, body_state.spin, flat
+        body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
@@ -184,9 +185,10 @@ def apply_contact_law(
     opened = -(depth * depth) if inside & (history.depth == 0.0) else opened
     shortened = (history.sx + kx) * (tx - kx) + (history.sy + ky) * (ty - ky)
     lever = Vector(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
-    wrench = ContactWrench(
-        force, cross_product(lever, force), damping, cross_product(lever, damping), opened, shortened
-    )
+    # The springs are stretched at the point itself, at the full lever arm.
+    moment = cross_product(lever, force)
+    of_springs = cross_product(contact_point.arm, Vector(body.tangential * kx, body.tangential * ky, -spring))
+    wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, VertexHistory(
         sx=kx,
         sy=ky,
@@ -326,6 +328,7 @@ def add_vertex_contact_forces(
                 contact_is_deferred(body, base_contact, p, at.arm.z, left),
                 base_lands_flat(base_contact),
                 landing_time_at_touch(body, base_contact),
+                base_contact.tilting,
             ),
         )
         b, right = apply_contact_law(
@@ -338,6 +341,7 @@ def add_vertex_contact_forces(
                 contact_is_deferred(body, base_contact, q, on.arm.z, right),
                 base_lands_flat(base_contact),
                 landing_time_at_touch(body, base_contact),
+                base_contact.tilting,
             ),
         )
         store_memory(first_vertex_rows, j, left)
@@ -366,12 +370,13 @@ def add_rim_contact_forces(
             base_lands_flat(base_contact),
             landing_time_at_touch(body, base_contact),
         )
+        tilting = base_contact.tilting
         at, on = (
             rim_contact_point(body, s, f, along_lean, across_lean, dt),
             rim_contact_point(body, s, f, -along_lean, -across_lean, dt),
         )
-        a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
-        b, right = apply_contact_law(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun))
+        a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun, tilting))
+        b, right = apply_contact_law(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun, tilting))
         store_memory(first_point_rows, j, left)
         store_memory(opposite_point_rows, j, right)
         store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))

@@ -104,6 +104,13 @@ class Solid:
         return np.asarray((x * dy - y * dx) / np.sqrt(dx * dx + dy * dy))
 
     @property
+    def edge_normals(self) -> FloatArray:
+        """Outward normals of the edges of the base, in the order of `edge_distances`, shape (edges, 2)."""
+        x, y = self.points[: self.base, :2].T
+        dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
+        return np.stack([dy, -dx], axis=1) / np.sqrt(dx * dx + dy * dy)[:, None]
+
+    @property
     def min_edge_distance(self) -> float:
         """Least horizontal distance from the point below the centre to an edge of the base, m."""
         return float(self.edge_distances.min())

@@ -72,7 +72,9 @@ def compute_corner_forces(
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     lever = assumed_contact.tilting * predicted_corner.drop
     working = ux + (predicted_corner.drop - lever) * (predicted_block.ew + velocity_change.vw)
-    damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * working
+    held_force = block.tangential * remaining
+    # The spring is stretched at the corner itself, at the full lever arm.
+    damping, sliding = (spring - n) * uz, (f - held_force) * working + held_force * (working - ux)
     sinking = depth - previous_corner.depth
     cut = depth * previous_corner.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)

@@ -45,6 +45,9 @@ class CornerForce(NamedTuple):
     """Normal force without the spring, m/s²."""
     sliding: float
     """Tangential force without the spring, m/s²."""
+    spring_moment: float
+    """Moment by which the lever arm of the spring at the corner exceeds `drop`, per mass; 0 except in a flat landing,
+    m²/s²."""
 
 
 @njit(**INLINE)
@@ -82,13 +85,15 @@ def corner_contact_force(
         corner=CornerState(remaining, place, depth, 0.0), opened=let_go * let_go,
         shortened=(previous_corner.spring + remaining) * (stretch - remaining),
         damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
+        spring_moment=block.tangential * remaining * (drop - tilting * drop),
     )  # fmt: skip
 
 
 @njit(**INLINE)
 def corner_dissipation_power(corner_force: CornerForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of dashpots and friction of a corner on the block, per mass, m²/s³; negative for losses."""
-    return corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
+    power = corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
+    return power - corner_force.spring_moment * vw
 
 
 @njit(**INLINE)

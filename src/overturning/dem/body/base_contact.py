@@ -4,6 +4,7 @@ In a plastic landing of a rigid body the impulse acts at the far end only, becau
 docs/method.md). Springs at points in between would share it while they still come down.
 """
 
+import math
 from typing import Any, Final
 
 from numba import njit
@@ -14,11 +15,12 @@ from overturning.dem.body.state import (
     VERTEX,
     BaseContactState,
     BodyConstants,
+    BodyState,
     BodyVertex,
     PointBeforeAndAfter,
     VertexHistory,
 )
-from overturning.dem.body.vectors import Matrix, matrix_times_vector
+from overturning.dem.body.vectors import Matrix, Vector, matrix_times_vector, transpose
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.solid import MAX_CARRYING_CORNERS
 
@@ -62,7 +64,7 @@ def update_extreme_base_vertices(
     return BaseContactState(
         height if low else base_contact.low, height if high else base_contact.high,
         still if low else base_contact.low_rests, still if high else base_contact.high_rests,
-        base_contact.landing, base_contact.longest_landing,
+        base_contact.landing, base_contact.longest_landing, base_contact.tilting,
     )  # fmt: skip
 
 
@@ -112,11 +114,40 @@ def both_base_ends_rest(base_contact: BaseContactState) -> bool:
 
 
 load_body, load_frame = ROWS.access(BodyConstants).load, ROWS.access(Matrix).load
+load_state = ROWS.access(BodyState).load
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 load_vertex, load_memory = VERTEX.access(BodyVertex).load, VERTEX.access(PointBeforeAndAfter, "old").load
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = VERTEX.row(PointBeforeAndAfter, "old.landing"), VERTEX.row(PointBeforeAndAfter, "old.depth")
 SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactState, "longest_landing")
+TILTING: Final = ROWS.row(BaseContactState, "tilting")
+
+
+@njit(**INNER)
+def any_base_lands_flat(state: Any, lane_count: int) -> bool:
+    """True if the base of a body in any lane lands flat."""
+    number = 0.0
+    for j in range(lane_count):
+        number += 1.0 if state[SHORTEST + j] > 0.0 else 0.0
+    return number > 0.0
+
+
+@njit(**INNER)
+def update_tilting(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
+    """Update the share of the moment of friction that tilts a body that slides in a flat landing: 0 or 1.
+
+    The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of it,
+    in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal forces
+    balance the moment of friction.
+    """
+    for point in range(0, row_count, OF_A_VERTEX):
+        one = vertex_rows[point : point + OF_A_VERTEX]
+        for j in range(lane_count):
+            body, v, edge = load_body(state, j), load_state(state, j).velocity, load_vertex(one, j)
+            own = matrix_times_vector(transpose(load_frame(state, j)), Vector(v.x, v.y, 0.0))
+            ahead = body.friction * body.foot * (edge.nx * own.x + edge.ny * own.y)
+            outside = edge.reach * math.sqrt(v.x * v.x + v.y * v.y) < ahead
+            state[TILTING + j] = 1.0 if outside else state[TILTING + j]
 
 
 @njit(**INNER)
@@ -136,18 +167,16 @@ def update_base_contacts(
             longest = longer_landing_time(
                 longer_landing_time(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
             )
-            store_base_contact(
-                state,
-                j,
-                BaseContactState(
-                    0.0, 0.0, rests_on_spring(body, ahead), rests_on_spring(body, behind), landing, longest
-                ),
-            )
+            tilting = 0.0 if body.friction * body.foot <= body.radius else 1.0
+            store_base_contact(state, j, BaseContactState(
+                0.0, 0.0, rests_on_spring(body, ahead), rests_on_spring(body, behind), landing, longest, tilting
+            ))  # fmt: skip
         return
     few = base_vertex_count <= MAX_CARRYING_CORNERS
     for j in range(lane_count):
-        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
-        store_base_contact(state, j, first if few else BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
+        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR, 0.0)
+        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR, 0.0)
+        store_base_contact(state, j, first if few else other)
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
@@ -156,6 +185,8 @@ def update_base_contacts(
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
             state[LONGEST + j] = longer_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
+    if any_base_lands_flat(state, lane_count):
+        update_tilting(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:
         return
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):

@@ -126,18 +126,20 @@ def is_fine_step(clock: Clock, step_attempt: StepAttempt) -> bool:
 
 @njit(**INLINE)
 def flat_landing_slip(
-    body: BodyConstants, lever_arm: Vector, velocity: Vector, spin: Vector, lands_flat: bool
+    body: BodyConstants, lever_arm: Vector, velocity: Vector, spin: Vector, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
     """Return the direction in which a contact point slides in a flat landing (unit vector), and True if it slides.
 
-    The last value is the share of the moment of its friction that tilts the body. See
+    The last value is the share of the moment of its friction that tilts the body. `landing` holds whether the body
+    lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See
     `overturning.dem.kernel.mechanics.slides_in_flat_landing`; only the rotation about the vertical is included.
     """
+    lands_flat, tilting = landing
     x, y = velocity.x - spin.z * lever_arm.y, velocity.y + spin.z * lever_arm.x
     square, least = x * x + y * y, body.friction * velocity.z
     drifts = lands_flat & (square >= least * least)
     one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
-    return x * one, y * one, drifts, (body.tilting if drifts else 1.0)
+    return x * one, y * one, drifts, (tilting if drifts else 1.0)
 
 
 @njit(**INLINE)
@@ -149,15 +151,15 @@ def predict_contact_point(
     point_history: VertexHistory,
     step_is_fine: bool,
     has_rim: bool,
-    contact_rule: tuple[bool, bool, float],
+    contact_rule: tuple[bool, bool, float, float],
 ) -> PredictedPoint:
     """Predict a contact point at the end of a step, and whether the equations assume that it touches and slides.
 
     In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
     state of the point is used. `contact_rule` holds whether the point carries only later, whether the body lands flat,
-    and the landing time of the point if it touches now (s).
+    the landing time of the point if it touches now (s), and the tilting share of the base (`BaseContactState.tilting`).
     """
-    deferred, flat, new_landing = contact_rule
+    deferred, flat, new_landing, base_tilting = contact_rule
     u = plus(predicted_body.end, cross_product(predicted_body.spin, lever_arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (
@@ -184,7 +186,7 @@ def predict_contact_point(
     most = body.friction * (n if step_is_fine else point_history.normal)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = flat_landing_slip(
-        body, lever_arm, predicted_body.end, predicted_body.spin, flat
+        body, lever_arm, predicted_body.end, predicted_body.spin, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
     slides = square > most * most if step_is_fine else point_history.slid > 0.0
@@ -209,6 +211,7 @@ def predict_contact_point(
         deferred=1.0 if deferred else 0.0,
         held=1.0 if flat else 0.0,
         tilting=tilting,
+        base_tilting=base_tilting,
         new_landing=new_landing,
     )
 

@@ -116,7 +116,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 left,
                 fine,
                 False,
-                (contact_is_deferred(body, base_contact, p, a.z, left), flat, new_landing),
+                (contact_is_deferred(body, base_contact, p, a.z, left), flat, new_landing, base_contact.tilting),
             ),
         )
         store_point(
@@ -130,7 +130,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 right,
                 fine,
                 False,
-                (contact_is_deferred(body, base_contact, q, b.z, right), flat, new_landing),
+                (contact_is_deferred(body, base_contact, q, b.z, right), flat, new_landing, base_contact.tilting),
             ),
         )
 
@@ -160,13 +160,29 @@ def predict_rim_point_pair(
         store_point(
             point_rows,
             j,
-            predict_contact_point(body, w, f, a, left, fine, True, (between & (left.depth <= 0.0), flat, new_landing)),
+            predict_contact_point(
+                body,
+                w,
+                f,
+                a,
+                left,
+                fine,
+                True,
+                (between & (left.depth <= 0.0), flat, new_landing, base_contact.tilting),
+            ),
         )
         store_point(
             opposite_rows,
             j,
             predict_contact_point(
-                body, w, f, b, right, fine, True, (between & (right.depth <= 0.0), flat, new_landing)
+                body,
+                w,
+                f,
+                b,
+                right,
+                fine,
+                True,
+                (between & (right.depth <= 0.0), flat, new_landing, base_contact.tilting),
             ),
         )
 

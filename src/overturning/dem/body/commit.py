@@ -127,15 +127,16 @@ def compute_point_forces(
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     spin = plus(predicted_body.spin, velocity_change.spin)
     drift_x, drift_y, drifts, tilting = flat_landing_slip(
-        body, r, plus(predicted_body.end, velocity_change.velocity), spin, predicted_point.held > 0.0
-    )
+        body, r, plus(predicted_body.end, velocity_change.velocity), spin,
+        (predicted_point.held > 0.0, predicted_point.base_tilting),
+    )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction(hx, hy, tx, ty, most, body.compliance, (predicted_point.held > 0.0, drifts))
     lever = Vector(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
-    power = (spring - n) * u.z - (
-        (fx + body.tangential * kx) * (u.x - spin.y * off) + (fy + body.tangential * ky) * (u.y + spin.x * off)
-    )
+    # The springs are stretched at the point itself, at the full lever arm.
+    at_lever = (fx + body.tangential * kx) * (u.x - spin.y * off) + (fy + body.tangential * ky) * (u.y + spin.x * off)
+    power = (spring - n) * u.z - (at_lever + body.tangential * off * (kx * spin.y - ky * spin.x))
     let_go = released_spring_energy(
         body, point_history, depth, (predicted_point.tx + half * e.x, predicted_point.ty + half * e.y), (kx, ky)
     )

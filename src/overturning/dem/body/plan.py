@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,9 @@ from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
+VERY_FAR: Final = 1e300
+"""Distance in place of that of an edge for a vertex that is not of the base, m; finite, since 0 × ∞ is no number."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BodySimulationPlan(SimulationPlan):
@@ -50,7 +53,7 @@ class BodySimulationPlan(SimulationPlan):
     model: Body
     solids: list[Solid]  # one for each size
     bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.rules.BODY`
-    points: FloatArray  # shape (bodies, vertices, 3): vertices relative to the centre, m
+    points: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
@@ -292,15 +295,18 @@ def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
 
 
 def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's table of bodies, and their vertices, m, shape (bodies, vertices, 3).
+    """Return the kernel's table of bodies, and their vertices and edges (see `BodyKernelInput.points`).
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """
     count = len(solids[0].points)
-    points, table = np.zeros((len(solids), count + count % 2, 3)), np.zeros(len(solids), BODY)
+    points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY)
+    points[:, :, 5] = VERY_FAR
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for index, body in enumerate(solids):
-        points[index, :count] = body.points
+        points[index, :count, :3] = body.points
+        if body.radius == 0.0:
+            points[index, : body.base, 3:5], points[index, : body.base, 5] = body.edge_normals, body.edge_distances
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
         foot, reach = body.centre_height, body.min_edge_distance

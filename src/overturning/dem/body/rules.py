@@ -96,7 +96,8 @@ class BodyKernelInput(NamedTuple):
     bodies: NDArray[np.void]
     """Constants of the bodies, of type `BODY`, shape (bodies,)."""
     points: FloatArray
-    """Vertices of each body from its centre, m, shape (bodies, vertices, 3)."""
+    """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
+    distance (m) of the edge of the base that starts there."""
     base: int
     """Number of vertices of the base."""
     sectors: FloatArray
@@ -188,7 +189,6 @@ def initialise_lane(
         ends=body_constants.ends,
         step=sampling_interval / ticks_per_sample,
         landing=LANDING * case_parameters.dashpot / case_parameters.stiffness,
-        tilting=0.0 if case_parameters.friction * body_constants.foot <= body_constants.reach else 1.0,
     )
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
     v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), rotation_matrix(turn)
@@ -198,7 +198,7 @@ def initialise_lane(
         one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
         own = Vector(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
         arm = matrix_times_vector(f, own)
-        store_vertex(one, lane, BodyVertex(own))
+        store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
         # Velocity is stored for points of a rim, position for vertices.
         known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)

@@ -64,8 +64,6 @@ class BodyConstants(NamedTuple):
     """Length of a tick, s."""
     landing: float
     """Duration of a flat landing after the first touch, s."""
-    tilting: float
-    """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
 
 class BodyState(NamedTuple):
@@ -94,6 +92,11 @@ class BodyVertex(NamedTuple):
 
     own: Vector
     """Position from the centre in the body's own axes, m."""
+    nx: float
+    """Outward normal of the edge of the base that starts at the vertex; 0 for a vertex that is not of the base."""
+    ny: float
+    reach: float
+    """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
 class VertexHistory(NamedTuple):
@@ -143,6 +146,8 @@ class BaseContactState(NamedTuple):
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing: float
     """Longest remaining landing time of the base points in contact, s; `IN_THE_AIR` if there is none."""
+    tilting: float
+    """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
 
 class BodyPeaks(NamedTuple):
@@ -227,6 +232,8 @@ class PredictedPoint(NamedTuple):
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
     tilting: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
+    base_tilting: float
+    """That share if the point slides in a flat landing."""
     new_landing: float
     """Landing time of the point if it touches now, s."""
 

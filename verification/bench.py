@@ -108,7 +108,7 @@ def measure_throughput() -> list[MeasuredFigure]:
     how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
     for scheme in ("centred", "cundall"):
         constants, loops = SCHEMES[Scheme[scheme.upper()]]
-        advance = python_callable_loop(loops(vertical=False, with_friction=True))
+        advance = python_callable_loop(loops(with_vertical=False, with_friction=True))
         advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")

@@ -14,7 +14,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
-from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
+from overturning.figures.style import FALLS, INK, SERIES, add_title_and_legend, create_panel_grid, label_axes, style
 from overturning.figures.write import save
 from overturning.findings.causes import score_published_criteria
 from overturning.findings.population import population_findings
@@ -101,7 +101,7 @@ def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
     """Draw stated fall rates as bars, and computed ones as points below them."""
     near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
     with style():
-        figure, panels = grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
+        figure, panels = create_panel_grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
         axes: Any = panels[0, 0]
         for place, row in enumerate(near[::-1], 1):
             low = 0.0 if np.isnan(row.rate_low_percent) else row.rate_low_percent
@@ -115,8 +115,8 @@ def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         axes.set_yticks(range(len(near) + 1), ["computed, each near-field record (median)", *names])
         axes.set_xlim(-2, 102)
         axes.grid(True, axis="x")
-        labels(axes, "fall rate, %", "")
-        caption(figure, "Published and computed fall rates in the near field")
+        label_axes(axes, "fall rate, %", "")
+        add_title_and_legend(figure, "Published and computed fall rates in the near field")
         save(figure, path)
 
 

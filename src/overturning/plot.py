@@ -287,14 +287,14 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
 
 def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """Draw a figure of all records of a cube; its title names variant, amplitude factor and scene."""
-    from overturning.figures.style import caption
+    from overturning.figures.style import add_title_and_legend
     from overturning.study.cube import sort_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: it has no dimension record; keep the dimension: cube.sel(record=['rinaldi'])")
     sorted_cube = sort_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw_figure(sorted_cube)
-    caption(
+    add_title_and_legend(
         figure,
         f"{_record_title(sorted_cube, ())}{_scene_and_element_line(sorted_cube)}\n{figure.get_suptitle()}".strip(),
     )

@@ -86,13 +86,15 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion
     film = film_of_trajectories([path], motion, "pulse")
     panel, one = film.panels[0], stone(path)
     frame = 40
-    assert film.times[frame] == pytest.approx(film.start + 0.8)
+    assert film.frame_times[frame] == pytest.approx(film.start + 0.8)
     for name, column in (("x", 0), ("z", 1)):
-        there = np.interp(film.times[frame], path["time"], one[name])
+        there = np.interp(film.frame_times[frame], path["time"], one[name])
         assert panel.bodies[1].position[frame, column] == pytest.approx(there, abs=1e-12)
-    assert panel.bodies[1].rotation[frame] == pytest.approx(np.interp(film.times[frame], path["time"], one["rotation"]))
+    assert panel.bodies[1].rotation[frame] == pytest.approx(
+        np.interp(film.frame_times[frame], path["time"], one["rotation"])
+    )
     along, level = panel.ground.T
-    since = np.clip(film.times - 2.0, 0.0, 1.0)
+    since = np.clip(film.frame_times - 2.0, 0.0, 1.0)
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
@@ -122,10 +124,10 @@ def test_two_settings_share_one_clock() -> None:
     film = film_of_trajectories(paths, [shaken, level], "both", headings=["with", "without"])
     assert [panel.title for panel in film.panels] == ["with", "without"]
     data = film.player_data()
-    assert data["frames"] == len(film.times)
+    assert data["frames"] == len(film.frame_times)
     for panel, path in zip(film.panels, paths, strict=True):
-        there = np.interp(film.times, path["time"], stone(path)["x"])
-        moving = film.times <= float(path["time"][-1])
+        there = np.interp(film.frame_times, path["time"], stone(path)["x"])
+        moving = film.frame_times <= float(path["time"][-1])
         assert panel.bodies[1].position[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
     peaks = [[np.abs(unpack(trace["rows"][0])).max() for trace in panel["traces"]] for panel in data["panels"]]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from overturning.figures.style import DPI, caption, grid, labels, make_compass, style
+from overturning.figures.style import DPI, add_title_and_legend, create_panel_grid, label_axes, make_compass, style
 from overturning.figures.svg import compact_svg
 from overturning.figures.write import save
 
@@ -71,16 +71,16 @@ def test_coordinates_are_rounded_but_factors_are_exact() -> None:
 def compasses(path: Path) -> bytes:
     """Draw two compasses and a panel with rotated texts, a legend, and axes with and without labels."""
     with style():
-        figure, panels = grid(1, 2, 6.4, 3.5, polar=True)
+        figure, panels = create_panel_grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:
             make_compass(axes)
             axes.plot([0.0, 1.0, 2.0], [1e-3, 2e-3, 3e-3], label="one")
             axes.set_title("two\nlines", fontsize=9)
         beside = figure.add_axes((0.7, 0.7, 0.2, 0.2))
         beside.loglog([1, 1e4], [1e-3, 1e3])
-        labels(beside, "", "up")
+        label_axes(beside, "", "up")
         beside.annotate("turned", (10, 1), rotation=30, ha="right", rotation_mode="anchor")
-        caption(figure, "Title", panels[0, 0])
+        add_title_and_legend(figure, "Title", panels[0, 0])
         save(figure, path)
     return path.read_bytes()
 
@@ -95,7 +95,7 @@ def test_skipping_empty_axis_labels_changes_no_byte(kind: str, tmp_path: Path, m
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
 def test_figure_is_saved_outside_the_style_context(kind: str, tmp_path: Path) -> None:
     with style():
-        figure, panels = grid(1, 1, 3.0, 3.0, polar=False)
+        figure, panels = create_panel_grid(1, 1, 3.0, 3.0, polar=False)
         panels[0, 0].set_title("µ · φ")
     save(figure, tmp_path / f"one.{kind}", width=2.0)
     save(figure, tmp_path / f"two.{kind}")

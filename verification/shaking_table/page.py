@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, INK, SERIES, caption, grid, labels, style
+from overturning.figures.style import DASHED, INK, SERIES, add_title_and_legend, create_panel_grid, label_axes, style
 from overturning.figures.write import save
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import (
@@ -32,16 +32,16 @@ def draw_reliability(
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
     with style():
-        figure, panels = grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
+        figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
                 bins = reliability_bins(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
                 _draw_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
         for axes in panels.ravel():
-            labels(axes, "predicted probability of falling", "share that fell")
+            label_axes(axes, "predicted probability of falling", "share that fell")
             axes.label_outer()
-        caption(figure, "Reliability; each motion is predicted from the others; 95 % intervals by motion")
+        add_title_and_legend(figure, "Reliability; each motion is predicted from the others; 95 % intervals by motion")
         save(figure, path)
 
 

@@ -39,7 +39,7 @@ def draw_figure(
     import inspect
 
     from overturning.errors import ArgumentError, closest_name_hint
-    from overturning.figures.write import file_width, save_with_checks, set_title
+    from overturning.figures.write import parse_figure_width, save_with_checks, set_title
     from overturning.files import check_output_path
     from overturning.study.cube import open_cube, select_blocks, study_for_presentation
     from overturning.translation.texts import ENGLISH, check_language, visible_language
@@ -47,7 +47,7 @@ def draw_figure(
     if kind not in KINDS:
         raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS)}")
     check_output_path(output, "--output", ".svg", ".png", ".pdf")
-    inches = file_width(width)
+    inches = parse_figure_width(width)
     draw = KINDS[kind]
     of_one = "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:

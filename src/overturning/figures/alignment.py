@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.answer import DrawnEstimate, alignment_figure
-from overturning.figures.style import SERIES, caption, grid, labels
+from overturning.figures.style import SERIES, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import EarthquakeMean
 from overturning.statistics.earthquakes import FallAxisSummary, ReferenceAlignment
 
@@ -35,7 +35,7 @@ def alignment_by_b_over_h_figure(alignments: dict[str, ReferenceAlignment], b_ov
     The upper row compares axes (period 180°), the lower row directions (period 360°). `alignments` maps each group to
     its means, which are keyed by the name of the reference and by whether it is an axis; each has a value for each B/H.
     """
-    figure, panels = grid(2, len(alignments), max(3.4 * len(alignments), 4.4), 5.4)
+    figure, panels = create_panel_grid(2, len(alignments), max(3.4 * len(alignments), 4.4), 5.4)
     names = list(dict.fromkeys(name for group in alignments.values() for name, _ in group.means))
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
     for column, (group, of_group) in enumerate(alignments.items()):
@@ -56,9 +56,9 @@ def alignment_by_b_over_h_figure(alignments: dict[str, ReferenceAlignment], b_ov
             axes.set_ylim(-1.05, 1.05)
             axes.set_xlim(b_over_h.min() - 0.05, b_over_h.max() + 0.05)
             measure = "mean cos 2Δ of axes" if axial else "mean cos Δ of directions"
-            labels(axes, "B/H" if row else "", measure if column == 0 else "")
+            label_axes(axes, "B/H" if row else "", measure if column == 0 else "")
             axes.grid(True, axis="y")
             if row == 0:
                 axes.set_title(group, fontsize=9)
-    caption(figure, "", panels[0, 0], 4 if len(alignments) > 1 else 2)
+    add_title_and_legend(figure, "", panels[0, 0], 4 if len(alignments) > 1 else 2)
     return figure

@@ -6,7 +6,15 @@ from typing import Any, Final, NamedTuple
 
 from matplotlib.figure import Figure
 
-from overturning.figures.style import DASHED, INK, PAGE_WIDTH, SERIES, caption, grid, labels
+from overturning.figures.style import (
+    DASHED,
+    INK,
+    PAGE_WIDTH,
+    SERIES,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+)
 
 MARKERS: Final = ("o", "D", "s")
 COLOURS: Final = (SERIES[1], SERIES[0], SERIES[2])
@@ -49,7 +57,7 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
         Mean over the earthquakes of each group, with its interval.
     """
     rows = max(len(of_group) for of_group in values.values())
-    figure, panels = grid(1, len(values), PAGE_WIDTH if len(values) > 1 else 4.6, ROW * (rows + 2) + 1.25)
+    figure, panels = create_panel_grid(1, len(values), PAGE_WIDTH if len(values) > 1 else 4.6, ROW * (rows + 2) + 1.25)
     for place, ((group, of_group), axes) in enumerate(zip(values.items(), panels[0], strict=True)):
         look, mean = _marker_style(place), means[group]
         ordered = sorted(
@@ -98,7 +106,7 @@ def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figu
             -(_nan_if_none(first[name].value) if _is_finite(first.get(name, DrawnEstimate(None)).value) else -9)
         ),
     )
-    figure, panels = grid(1, 1, PAGE_WIDTH, 1.35 * ROW * len(names) * max(1.3, 0.75 * len(groups)) + 1.2)
+    figure, panels = create_panel_grid(1, 1, PAGE_WIDTH, 1.35 * ROW * len(names) * max(1.3, 0.75 * len(groups)) + 1.2)
     axes, marks = panels[0, 0], []
     apart = 0.28
     for place, (group, of_group) in enumerate(groups.items()):
@@ -116,7 +124,7 @@ def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figu
     _set_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
-    caption(figure, "", None, 2, first_marks=marks)
+    add_title_and_legend(figure, "", None, 2, first_marks=marks)
     return figure
 
 
@@ -134,7 +142,7 @@ def contrast_figure(
     differences : sequence of DrawnEstimate
         Share under the first setting minus that under the second, one for each row.
     """
-    figure, ((left, right),) = grid(
+    figure, ((left, right),) = create_panel_grid(
         1, 2, PAGE_WIDTH, ROW * len(rows) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
     for place, (setting, dots) in enumerate(rates.items()):
@@ -164,10 +172,10 @@ def contrast_figure(
     left.set_xlim(-3, 103)
     for axes in (left, right):
         axes.grid(True, axis="x")
-    labels(left, "cases that overturn, %", "")
-    labels(right, "difference, percentage points", "")
+    label_axes(left, "cases that overturn, %", "")
+    label_axes(right, "difference, percentage points", "")
     left.tick_params(axis="y", labelsize=8)
-    caption(figure, "", left, 2)
+    add_title_and_legend(figure, "", left, 2)
     return figure
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, INK, SERIES, create_figure, labels, make_compass, set_logarithmic_ticks
+from overturning.figures.style import FALLS, INK, SERIES, create_figure, label_axes, make_compass, set_logarithmic_ticks
 
 PALE = "#e9c3a8"
 
@@ -59,7 +59,7 @@ def motion_posterior_figure(
     best = sorted(source_probabilities.items(), key=lambda item: -item[1])[:_BARS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
     bars.tick_params(axis="y", labelsize=8)
-    labels(bars, "probability, %", "")
+    label_axes(bars, "probability, %", "")
     for place, (name, (values, below, before, (low, high))) in enumerate(strength_distributions.items()):
         axes = figure.add_subplot(2, 2, 3 + place)
         axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
@@ -74,7 +74,7 @@ def motion_posterior_figure(
                 arrow = {"arrowstyle": "->", "color": INK}
                 axes.annotate("", (at, 0.06), (at - 0.12 * toward, 0.06), "axes fraction", arrowprops=arrow)
         axes.grid(True)
-        labels(axes, name, "probability not exceeded")
+        label_axes(axes, name, "probability not exceeded")
     figure.legend(handles=axes.get_legend_handles_labels()[0], loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(title, fontsize=10)
     return figure

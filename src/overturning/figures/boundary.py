@@ -11,8 +11,8 @@ from overturning.figures.cells import close_circle, panel_rows_and_columns
 from overturning.figures.style import (
     DASHES,
     SERIES,
-    caption,
-    grid,
+    add_title_and_legend,
+    create_panel_grid,
     make_compass,
     mark_fault_normal,
     set_slenderness_ticks,
@@ -65,7 +65,9 @@ def boundary_figure(bounds: xr.Dataset, largest_b_over_h: float, fault_normal_de
     heights = loaded["height"].to_numpy()
     rows, columns = panel_rows_and_columns(heights.size, 1)
     side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]
-    figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True)
+    figure, panels = create_panel_grid(
+        rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True
+    )
     for axes, height in zip(panels.flat, heights, strict=False):
         _draw_boundary(axes, loaded.sel(height=height), largest_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
@@ -75,7 +77,7 @@ def boundary_figure(bounds: xr.Dataset, largest_b_over_h: float, fault_normal_de
     beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []
     spread = bool((loaded["boundary_high"] > loaded["boundary_low"]).any())
     band = "\nband: between the two halves of the ensemble" if spread else ""
-    caption(
+    add_title_and_legend(
         figure, f"{title}\nlargest B/H that falls, by azimuth of the motion{band}", panels[0, 0], 3, last_marks=beyond
     )
     return figure

@@ -46,12 +46,16 @@ def trim_empty_rings(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
 def count_rings_with_falls(*falls: xr.DataArray) -> int:
     """Return the number of inner B/H rings up to the first outer ring without falls."""
 
-    def possible(one: xr.DataArray) -> xr.DataArray:
-        computed = one.notnull().any([name for name in one.dims if name not in {"azimuth", "orientation"}])
-        return ((one.isnull() & computed) | (one > 0)).any([name for name in one.dims if name != "b_over_h"])
+    def is_ring_possible(fall_values: xr.DataArray) -> xr.DataArray:
+        computed = fall_values.notnull().any(
+            [name for name in fall_values.dims if name not in {"azimuth", "orientation"}]
+        )
+        return ((fall_values.isnull() & computed) | (fall_values > 0)).any(
+            [name for name in fall_values.dims if name != "b_over_h"]
+        )
 
     rings = falls[0].sizes["b_over_h"]
-    last = np.flatnonzero(sum(map(possible, falls)))
+    last = np.flatnonzero(sum(map(is_ring_possible, falls)))
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 

@@ -41,26 +41,26 @@ def encode_cells(record_cube: "xr.Dataset", probability: "xr.Dataset", rotation_
     model = model_of(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
-    def values(found: "xr.DataArray") -> FloatArray:
+    def flat_values(found: "xr.DataArray") -> FloatArray:
         return np.asarray(found.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
     ensemble = ensemble_probabilities(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = probability if ensemble is None else probability.where(ensemble.notnull())
-    time = values(record_cube["overturning_time"])
+    time = flat_values(record_cube["overturning_time"])
     time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
-        "flag": _encode_base64(np.nan_to_num(values(record_cube["overturned"]), nan=2.0).astype("i1")),
-        "rotation": _encode_integers(values(record_cube[_ROTATION[model.direction]]), rotation_step, "<u2"),
+        "flag": _encode_base64(np.nan_to_num(flat_values(record_cube["overturned"]), nan=2.0).astype("i1")),
+        "rotation": _encode_integers(flat_values(record_cube[_ROTATION[model.direction]]), rotation_step, "<u2"),
         "time": _encode_integers(time, time_step, "<u2"),
         "timeStep": time_step,
         **{
-            name: _encode_integers(_clip_away_from_0_and_1(values(known[name])), 1 / PROBABILITY_STEPS, "u1")
+            name: _encode_integers(_clip_away_from_0_and_1(flat_values(known[name])), 1 / PROBABILITY_STEPS, "u1")
             for name in ("towards", "away")
         },
     }
     if not model.one_component:
-        cells["azimuth"] = _encode_integers(values(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2")
+        cells["azimuth"] = _encode_integers(flat_values(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2")
     return cells
 
 

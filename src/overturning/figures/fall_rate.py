@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, grid, labels, set_logarithmic_ticks
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, create_panel_grid, label_axes, set_logarithmic_ticks
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import FittedFragilityCurve
 
@@ -33,7 +33,7 @@ def fall_rate_figure(
         JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
     """
     with_jma = bool(np.isfinite(jma_intensity).any())
-    figure, panels = grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9, 1 + with_jma)
+    figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9, 1 + with_jma)
     _draw_curve(panels.flat[0], intensity_levels, fall_rates, curve)
     if with_jma:
         _draw_intensity(panels.flat[1], jma_intensity, fall_rates)
@@ -63,7 +63,7 @@ def _draw_curve(panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray
         panel.plot(x, 100 * curve.fall_probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
     panel.set_xscale("log")
     set_logarithmic_ticks(panel.xaxis)
-    labels(panel, f"{curve.measure}, {curve.unit}", "")
+    label_axes(panel, f"{curve.measure}, {curve.unit}", "")
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
@@ -81,4 +81,4 @@ def _draw_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArra
         if left < bound < right:
             panel.text(bound + 0.03, 96, name, fontsize=7, va="top")
     panel.set_xlim(left, right)
-    labels(panel, "JMA instrumental intensity", "")
+    label_axes(panel, "JMA instrumental intensity", "")

@@ -157,7 +157,7 @@ class Film:
         return max(float(np.abs(row).max(initial=0.0)) for row in rows)
 
     @property
-    def times(self) -> FloatArray:
+    def frame_times(self) -> FloatArray:
         """Times of the frames, s after the record's start."""
         return np.asarray(self.start + self.frame_interval * np.arange(self.frames))
 
@@ -183,10 +183,12 @@ class Film:
         }
 
 
-def frame_times(first: float, last: float) -> FloatArray:
+def frame_times_between(first_movement: float, last_movement: float) -> FloatArray:
     """Return the times of the frames, s: from `LEAD_IN` before the first movement to `LINGER` after the last one."""
-    start = max(0.0, float(np.floor((first - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
-    return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
+    start = max(0.0, float(np.floor((first_movement - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
+    return np.asarray(
+        start + FRAME_INTERVAL * np.arange(int(np.ceil((last_movement + LINGER - start) / FRAME_INTERVAL)) + 1)
+    )
 
 
 def interpolate_columns(frame_time: FloatArray, sample_time: FloatArray, columns: FloatArray) -> FloatArray:

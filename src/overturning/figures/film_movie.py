@@ -13,7 +13,16 @@ from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, free_body_extent, vertex_paths
 from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
 from overturning.figures.film_words import SPEEDS, movie_title
-from overturning.figures.style import FALLS, INK, SERIES, SETTINGS, caption, grid, labels, style
+from overturning.figures.style import (
+    FALLS,
+    INK,
+    SERIES,
+    SETTINGS,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+    style,
+)
 from overturning.figures.svg_translation import break_lines
 from overturning.files import atomic_write, check_output_path
 from overturning.translation.texts import ENGLISH, FONTS, current_language, translate
@@ -61,7 +70,7 @@ def write_film_movie(film: Film, path: Path) -> None:
         if current_language() != ENGLISH:
             mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], drawing_font(path.name)]
             film = _translate_film(film)
-        figure, show = _stage(film)
+        figure, show = _create_movie_figure(film)
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
             writer = animation.FFMpegWriter(fps=rate, codec="libx264", extra_args=exact)
@@ -106,13 +115,13 @@ def _movie_title(film: Film, width: float) -> str:
     return "\n".join(break_lines([translate(title)], 72.0 * width / 10.5, 20))
 
 
-def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
+def _create_movie_figure(film: Film) -> "tuple[Figure, Callable[[int], None]]":
     """Return a figure of the film, and a function that moves its artists to a frame."""
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
-    figure, panels = grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
-    caption(figure, _movie_title(film, figure.get_figwidth()))
+    figure, panels = create_panel_grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
+    add_title_and_legend(figure, _movie_title(film, figure.get_figwidth()))
     left, right, bottom, top = free_body_extent(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
@@ -132,7 +141,7 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
         time = np.arange(panel.acceleration.size) * panel.sampling_interval
         trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
         trace.set(xlim=(film.start, max(film.end_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
-        labels(trace, translate("time, s"), "Gal")
+        label_axes(trace, translate("time, s"), "Gal")
         mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
         draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, shapes, mark, scene.set_xlabel(" ", fontsize=8)))

@@ -7,10 +7,10 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times
+from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_between
 from overturning.figures.film_of_body import space_outcome, space_panel, space_poses
 from overturning.figures.film_of_plane import plane_outcome, plane_panel, plane_poses
-from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, heading
+from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, direction_heading
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 
@@ -27,7 +27,7 @@ FADED: Final = 0.1
 def heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a panel: the azimuth of the motion, or the direction that a 3-D body faces."""
     display = _display_of(trajectory)
-    return heading(float(trajectory.attrs[display.direction]), in_space=display is _SPACE)
+    return direction_heading(float(trajectory.attrs[display.direction]), in_space=display is _SPACE)
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
@@ -129,7 +129,7 @@ def film_of_trajectories(
         raise ArgumentError(
             f"motions, headings: {len(each)} and {len(names)}; give one for each of {len(trajectories)} trajectories"
         )
-    time = frame_times(*shown_interval(trajectories))
+    time = frame_times_between(*shown_interval(trajectories))
     panels = tuple(
         _display_of(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
         for trajectory, motion, name in zip(trajectories, each, names, strict=True)

@@ -7,7 +7,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.figures.film import Film, FilmBody, FilmPanel, free_body_extent, vertex_paths
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
-from overturning.figures.style import INK, PAGE_WIDTH, caption, grid
+from overturning.figures.style import INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,10 +36,10 @@ def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     if falls:
         near, names = min(falls), STRIP if len(falls) == len(film.panels) else STRIP_MIXED
     else:
-        near, names = float(film.times[int(angle.argmax())]), STRIP_STANDING
-    before = angle[: max(1, int(np.searchsorted(film.times, near)))]
+        near, names = float(film.frame_times[int(angle.argmax())]), STRIP_STANDING
+    before = angle[: max(1, int(np.searchsorted(film.frame_times, near)))]
     visible = min(UPLIFT_ANGLE, 0.5 * float(before.max()))
-    first = film.times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
+    first = film.frame_times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
     return np.maximum.accumulate(np.array([film.start, first, near, film.end_time])), names
 
 
@@ -60,9 +60,9 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     edges = _space_view(film) if film.panels[0].in_space else free_body_extent(film)
     left, right, bottom, top = edges
     tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
-    figure, panels = grid(rows, len(names), PAGE_WIDTH, rows * (tall + 0.2) + 0.25 + 0.35 * titled)
+    figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH, rows * (tall + 0.2) + 0.25 + 0.35 * titled)
     if titled:
-        caption(figure, film.title)
+        add_title_and_legend(figure, film.title)
     for row, (panel, axes_row) in enumerate(zip(film.panels, panels, strict=True)):
         for column, (axes, time, name) in enumerate(zip(axes_row, times, names, strict=True)):
             axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
@@ -101,12 +101,14 @@ def draw_frame(axes: Any, panel: FilmPanel, frame: float) -> None:
 def pose_at_frame(body: FilmBody, frame: float) -> FilmBody:
     """Return a body with a single pose: that at a frame, interpolated; after its last frame it stays."""
 
-    def pick(values: FloatArray) -> FloatArray:
+    def interpolate(values: FloatArray) -> FloatArray:
         low = min(int(frame), len(values) - 1)
         high, part = min(low + 1, len(values) - 1), min(max(frame - low, 0.0), 1.0)
         return np.asarray(values[low] * (1.0 - part) + values[high] * part)[None]
 
-    return FilmBody(body.name, body.vertices, pick(body.position), pick(body.rotation), body.free, body.faces)
+    return FilmBody(
+        body.name, body.vertices, interpolate(body.position), interpolate(body.rotation), body.free, body.faces
+    )
 
 
 def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> None:

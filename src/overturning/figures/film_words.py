@@ -118,7 +118,7 @@ def movie_title(title: str, speed: str) -> str:
     return f"{title} (at {speed} of its speed)"
 
 
-def heading(direction_deg: float, *, in_space: bool) -> str:
+def direction_heading(direction_deg: float, *, in_space: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
     return f"{'facing' if in_space else 'motion along'} {compass_name(direction_deg)}"
 

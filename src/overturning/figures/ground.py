@@ -57,7 +57,7 @@ def _draw_hodograph(
     for zero in (axes.axhline, axes.axvline):
         zero(0, color="#c8c8c8", linewidth=0.5, zorder=0)
     axes.locator_params(nbins=3)
-    style.labels(axes, f"east, {unit}", f"north, {unit}")
+    style.label_axes(axes, f"east, {unit}", f"north, {unit}")
     arrow = {"arrowstyle": "-|>", "color": style.INK, "linewidth": 0.8}
     axes.annotate("N", (0.93, 0.99), (0.93, 0.84), xycoords="axes fraction", ha="center", fontsize=8, arrowprops=arrow)
 
@@ -67,9 +67,9 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
 
     The azimuth of the fault normal, degrees, can be NaN.
     """
-    figure, panels = style.grid(1, 3, style.PAGE_WIDTH, 3.2)
+    figure, panels = style.create_panel_grid(1, 3, style.PAGE_WIDTH, 3.2)
     draw_hodographs(panels[0], motion, fault_normal_deg)
-    style.caption(figure, title, panels[0, 0], 2)
+    style.add_title_and_legend(figure, title, panels[0, 0], 2)
     return figure
 
 
@@ -89,7 +89,7 @@ def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
 
 def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figure:
     """Draw Fourier spectra of several azimuths in one panel and response spectra in another (the paper's figure 5)."""
-    figure, ((left, right),) = style.grid(1, 2, style.PAGE_WIDTH, 3.4)
+    figure, ((left, right),) = style.create_panel_grid(1, 2, style.PAGE_WIDTH, 3.4)
     for axes, (x, spectra), unit, across, up in (
         (left, fourier_spectrum(motion, azimuth_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
         (right, response_spectrum(motion, azimuth_deg), GAL, "period, s", "spectral acceleration (damping 5%), Gal"),
@@ -101,9 +101,9 @@ def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figu
                 linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3, label=style.compass_name(azimuth),
             )  # fmt: skip
         axes.set(xscale="log", yscale="log")
-        style.labels(axes, across, up)
+        style.label_axes(axes, across, up)
         axes.grid(True, which="major")
-    style.caption(figure, title, right, 4)
+    style.add_title_and_legend(figure, title, right, 4)
     return figure
 
 
@@ -113,7 +113,7 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
     The azimuth of the fault normal, degrees, can be NaN.
     """
     azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
-    figure, panels = style.grid(1, 2, 6.4, 3.7, polar=True)
+    figure, panels = style.create_panel_grid(1, 2, 6.4, 3.7, polar=True)
     measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         peaks = intensity[name].to_numpy() / factor
@@ -125,5 +125,5 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
         style.mark_fault_normal(axes, fault_normal_deg)
         along = style.compass_name(float(azimuth[peaks.argmax()] % 180))
         axes.set_title(f"{label}\nlargest {style.format_short(largest)} along {along}", pad=4)
-    style.caption(figure, title, panels[0, 0])
+    style.add_title_and_legend(figure, title, panels[0, 0])
     return figure

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, format_short, grid, group_extremes, labels
+from overturning.figures.style import (
+    DASHED,
+    FALLS,
+    INK,
+    MISSING,
+    SERIES,
+    create_panel_grid,
+    format_short,
+    group_extremes,
+    label_axes,
+)
 from overturning.motion.fourier import rms_band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -47,7 +57,7 @@ def history_figure(unprocessed: Record, processed: Record, spectra: FloatArray |
     """
     names = [name for name in COMPONENTS if getattr(processed, name) is not None]
     wide = len(names) > 2
-    figure, panels = grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
+    figure, panels = create_panel_grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
     for panel in panels[5, 1:] if wide else ():
         panel.remove()
     if wide:
@@ -151,7 +161,7 @@ def _draw_series(panels: Any, unprocessed: Record, processed: Record, component_
             color=INK,
             linewidth=0.6,
         )
-        labels(panel, "time, s" if panel is panels[-1] else "", label)
+        label_axes(panel, "time, s" if panel is panels[-1] else "", label)
         panel.annotate(
             f"peak {format_short(peak)}",
             (0.98, 0.96),
@@ -183,7 +193,7 @@ def _draw_spectra(panel: "Axes", unprocessed: Record, processed: Record, compone
             f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
         )
     _set_logarithmic_axes(panel)
-    labels(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
+    label_axes(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
 
 
 def _set_logarithmic_axes(panel: "Axes") -> None:
@@ -204,13 +214,13 @@ def _draw_husid(panel: "Axes", processed: Record, component_names: list[str]) ->
             panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
         panel.axhline(share, color=MISSING, linewidth=0.5, linestyle=DASHED)
-    labels(panel, "time, s", "Husid: Arias intensity, %")
+    label_axes(panel, "time, s", "Husid: Arias intensity, %")
     panel.legend(fontsize=7, loc="lower right")
 
 
 def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, component_names: list[str]) -> None:
     """Draw the signal-to-noise ratio of the components by frequency."""
-    labels(panel, "frequency, Hz", "signal-to-noise ratio")
+    label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise is None:
         _write_note(panel, "no noise of 2 s\nbefore the onset")
         return
@@ -232,13 +242,13 @@ def _draw_response(panel: "Axes", spectra: FloatArray) -> None:
         panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
     _set_logarithmic_axes(panel)
     panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # RotD00 of a motion along one azimuth is 0
-    labels(panel, "period, s", "pseudo-acceleration, Gal")
+    label_axes(panel, "period, s", "pseudo-acceleration, Gal")
     panel.legend(fontsize=7, loc="best")
 
 
 def _draw_removed(panel: "Axes", unprocessed: Record, processed: Record, component_names: list[str]) -> None:
     """Draw the acceleration before processing minus that after it, where the records overlap."""
-    labels(panel, "time, s", "removed, Gal")
+    label_axes(panel, "time, s", "removed, Gal")
     if unprocessed is processed:
         _write_note(panel, "nothing")
         return

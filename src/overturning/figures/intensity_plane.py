@@ -7,7 +7,17 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, set_logarithmic_ticks
+from overturning.figures.style import (
+    DASHED,
+    FALLS,
+    INK,
+    SERIES,
+    STANDS,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+    set_logarithmic_ticks,
+)
 from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.statistics.criteria import CRITERIA, west_acceleration
@@ -76,7 +86,7 @@ def _draw_intensity_plane(
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
         set_logarithmic_ticks(axis)
-    labels(axes, "PGA, Gal", "PGV/PGA, s", which="both")
+    label_axes(axes, "PGA, Gal", "PGV/PGA, s", which="both")
     axes.grid(True, which="major")
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
@@ -99,12 +109,12 @@ def intensity_plane_figure(
     shown = heights[np.unique([0, heights.size - 1])]
     # The fit includes all frictions, the points show one.
     named = "fit: probability ½" if cube.sizes["friction"] == 1 else "fit of all µ together: probability ½"
-    figure, panels = grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
+    figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = intensity_plane_points(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
             _draw_intensity_plane(panels[row, column], points, *block, fit, named, with_criteria=not size_note)
     title = f"Every plane of every record, {friction_label(cube, friction)}"
-    caption(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
+    add_title_and_legend(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
     return figure

@@ -34,14 +34,18 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     cube = trim_empty_rings(cube, cube["overturned"])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
-    figure, panels = style.grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)
+    figure, panels = style.create_panel_grid(
+        len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9
+    )
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):
             axes = panels[row, column]
             _draw_orientations(axes, cube.sel(height=height, aspect=aspect, friction=friction))
             several = f", D/B = {aspect:g}" if cube.sizes["aspect"] > 1 else ""
             axes.set_title(f"µ = {friction:g}, H = {height:g} m{several}", fontsize=8)
-            style.labels(axes, "orientation, degrees" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
+            style.label_axes(
+                axes, "orientation, degrees" if row == len(blocks) - 1 else "", "B/H" if column == 0 else ""
+            )
         panels[row, -1].set_visible(False)
     around = figure.add_subplot(panels[0, -1].get_subplotspec(), projection="polar")
     draw_rose(around, fall_rose(cube.expand_dims("record")))
@@ -58,7 +62,9 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     marks = [style.legend_patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
         marks.append(style.legend_patch(style.MISSING, "no outcome"))
-    style.caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_marks=marks)
+    style.add_title_and_legend(
+        figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_marks=marks
+    )
     return figure
 
 

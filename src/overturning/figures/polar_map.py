@@ -107,7 +107,7 @@ def plane_map_figure(
     size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
     # Keep the tick labels of a panel clear of the title of the panel below.
     apart = ConstrainedLayoutEngine(h_pad=0.08 if rows > 1 else 0.04)
-    figure, grid = style.grid(rows, columns, *size, used=len(panels), polar=True, layout=apart)
+    figure, grid = style.create_panel_grid(rows, columns, *size, used=len(panels), polar=True, layout=apart)
     top = max(float(panel.radius[-1]) for panel in panels)
     rim = round_up_velocity(
         max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
@@ -126,7 +126,7 @@ def plane_map_figure(
         bar.ax.tick_params(labelsize=8)
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
     heading = "; ".join(filter(None, [common, "radius: slenderness B/H"]))
-    style.caption(
+    style.add_title_and_legend(
         figure, f"{title}\n{heading}", used[0], min(columns, 2), first_marks=_legend_marks(panels, spread, rim)
     )
     return figure

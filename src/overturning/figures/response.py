@@ -44,7 +44,7 @@ def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
     Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
     """
     width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH), 4.4, 2.0 * len(trajectories))
-    figure, rows = style.grid(len(ROWS), len(trajectories), width, 6.6, sharex=True, sharey="row")
+    figure, rows = style.create_panel_grid(len(ROWS), len(trajectories), width, 6.6, sharex=True, sharey="row")
     start, end = shown_interval(trajectories)
     largest = max(float(np.abs(np.degrees(free_elements(trajectory)["rotation"])).max()) for trajectory in trajectories)
     several = free_elements(trajectories[0]).sizes["element"] > 1
@@ -68,7 +68,7 @@ def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
         for row, axes in enumerate(rows[:, column]):
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
-            style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
+            style.label_axes(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
         heading = style.compass_name(trajectory.attrs["azimuth_deg"])
         upper.set_title(
             fill(f"{heading}: {_outcome_label(trajectory)}", int(18 * width / len(trajectories) / 1.25)),
@@ -80,7 +80,7 @@ def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
     start = max(0.0, start - 1.5)
     rows[0, 0].set_xlim(start, max(last, start + 0.1))
     figure.align_ylabels(rows[:, 0])
-    style.caption(figure, title, rows[1, 0] if several else None, 3)
+    style.add_title_and_legend(figure, title, rows[1, 0] if several else None, 3)
     return figure
 
 
@@ -101,7 +101,7 @@ def _outcome_label(trajectory: xr.Dataset) -> str:
 
 def axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Draw the axis of a 3-D body seen from above, and hodographs of ground velocity and displacement."""
-    figure, panels = style.grid(1, 3, 9.2, 3.9)
+    figure, panels = style.create_panel_grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
     east, north = trajectory["tilt_east"].to_numpy(), trajectory["tilt_north"].to_numpy()
     up = np.sqrt(np.maximum(0.0, 1.0 - east**2 - north**2))
@@ -121,7 +121,7 @@ def axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     outcome = outcome_sentence(trajectory).split("(")[0].split(" at ")[0].strip()
     axes.set_title(f"tilt of the axis, degrees\n{outcome}", fontsize=9)
-    style.labels(axes, "east", "north")
+    style.label_axes(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.times(float(trajectory.attrs["amplitude"])))
-    style.caption(figure, title, axes, 4)
+    style.add_title_and_legend(figure, title, axes, 4)
     return figure

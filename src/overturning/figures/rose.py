@@ -14,7 +14,7 @@ from overturning.figures.style import (
     FAULT,
     INK,
     PAGE_WIDTH,
-    grid,
+    create_panel_grid,
     make_compass,
     mark_fault_normal,
     set_radius_ticks,
@@ -132,7 +132,7 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | Non
     roses, means = rose_of_each_group(cube), summaries or {}
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.is_axial for rose in roses.values())
-    figure, panels = grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
+    figure, panels = create_panel_grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
     top = common_radius(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_rose(axes, rose, top)
@@ -143,7 +143,9 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | Non
     marked = any(
         np.isfinite(means[name].axis_deg) for name, rose in roses.items() if rose.from_normal and name in means
     )
-    style.caption(figure, "", columns=1 if width < 5 else 2, first_marks=_legend_marks(list(roses.values()), marked))
+    style.add_title_and_legend(
+        figure, "", columns=1 if width < 5 else 2, first_marks=_legend_marks(list(roses.values()), marked)
+    )
     return figure
 
 
@@ -167,7 +169,9 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     shown = {name: found for name, found in roses.items() if found[0].falls}
     columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
-    figure, panels = grid(rows, columns, max(PAGE_WIDTH / 4 * columns, 4.2), 2.0 * rows + 0.2, len(shown), polar=True)
+    figure, panels = create_panel_grid(
+        rows, columns, max(PAGE_WIDTH / 4 * columns, 4.2), 2.0 * rows + 0.2, len(shown), polar=True
+    )
     top = common_radius(*(rose for rose, _ in shown.values()))
     for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
         draw_rose(axes, rose, top)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.figures.rose import common_radius, draw_rose
-from overturning.figures.style import INK, PAGE_WIDTH, SERIES, grid
+from overturning.figures.style import INK, PAGE_WIDTH, SERIES, create_panel_grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
 from overturning.statistics.roses import rose_of_all_records
@@ -47,7 +47,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
     """Draw one or more scenes side by side, all to the same scale."""
-    figure, panels = grid(1, len(scenes), 2.7 * len(scenes), 3.4)
+    figure, panels = create_panel_grid(1, len(scenes), 2.7 * len(scenes), 3.4)
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
     lows, highs = zip(*(axes.get_ylim() for axes in panels[0]), strict=True)
@@ -61,7 +61,9 @@ def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
     """Draw the `rose_of_all_records` of each named cube of a single element, on one scale."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
-    figure, panels = grid(rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cubes), polar=True)
+    figure, panels = create_panel_grid(
+        rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cubes), polar=True
+    )
     roses = {name: rose_of_all_records(cube) for name, cube in cubes.items()}
     top = common_radius(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, caption, grid
+from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid
 from overturning.model.falls import model_of
 from overturning.records.fault_trace import Trace, parse_fault_trace
 from overturning.statistics.by_record import apply_to_record_batches
@@ -140,11 +140,11 @@ def site_map(sites: Sequence[EarthquakeOnMap]) -> Figure:
     # A letter of a title is about 4.5 pt wide.
     titles = [wrap(site.name, int(width_pt / 4.5)) for site in sites]
     above = 0.13 * max(map(len, titles), default=1)
-    figure, panels = grid(rows, columns, columns * side, rows * (side + 0.14 + above) + 0.6, len(sites))
+    figure, panels = create_panel_grid(rows, columns, columns * side, rows * (side + 0.14 + above) + 0.6, len(sites))
     for axes, site, title in zip(panels.flat, sites, titles, strict=False):
         _draw_site(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    caption(figure, "", None, min(3, columns + 1), first_marks=_legend_marks(sites))
+    add_title_and_legend(figure, "", None, min(3, columns + 1), first_marks=_legend_marks(sites))
     return figure
 
 

@@ -119,7 +119,7 @@ def create_figure(width: float, height: float, layout: Any = "constrained") -> "
     return figure
 
 
-def grid(
+def create_panel_grid(
     rows: int,
     columns: int,
     width: float,
@@ -143,7 +143,7 @@ def grid(
     return figure, panels
 
 
-def caption(
+def add_title_and_legend(
     figure: "Figure",
     title: str,
     legend_panel: Any = None,
@@ -176,7 +176,7 @@ def legend_patch(appearance: Any, label: str) -> Any:
     return Patch(label=label, **({"linewidth": 0.4} | own))
 
 
-def labels(axes: Any, x_label: str, y_label: str, which: str = "major") -> None:
+def label_axes(axes: Any, x_label: str, y_label: str, which: str = "major") -> None:
     """Label the horizontal and vertical axis of a panel, in a small font."""
     axes.set_xlabel(x_label, fontsize=8)
     axes.set_ylabel(y_label, fontsize=8)

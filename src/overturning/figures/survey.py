@@ -15,9 +15,9 @@ from overturning.figures.style import (
     INK,
     PAGE_WIDTH,
     SERIES,
-    caption,
+    add_title_and_legend,
     create_figure,
-    labels,
+    label_axes,
     legend_patch,
     make_compass,
     set_radius_ticks,
@@ -93,7 +93,7 @@ def survey_figure(surveys: Sequence[DrawnSurvey]) -> Figure:
             Line2D([], [], **_OBSERVED, label="observed share, 95 % interval"),
             Line2D([], [], **_COMPUTED, label="computed share, range over the grid"),
         ]
-    caption(figure, surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
+    add_title_and_legend(figure, surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
     return figure
 
 
@@ -165,4 +165,4 @@ def _draw_shares(axes: Any, surveys: Sequence[DrawnSurvey]) -> None:
     axes.set_xlim(0, 100)
     axes.grid(True, axis="x")
     axes.tick_params(axis="y", length=0)
-    labels(axes, "stones that fell, %", "")
+    label_axes(axes, "stones that fell, %", "")

@@ -172,7 +172,7 @@ def parse_font(text: str) -> tuple[str | None, float | None]:
 _REMEDY: Final = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
 
 
-def file_width(text: str) -> float | None:
+def parse_figure_width(text: str) -> float | None:
     """Return the width of a figure's file from a quantity such as ``80mm``, inches; None for an empty text."""
     try:
         metres = parse_quantity(text, "m") if text else None

@@ -89,16 +89,23 @@ def svg_texts(svg: str) -> str:
 def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
     with style():
         save(DRAWN[name](), tmp_path / "en.svg")
-        with visible_language("ja"):
-            save(DRAWN[name](), tmp_path / "ja.svg")
-    english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
+    english = (tmp_path / "en.svg").read_text(encoding="utf-8")
+    japanese = translate_svg(english, "ja")
     assert not english_words(svg_texts(japanese)) - NAMES
     assert re.search("[ぁ-んァ-ン一-龥]", svg_texts(japanese))
-    assert translate_svg(english, "ja") == japanese  # also later, from a file
     assert translate_svg(japanese, "ja") == japanese
     # Nothing but texts differs.
     drawing = re.compile(r"<(?:path|use|image) [^>]*>")
     assert drawing.findall(english) == drawing.findall(japanese)
+
+
+def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
+    with style():
+        save(answers.contrast(), tmp_path / "en.svg")
+        with visible_language("ja"):
+            save(answers.contrast(), tmp_path / "ja.svg")
+    english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
+    assert japanese == translate_svg(english, "ja") != english
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf"])

@@ -16,7 +16,7 @@ from overturning.translation.texts import visible_language
 from tests.figures.test_explore import cube, space_cube
 from tests.figures.test_japanese_figures import svg_texts
 from tests.report.browsers import answers
-from tests.report.test_explorer_in_browsers import HELPERS, late, painted
+from tests.report.test_explorer_in_browsers import HELPERS, painted
 from tests.translation.test_tables import english_words
 
 ALL_TEXTS = """
@@ -65,7 +65,7 @@ def test_the_explorer_has_no_english_word(tmp_path: Path) -> None:
     with visible_language("ja"):
         pages = {
             name: (explorer_page(explorer_data(data), "report.html"), HELPERS + ALL_TEXTS)
-            for name, data in (("2-D", cube()), ("late", late()), ("part", painted()), ("3-D", space_cube()))
+            for name, data in (("2-D", cube()), ("part", painted()), ("3-D", space_cube()))
         }
     for name, found in answers("chromium", pages, tmp_path / "profile").items():
         assert not english_words(found["texts"]) - NAMES, name

@@ -37,7 +37,7 @@ _language: ContextVar[str] = ContextVar("language", default=ENGLISH)
 def check_language(language: str) -> None:
     """Raise an error that names the languages if there is no translation into a language."""
     if language not in LANGUAGES:
-        raise ArgumentError(f"language {language}: no report in this language; choose one of {', '.join(LANGUAGES)}")
+        raise ArgumentError(f"language {language}: no texts in this language; choose one of {', '.join(LANGUAGES)}")
 
 
 @contextmanager

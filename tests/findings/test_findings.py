@@ -14,11 +14,15 @@ import overturning
 from overturning.cli import main
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.lines import finding_lines
+from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_results
 from overturning.findings.values import Estimate
 from tests.report.tiny_studies import make_results, pulse_record
 
 DOCS = Path(__file__).parents[2] / "docs"
+
+
+NOTED = {"declared": ["borehole sensor"], "trusted": ["peaks differ"], "notes": ["the vertical is left out"]}
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +31,7 @@ def folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
     records = [
         pulse_record("one", 60, 6.0, fault_strike_deg=330.0, extra={"pulse": True}),
         pulse_record("two", 150, 6.6, fault_strike_deg=330.0, extra={"pulse": True}),
-        pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False}),
+        pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False} | NOTED),
     ]
     settings = {"drawn": False, "azimuth": {"step": 15}, "population": {"stones": 64}}
     return made_once("findings", lambda place: make_results(place, records, **settings))
@@ -79,6 +83,21 @@ def test_peaks_are_those_of_the_motion(found: Findings) -> None:
         assert abs((record.pga_azimuth_deg - towards + 90.0) % 180.0 - 90.0) <= 7.5
         # A sine of period T has the peak velocity A T/π.
         assert record.pgv_m_s == pytest.approx(peak * 0.8 / math.pi, rel=0.05)
+
+
+def test_notes_of_a_record_are_those_of_its_provenance(found: Findings) -> None:
+    one, _, three = (record.processing for record in found.records)
+    assert one is not None
+    assert three is not None
+    assert (three.declared, three.trusted, three.notes) == tuple(NOTED.values())
+    assert one.declared == one.trusted == one.notes == []
+    # The noise across the pulse leaves a velocity at the end.
+    assert (one.doubts, three.doubts) == ([DRIFT], [DRIFT, TRUSTED])
+    assert "velocity of" in one.drift
+    assert three.pga_before_m_s2 == three.pga_after_m_s2 == pytest.approx(5.0 * math.cos(math.radians(20.0)), rel=0.03)
+    assert found.record_notes.records_with_notes == 3
+    named = {one.doubt: one.records for one in found.record_notes.doubts}
+    assert named == {DRIFT: ["one", "two", "three"], TRUSTED: ["three"]}
 
 
 def test_the_median_rate_is_that_of_the_records(found: Findings) -> None:

@@ -54,12 +54,26 @@ def contrast(**changes: Any) -> dict[str, Any]:
     return parts | changes
 
 
+CLIPPED = "vale.csv: axis 'north' is clipped: 37 samples stand at its rail, 981.2 Gal; the ground moved more than that"
+
+PROCESSING: dict[str, Any] = {
+    "data": "processed", "processed_by": "PEER", "agency_processing": "band-pass filter 0.13 to 24.5 Hz",
+    "steps": ["high-pass 0.17 Hz, order 4"], "first_sample": "2016-11-13T11:02:14.715Z", "duration_s": 38.4,
+    "pga_before_m_s2": 5.41, "pga_after_m_s2": 5.29, "pgv_before_m_s": 0.87, "pgv_after_m_s": 0.83,
+    "pgd_before_m": 0.36, "pgd_after_m": 0.33, "declared": ["columns time:s north:m/s2 east:m/s2"],
+    "trusted": ["vale.csv: axis 'north' has peak 983.3 Gal, the header states 979.6 Gal"],
+    "notes": [CLIPPED, "vale.csv: the vertical component of unknown sense is left out"],
+    "drift": "velocity of north ends at 7 % of its peak",
+    "doubts": ["clipped samples", "a velocity or displacement that drifts", "contradictions that were trusted"],
+}  # fmt: skip
+
 RECORD: dict[str, Any] = {
     "id": "vale", "station": "Vale", "event": "Upper Vale", "group": "with a velocity pulse", "pulse": True,
     "fault_normal_deg": 54.0, "pga_m_s2": 5.3, "pga_azimuth_deg": 110.0, "pga_g": 0.54, "pgv_m_s": 0.83,
-    "pgv_cm_s": 83.0, "pgv_azimuth_deg": 72.0, "pgd_m": 0.33, "vertical_pga_m_s2": None, "displacement_drifts": False,
+    "pgv_cm_s": 83.0, "pgv_azimuth_deg": 72.0, "pgd_m": 0.33, "vertical_pga_m_s2": None, "displacement_drifts": True,
     "share_overturned": 0.293, "too_weak_to_move_blocks": False, "mean_direction_deg": 228.0,
     "direction_resultant": 0.39, "mean_axis_deg": 63.0, "axis_resultant": 0.68, "axis_from_normal_deg": 9.0,
+    "processing": PROCESSING,
 }  # fmt: skip
 
 POPULATION: dict[str, Any] = {
@@ -123,6 +137,8 @@ DIRECTION: dict[str, Any] = {
              "records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "median",
                           "alignment": 0.52}]},
     "records": [RECORD],
+    "record_notes": {"records_with_notes": 1,
+                     "doubts": [{"doubt": one, "count": 1, "records": ["vale"]} for one in PROCESSING["doubts"]]},
     "cells": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
     "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
     "numerical_quality": {"mean_energy_error": 1e-4, "largest_energy_error": 0.007, "largest_penetration_m": 1e-5,

@@ -19,9 +19,10 @@ from overturning.findings.population import JMA_DEGREES
 from overturning.findings.surveys import SurveyCommandResults
 from overturning.model.status import Status
 from overturning.report.render import LANGUAGES, environment, label, parse_markdown, read_labels, render_markdown
-from overturning.report.terminal import plain_lines
+from overturning.report.terminal import paragraphs_of, plain_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
+from overturning.translation.texts import translate
 from tests.report.by_hand import MOTION, STUDIES, SURVEY, findings_by_hand
 
 CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
@@ -74,9 +75,13 @@ def is_rounding_of(text: str, value: float) -> bool:
     return any(math.isclose(float(printed), scale * value, abs_tol=0.5000001 * step) for scale in (1.0, 100.0))
 
 
+NOTES = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
+"""Container of the notes on records, whose texts with their numbers are texts of the findings."""
+
+
 def text_of(found: Any, language: str, name: str = "report") -> str:
-    """Return the text of a report as a reader sees it, with the captions of its figures."""
-    markdown = render_markdown(found, language, name=name)
+    """Return the text of a report as a reader sees it, with captions of figures and without notes on records."""
+    markdown = NOTES.sub("", render_markdown(found, language, name=name))
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
     return "\n".join([*plain_lines(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
 
@@ -90,6 +95,63 @@ def test_every_printed_number_is_a_numeric_value_of_the_findings(study: str, lan
     assert len(printed) >= 20
     lost = [text for text in printed if text not in CONSTANTS and not any(is_rounding_of(text, one) for one in known)]
     assert lost == []
+
+
+def texts(part: Any) -> Iterator[str]:
+    """Yield every text of findings."""
+    if isinstance(part, dict | list):
+        for one in part.values() if isinstance(part, dict) else part:
+            yield from texts(one)
+    elif isinstance(part, str) and part:
+        yield part
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("study", STUDIES)
+def test_notes_on_records_are_complete_and_print_texts_of_the_findings_as_they_are(study: str, language: str) -> None:
+    """What is left of a note without the texts of its record's findings has neither a number nor an English word."""
+    found = findings_by_hand(study)
+    items = [
+        one for part in NOTES.findall(render_markdown(found, language)) for one in re.findall("^- .*$", part, re.M)
+    ]
+    shown = [line for item in items for line in plain_lines(parse_markdown(item))]
+    for record in found.records:
+        assert record.processing is not None
+        given = record.processing
+        drift = translate(given.drift, language)
+        own = [*texts(record.model_dump()), drift, "; ".join(given.declared)]
+        for text in (given.first_sample, given.agency_processing, *given.steps, own[-1], *given.trusted, *given.notes,
+                     drift):  # fmt: skip
+            assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
+        for line in (one for one in shown if one.startswith(record.id)):
+            rest = line
+            for text in sorted(own, key=len, reverse=True):
+                rest = rest.replace(text, "")
+            assert not NUMBER.search(rest), line
+            assert language == "en" or not re.search("[A-Za-z]", rest), line
+    assert len(shown) >= 8 * len(found.records)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    kinds = [one["doubt"] for one in data["record_notes"]["doubts"]]
+    assert len(kinds) == 3
+    data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_blocks": True}]
+
+    def unfolded(data: Any) -> str:
+        return "\n".join(paragraphs_of(parse_markdown(render_markdown(Findings.model_validate(data), language))))
+
+    labels, text = read_labels(language), unfolded(data)
+    (line,) = (one for one in text.splitlines() if label(kinds[0], labels) in one)
+    assert all(label(kind, labels) in line for kind in kinds)
+    assert line.count("vale") == 3
+    assert "weak" in text
+    data["record_notes"]["doubts"][0] |= {"count": 40, "records": [f"station{number}" for number in range(40)]}
+    assert "station5" in unfolded(data)
+    assert "station6" not in unfolded(data)
+    data["record_notes"] = {"records_with_notes": 0, "doubts": []}
+    assert label(kinds[0], labels) not in unfolded(data)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

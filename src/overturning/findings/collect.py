@@ -49,6 +49,7 @@ from overturning.findings.extent import (
     study_extent,
 )
 from overturning.findings.population import PopulationFindings, population_findings
+from overturning.findings.processing import RecordNotes, record_notes
 from overturning.findings.published import PublishedAgreement, PublishedPeak, published_agreement, published_peaks
 from overturning.findings.results import StudyResults, open_results
 from overturning.findings.study import (
@@ -114,6 +115,8 @@ class Findings(Finding):
     maps: ReportMaps
     records: list[RecordFacts]
     """Records and the falls under each."""
+    record_notes: RecordNotes
+    """Notes and doubts about the data of the records."""
     cells: list[CellCount]
     sources: list[RecordSource]
     numerical_quality: NumericalQuality
@@ -146,6 +149,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         convergence=convergence_findings(results),
         maps=report_maps(results),
         records=record_facts(results),
+        record_notes=record_notes(results),
         cells=cell_counts_by_status(results),
         sources=sources_of_records(results),
         numerical_quality=numerical_quality(results),

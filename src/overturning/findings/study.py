@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from overturning.findings.processing import RecordProcessing, processing_by_record
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.status import Status
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_normal
-from overturning.study.cube import record_provenance
 from overturning.units import CM, STANDARD_GRAVITY
 
 
@@ -116,6 +116,8 @@ class RecordFacts(Finding):
     """Length of the mean of the doubled fall axes as unit vectors, 0 to 1."""
     axis_from_normal_deg: Number
     """Angle between the mean fall axis and the fault normal, 0 to 90."""
+    processing: RecordProcessing | None
+    """Origin, processing and notes of the record; None if the cube does not state them."""
 
 
 class NumericalQuality(Finding):
@@ -176,7 +178,7 @@ def count_cases(results: StudyResults) -> CaseCounts:
 def record_facts(results: StudyResults) -> list[RecordFacts]:
     """Return the peak motion and the mean fall direction of each record."""
     cube, intensity, found = results.cube, results.intensity, results.mean_directions_by_record
-    azimuth, accounts = intensity["azimuth"].to_numpy(), record_provenance(cube)
+    azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_groups(cube)
     at_rest = cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
@@ -205,7 +207,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
                 fault_normal_deg=normals[index],
                 **peaks,
                 vertical_pga_m_s2=float(intensity["pga_vertical"].to_numpy()[index]),
-                displacement_drifts=bool(accounts.get(name.id, {}).get("drift")),
+                displacement_drifts=name.id in processing and bool(processing[name.id].drift),
                 share_overturned=float(shares[index]),
                 too_weak_to_move_blocks=bool(still[index]),
                 mean_direction_deg=mean["direction"],
@@ -213,6 +215,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
                 mean_axis_deg=mean["axis"],
                 axis_resultant=float(lengths["axis"][index]),
                 axis_from_normal_deg=float(np.abs(wrap_axis_difference(mean["axis"] - normals[index]))),
+                processing=processing.get(name.id),
             )
         )
     return records

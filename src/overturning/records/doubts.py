@@ -1,6 +1,7 @@
 """Doubts about the samples of a record: dead or clipped axes, and a sampling interval that no accelerograph has."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +14,27 @@ from overturning.motion.plausible import (
     sampling_interval_doubts,
 )
 from overturning.records.component import Component
+
+CLIPPED: Final = "is clipped"
+SAME_SAMPLES: Final = "have the same samples"
+STANDS_STILL: Final = "stands still"
+DEAD_VERTICAL: Final = "is dead: its peak"
+DOUBTFUL_INTERVAL: Final = "is doubtful"
+
+DOUBT_KINDS: Final = {
+    "clipped samples": CLIPPED,
+    "two axes with the same samples": SAME_SAMPLES,
+    "an axis that stands still during the motion": STANDS_STILL,
+    "a dead vertical axis": DEAD_VERTICAL,
+    "a doubtful sampling interval": DOUBTFUL_INTERVAL,
+}
+"""Phrase in the notes of `sample_quality_notes` by which the kind of a doubt is recognised, by its name."""
+
+
+def doubt_kinds(notes: Iterable[str]) -> list[str]:
+    """Return the kinds of doubts about the samples of a record that its notes state, in the order of `DOUBT_KINDS`."""
+    notes = list(notes)
+    return [kind for kind, phrase in DOUBT_KINDS.items() if any(phrase in note for note in notes)]
 
 
 def sample_quality_notes(
@@ -27,21 +49,21 @@ def sample_quality_notes(
     first, second = components[0], components[min(1, len(components) - 1)]
     if first is not second and not second.vertical and are_axes_identical(first.samples, second.samples):
         notes.append(
-            f"{first.file}: axes {first.axis!r} and {second.axis!r} have the same samples, so that the ground moves "
+            f"{first.file}: axes {first.axis!r} and {second.axis!r} {SAME_SAMPLES}, so that the ground moves "
             "along one line: is one a copy of the other?"
         )
     for component in components:
         count, rail = count_clipped_samples(component.samples)
         if count:
             notes.append(
-                f"{component.file}: axis {component.axis!r} is clipped: {count} samples stand at its rail, "
+                f"{component.file}: axis {component.axis!r} {CLIPPED}: {count} samples stand at its rail, "
                 f"{100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.samples for other in components if other is not component]
         if pause := longest_pause(component.samples, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
-                f"{component.file}: axis {component.axis!r} stands still from {begin:.4g} to {end:.4g} s while the "
+                f"{component.file}: axis {component.axis!r} {STANDS_STILL} from {begin:.4g} to {end:.4g} s while the "
                 "ground moves along another: it is dead there"
             )
     return notes
@@ -70,7 +92,7 @@ def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
         return []
     dead = components[2]
     return [
-        f"{dead.file}: vertical axis {dead.axis!r} is dead: its peak is {100 * peaks[2]:.3g} Gal, that of the "
+        f"{dead.file}: vertical axis {dead.axis!r} {DEAD_VERTICAL} is {100 * peaks[2]:.3g} Gal, that of the "
         f"horizontal axes {100 * max(peaks[:2]):.4g} Gal"
     ]
 
@@ -83,7 +105,7 @@ def _sampling_interval_notes(
     doubts = sampling_interval_doubts([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:
         return []
-    why = f"{first.file}: sampling interval {first.sampling_interval:g} s is doubtful: {'; '.join(doubts)}"
+    why = f"{first.file}: sampling interval {first.sampling_interval:g} s {DOUBTFUL_INTERVAL}: {'; '.join(doubts)}"
     if len(doubts) == 1:
         return [f"{why}; look whether its unit is right"]
     report_contradiction(why, "correct it or its unit, or say --trust-data")

@@ -1,0 +1,129 @@
+"""Origin, processing and notes of each record of a study, and the doubts about its data."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from overturning.findings.results import StudyResults
+from overturning.findings.values import Finding, Number
+from overturning.records.doubts import DOUBT_KINDS, doubt_kinds
+from overturning.records.record import processing_entry_text
+from overturning.study.cube import record_provenance
+
+DRIFT: Final = "a velocity or displacement that drifts"
+"""Kind of doubt about a record whose velocity does not end near 0, or whose displacement is largest at its end."""
+
+TRUSTED: Final = "contradictions that were trusted"
+"""Kind of doubt about a record that was read in spite of contradictions of its header and its data."""
+
+
+class RecordProcessing(Finding):
+    """Origin and processing of a record, and all notes on its data."""
+
+    data: str
+    """"raw", "processed" (before this program), "processed, as declared", or "as given" (from Python)."""
+    processed_by: str
+    """Agency that processed the data; empty if it is not known."""
+    agency_processing: str
+    """Processing by the agency, as its file states it; may be empty."""
+    steps: list[str]
+    """Processing steps of the study, with their parameters."""
+    first_sample: str
+    """Time of the first sample, ISO 8601 in UTC; empty if it is not known."""
+    duration_s: Number
+    """Duration of the processed record, s."""
+    pga_before_m_s2: Number
+    """Larger peak acceleration of north and east before the steps."""
+    pga_after_m_s2: Number
+    """Larger peak acceleration of north and east after the steps."""
+    pgv_before_m_s: Number
+    """Larger peak velocity of north and east before the steps."""
+    pgv_after_m_s: Number
+    """Larger peak velocity of north and east after the steps."""
+    pgd_before_m: Number
+    """Larger peak displacement of north and east before the steps."""
+    pgd_after_m: Number
+    """Larger peak displacement of north and east after the steps."""
+    declared: list[str]
+    """Properties of the record that the user declared because its files do not state them."""
+    trusted: list[str]
+    """Contradictions of header and data in spite of which the user trusts the record."""
+    notes: list[str]
+    """Notes on how the record was read: omitted or resampled parts, clipped samples, other doubts."""
+    drift: str
+    """Evidence that velocity or displacement drifts, so that the peak displacement is not the ground's; or empty."""
+    doubts: list[str]
+    """Kinds of doubts about the data that may affect results, such as "clipped samples"."""
+
+
+class DoubtfulRecords(Finding):
+    """Records whose data one kind of doubt concerns."""
+
+    doubt: str
+    """Kind of doubt, such as "clipped samples"."""
+    count: int
+    """Number of these records."""
+    records: list[str]
+    """Identifiers of these records."""
+
+
+class RecordNotes(Finding):
+    """Number of records with notes, and the records with each kind of doubt."""
+
+    records_with_notes: int
+    """Number of records with something declared or trusted, a note, or a drift."""
+    doubts: list[DoubtfulRecords]
+    """Records with each kind of doubt about the data; kinds without a record are left out."""
+
+
+def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
+    """Convert the provenance of a record to findings.
+
+    Parameters
+    ----------
+    provenance : mapping
+        Return value of `overturning.records.record.record_origin_and_processing`.
+    """
+    data, _, agency = str(provenance["data"]).partition(" by ")
+    peaks = {name: dict(zip(("before", "after"), pair, strict=True)) for name, pair in provenance["peaks"].items()}
+    notes, trusted, drift = list(provenance.get("notes", ())), list(provenance["trusted"]), provenance.get("drift", "")
+    return RecordProcessing(
+        data=data,
+        processed_by=agency,
+        agency_processing=provenance["agency"],
+        steps=[processing_entry_text(step) for step in provenance["steps"]],
+        first_sample=provenance["start"],
+        duration_s=provenance["duration_s"],
+        pga_before_m_s2=peaks["pga"]["before"],
+        pga_after_m_s2=peaks["pga"]["after"],
+        pgv_before_m_s=peaks["pgv"]["before"],
+        pgv_after_m_s=peaks["pgv"]["after"],
+        pgd_before_m=peaks["pgd"]["before"],
+        pgd_after_m=peaks["pgd"]["after"],
+        declared=list(provenance["declared"]),
+        trusted=trusted,
+        notes=notes,
+        drift=drift,
+        doubts=[*doubt_kinds(notes), *([DRIFT] if drift else []), *([TRUSTED] if trusted else [])],
+    )
+
+
+def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
+    """Return origin, processing and notes of each record of which the cube states them, by its identifier."""
+    return {name: record_processing(provenance) for name, provenance in record_provenance(results.cube).items()}
+
+
+def record_notes(results: StudyResults) -> RecordNotes:
+    """Count the records with notes, and list the records with each kind of doubt about the data."""
+    stated = processing_by_record(results)
+    known = {name.id: stated[name.id] for name in results.record_names if name.id in stated}
+    named = {
+        kind: [name for name, one in known.items() if kind in one.doubts] for kind in (*DOUBT_KINDS, DRIFT, TRUSTED)
+    }
+    return RecordNotes(
+        records_with_notes=sum(bool(one.declared or one.trusted or one.notes or one.drift) for one in known.values()),
+        doubts=[
+            DoubtfulRecords(doubt=kind, count=len(records), records=records)
+            for kind, records in named.items()
+            if records
+        ],
+    )

@@ -1,0 +1,67 @@
+"""Notes on records from a file to the report: clipped samples, drift, contradictions that were trusted."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.findings.collect import Findings
+from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, record_processing
+from overturning.records.declarations import Declarations
+from overturning.records.read import read_without_processing
+from overturning.records.record import Record, record_origin_and_processing
+from overturning.report.page import report_page
+from overturning.report.render import LANGUAGES, label, parse_markdown, read_labels, render_markdown
+from overturning.report.terminal import paragraphs_of
+from tests.report.by_hand import RECORD, STUDIES
+from tests.report.test_rendering import elements
+
+TIME = np.arange(2000) / 100.0
+WAVE = np.sin(2 * np.pi * 0.7 * TIME + 0.3) * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
+ACROSS = np.sin(2 * np.pi * 1.3 * TIME) * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
+
+
+def record_of(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
+    """Return the record of a file with two columns, read with declared columns."""
+    np.savetxt(path, np.column_stack([TIME, north, ACROSS]), fmt="%.9g", delimiter=",")
+    given = Declarations(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
+    return read_without_processing(path, given)
+
+
+def report_of_record(record: Record, language: str) -> str:
+    """Return the Markdown of a report on one record."""
+    processing = record_processing(record_origin_and_processing(record))
+    doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
+    notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
+    parts = {"records": [RECORD | {"processing": processing}], "record_notes": notes}
+    return render_markdown(Findings.model_validate(STUDIES["direction"] | parts), language)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp_path: Path, language: str) -> None:
+    clipped = np.clip(2.0 * WAVE, -1.0, 1.0)
+    runs = np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1)
+    count = sum(run.size for run in runs if abs(run[0]) == 1.0 and run.size >= 3)
+    assert count > 10
+    text = report_of_record(record_of(tmp_path / "x.csv", clipped), language)
+    page = report_page(parse_markdown(text), "title", language, None, {})
+    elements(page)
+    (item,) = (one for one in page.split("<li>") if "clipped:" in one)
+    assert item.startswith("vale")
+    assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
+    unfolded = paragraphs_of(parse_markdown(text))
+    assert any(label("clipped samples", read_labels(language)) in one for one in unfolded)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_drift_and_trusted_contradictions_are_named(tmp_path: Path, language: str) -> None:
+    drifting = record_of(tmp_path / "x.csv", WAVE + 0.003)
+    assert DRIFT in record_processing(record_origin_and_processing(drifting)).doubts
+    text = report_of_record(drifting, language)
+    assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
+    assert label(DRIFT, read_labels(language)) in text
+    dead = record_of(tmp_path / "y.csv", 1e-9 * WAVE, trust_data=True)
+    assert record_processing(record_origin_and_processing(dead)).doubts == [TRUSTED]
+    text = report_of_record(dead, language)
+    assert "north\\' is dead" in text
+    assert label(TRUSTED, read_labels(language)) in text

@@ -168,7 +168,7 @@ def criteria_tables(results: StudyResults) -> dict[str, str]:
         for one in found.scores
     ]  # fmt: skip
     heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")
-    leads = [(found.best_criterion, name, estimate_label(lead)) for name, lead in found.skill_lead.items()]
+    leads = [(found.largest_skill_criterion, name, estimate_label(lead)) for name, lead in found.skill_lead.items()]
     return {
         "criteria": markdown_table(heads, rows),
         "criteria-blocks": markdown_table(("criterion", "compared with", "difference of the skills"), leads),

@@ -155,6 +155,31 @@ def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> Non
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+def test_no_rule_is_called_best_unless_every_interval_excludes_0(language: str) -> None:
+    """Rules whose difference has an interval around 0 are named in the order of the table."""
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    highest = {"en": "scores highest", "ja": "スキルが最も高い。"}[language]
+    paragraphs = [one for one in text_of(Findings.model_validate(data), language).splitlines() if "−0.03" in one]
+    assert len(paragraphs) == 1
+    assert highest not in paragraphs[0]
+    names = [label(name, read_labels(language)) for name in ("West", "Ishiyama")]
+    assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
+    data["criteria_scores"] |= {"best_criterion": "West", "not_shown_to_differ": []}
+    assert highest in text_of(Findings.model_validate(data), language)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_reference_is_called_closest_unless_the_interval_of_its_lead_excludes_0(language: str) -> None:
+    data = json.loads(findings_by_hand("reference").model_dump_json())
+    closest = {"en": "closest to the axis", "ja": "の軸に最も近く"}[language]
+    assert text_of(Findings.model_validate(data), language).count(closest) == 2
+    data["reference_alignments"][0]["closest_minus_second"] |= {"value": 0.083, "low": -0.06, "high": 0.22}
+    text = text_of(Findings.model_validate(data), language)
+    assert text.count(closest) == 1
+    assert {"en": "0.08 (−0.06 to 0.22)", "ja": "0.08 (−0.06～0.22)"}[language] in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(
     ("study", "path", "value", "shown"),
     [

@@ -1,9 +1,10 @@
 """Causes of falls: logistic fit, skill of published criteria, and comparison with published outcomes."""
 
 import math
+from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
+from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negated
 from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, score_criteria
 from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning_model
@@ -82,15 +83,30 @@ class CriterionScore(Finding):
     """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
 
 
+class SkillDifference(Finding):
+    """Difference of the skills of two criteria within blocks, in the order in which the criteria are listed."""
+
+    first: str
+    """Name of the criterion that is listed first."""
+    second: str
+    """Name of the criterion that is listed second."""
+    first_minus_second: Estimate
+    """Value of `skill_within_block_shape` of the first criterion minus that of the second."""
+
+
 class CriteriaFindings(Finding):
     """Skill of published criteria, and of the best rule that ignores the motion (last)."""
 
     scores: list[CriterionScore]
     """Score of each criterion."""
     best_criterion: str
-    """Criterion with the largest `skill_within_block_shape`; empty if no skill is defined."""
+    """Criterion with the largest `skill_within_block_shape`; empty unless all intervals of `skill_lead` exclude 0."""
+    largest_skill_criterion: str
+    """Criterion with the largest estimate of `skill_within_block_shape`; empty if no skill is defined."""
     skill_lead: dict[str, Estimate]
-    """Value of `skill_within_block_shape` of the best criterion minus that of each other criterion."""
+    """Value of `skill_within_block_shape` of `largest_skill_criterion` minus that of each other criterion."""
+    not_shown_to_differ: list[SkillDifference]
+    """Values of `skill_lead` whose interval does not exclude 0, as differences in the order of `scores`."""
     share_beyond_pulse_range: Number
     """Share of planes and blocks for which the pulse criterion is far too low."""
     pulse_range: float = PULSE_VALID
@@ -185,10 +201,28 @@ def score_published_criteria(results: StudyResults) -> CriteriaFindings | None:
     }
     return CriteriaFindings(
         scores=scores,
-        best_criterion=found.best_criterion.name if found.leads else "",
+        best_criterion=found.best_criterion.name if leads and all(one.excludes_zero for one in leads.values()) else "",
+        largest_skill_criterion=found.best_criterion.name if leads else "",
         skill_lead=leads,
+        not_shown_to_differ=_differences_not_shown(found.best_criterion.name, leads, [one.criterion for one in scores]),
         share_beyond_pulse_range=found.beyond,
     )
+
+
+def _differences_not_shown(
+    criterion: str, leads: Mapping[str, Estimate], listed_names: Sequence[str]
+) -> list[SkillDifference]:
+    """Return the leads of a criterion whose interval does not exclude 0, as differences of criteria in listed order."""
+    differences = []
+    for other, lead in leads.items():
+        if lead.excludes_zero:
+            continue
+        if listed_names.index(criterion) < listed_names.index(other):
+            first, second, difference = criterion, other, lead
+        else:
+            first, second, difference = other, criterion, negated(lead)
+        differences.append(SkillDifference(first=first, second=second, first_minus_second=difference))
+    return differences
 
 
 def compare_with_published(results: StudyResults) -> list[PublishedComparison]:

@@ -180,6 +180,20 @@ def test_no_reference_is_called_closest_unless_the_interval_of_its_lead_excludes
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+def test_the_test_of_no_common_axis_is_printed_with_its_p_value(language: str) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    groups = data["direction"]["groups"]
+    groups[0] |= {"no_common_axis_p_value": 0.013, "axis_from_normal_deg": 21.0, "axis_interval_half_width_deg": 17.0}
+    groups[1] |= {"no_common_axis_p_value": 0.38}
+    given, withheld = (one for one in text_of(Findings.model_validate(data), language).splitlines() if "(p = " in one)
+    assert "p = 0.013" in given
+    assert "21° ± 17°" in given
+    assert "p = 0.38" in withheld
+    refusal = {"en": "does not reject", "ja": "を棄却しない"}[language]
+    assert refusal in withheld
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(
     ("study", "path", "value", "shown"),
     [

@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import obspy
 import pytest
+from obspy.core.inventory.response import CoefficientsTypeResponseStage
 
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
@@ -21,15 +22,94 @@ N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
+def write_channel_gain(metadata, gain):
+    """Replace the gain of the channels in a StationXML; the gains of their stages stay."""
+    text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)[\d.]+", f"\\g<1>{gain!r}", metadata.read_text())
+    metadata.write_text(text)
+
+
+@pytest.mark.parametrize(("factor", "noted"), [(1.0, ""), (1.004, ""), (1.006, "0.6"), (1.025, "2.5"), (0.96, "4.2")])
+def test_a_gain_that_its_stages_contradict_a_little_is_noted(tmp_path, factor, noted):
+    """Regression: differences of up to 5 % were read without a note."""
+    write_channel_gain(write_inventory(tmp_path / "s.xml", CHANNELS), 400_000 * factor)
+    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
+    np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
+    gain = f"{400_000 * factor:g}"
+    what = (
+        f"gain of {gain} in the StationXML, whose stages make 400000, a difference of {noted} %; computed with {gain}"
+    )
+    expected = [f"x.mseed: channel XX.TST1..{code} has a {what}" for code in ("HNE", "HNN")] if noted else []
+    assert record.notes == expected
+
+
+def test_a_velocity_sensor_whose_gain_differs_from_its_stages_is_noted_and_prints_nothing(tmp_path, capfd):
+    """Regression: evalresp printed three lines on the terminal for each channel, and the record had no note."""
+    channels = {code.replace("HN", "HH"): direction for code, direction in CHANNELS.items()}
+    metadata = write_inventory(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
+    write_channel_gain(metadata, 4e8)
+    waves = write_mseed(tmp_path / "x.mseed", {code: x // 10 for code, x in zip(channels, (N, E, Z), strict=True)})
+    record = read_without_processing(waves)
+    assert capfd.readouterr() == ("", "")
+    for code in channels:
+        (told,) = [note for note in record.notes if f"channel XX.TST1..{code} has a gain" in note]
+        assert "gain of 4e+08 in the StationXML, whose stages make 7.9e+08, a difference of 98 %" in told
+        assert told.endswith("computed with the stages")
+    write_channel_gain(metadata, 3.9e8)
+    with refused(RecordError, "has a gain of 3.9e+08 in the StationXML, whose stages make 7.9e+08", "--trust-data"):
+        read_without_processing(waves)
+
+
+def test_a_filter_whose_coefficients_do_not_add_up_to_1_is_noted_and_prints_nothing(tmp_path, capfd):
+    """Regression: evalresp divided by the sum of the coefficients, and printed a line on the terminal."""
+    channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
+    metadata = write_inventory(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
+    waves, inventory = (
+        write_mseed(tmp_path / "x.mseed", {"HHN": N // 100, "HHE": E // 100}),
+        obspy.read_inventory(metadata),
+    )
+    decimation = dict.fromkeys(("offset", "delay", "correction"), 0) | {"input_sample_rate": 200.0, "factor": 2}
+    for channel in inventory[0][0]:
+        channel.response.response_stages[0].output_units = "V"
+        channel.response.response_stages.append(None)
+
+    def read(coefficients):
+        for channel in inventory[0][0]:
+            channel.response.response_stages[1] = CoefficientsTypeResponseStage(
+                *(2, 1.0, 1.0, "V", "COUNTS", "DIGITAL"), numerator=coefficients, denominator=[],
+                **{f"decimation_{name}": value for name, value in decimation.items()},
+            )  # fmt: skip
+        inventory.write(str(metadata), format="STATIONXML")
+        return read_without_processing(waves)
+
+    coefficients = [0.3, 0.6, 0.2]
+    changed, right = read(coefficients), read([one / sum(coefficients) for one in coefficients])
+    assert capfd.readouterr() == ("", "")
+    np.testing.assert_allclose(changed.north, right.north, rtol=1e-9)
+    notes = [f"channel XX.TST1..{code}: the coefficients of its filter in stage 2" for code in ("HHE", "HHN")]
+    told = [note for note in changed.notes if note not in right.notes]
+    assert [note.split(" have the sum 1.1 in the StationXML")[0] for note in told] == [f"x.mseed: {n}" for n in notes]
+
+
+def test_stages_that_state_their_gain_at_another_frequency_agree(tmp_path):
+    """A seismometer of 120 s: gain 4e8 at 1 Hz, stated by the channel at its corner, where it is lower by 0.707."""
+    channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
+    metadata = write_inventory(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
+    inventory, corner = obspy.read_inventory(metadata), abs(-0.037 + 0.037j) / (2 * np.pi)
+    for channel in inventory[0][0]:
+        channel.response.instrument_sensitivity.value = 4e8 * np.sqrt(0.5)
+        channel.response.instrument_sensitivity.frequency = corner
+    inventory.write(str(metadata), format="STATIONXML")
+    waves = write_mseed(tmp_path / "x.mseed", {"HHN": N // 100, "HHE": E // 100})
+    assert not [note for note in read_without_processing(waves).notes if "stages make" in note]
+
+
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
 def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
     """Regression: a gain wrong by a factor of ten only gave a warning."""
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     assert read_without_processing(waves).notes == []
-    overall = f"\\g<1>{400_000 * factor!r}"
-    text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)400000\.0", overall, metadata.read_text())
-    metadata.write_text(text)
+    write_channel_gain(metadata, 400_000 * factor)
     what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
     with refused(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
         read_without_processing(waves)

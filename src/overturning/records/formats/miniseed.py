@@ -19,6 +19,7 @@ from overturning.records.formats.stationxml import (
     acceleration_unit_size,
     find_channel_epoch,
     is_velocity_unit,
+    normalise_filter_sums,
     read_inventory,
 )
 from overturning.records.source import SourceFile
@@ -110,7 +111,9 @@ def _trace_component(trace: Any, inventory: Any, source_file: SourceFile, declar
         if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
-        samples, removed = _remove_velocity_response(trace, epoch.channel.response, source_file.name), "response"
+        response, changed = normalise_filter_sums(epoch.channel.response, channel)
+        samples, removed = _remove_velocity_response(trace, response, source_file.name), "response"
+        notes += changed
     return Component.from_file(
         source_file,
         code,
@@ -147,6 +150,8 @@ def _remove_velocity_response(trace: Any, response: Any, file_name: str) -> Floa
     # may contain the earthquake.
     tapered = min(0.05, 2.0 * LONGEST_TAPER / (copy.stats.npts * copy.stats.delta))
     known = {"pre_filt": band, "water_level": 300, "zero_mean": True, "taper_fraction": tapered}
+    # Without this, evalresp prints to the terminal if the gain differs from its stages; the record has a note of it.
+    known["hide_sensitivity_mismatch_warning"] = True
     try:
         copy.remove_response(output="ACC", **known)
     except Exception as problem:

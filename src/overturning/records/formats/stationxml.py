@@ -1,5 +1,6 @@
 """StationXML: gain, unit, orientation and place of the channel epoch in which a trace was recorded."""
 
+import copy
 import io
 import re
 from collections.abc import Callable, Sequence
@@ -22,6 +23,12 @@ MAX_GAIN_DIFFERENCE: Final = 0.05
 
 MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
 """Largest such difference for a velocity sensor, whose stages may state their gains at different frequencies."""
+
+MAX_SILENT_GAIN_DIFFERENCE: Final = 0.005
+"""Largest such difference without a note; a peak may differ as much from the peak that a header states."""
+
+MAX_FILTER_SUM_DIFFERENCE: Final = 0.02
+"""Largest difference from 1 of the sum of a digital filter's coefficients without normalisation, as in evalresp."""
 
 _UNKNOWN_ORIENTATION: Final = re.compile(
     r"(orientations?|azimuths?)\s+(is\s+|are\s+)?(not\s+(yet\s+)?(known|determined|measured)"
@@ -105,9 +112,9 @@ def find_channel_epoch(trace: Any, inventory: Any, source_file: SourceFile, decl
     gain, unit = _channel_gain_and_unit(channel, name)
     _check_response_stages(channel.response, gain, unit, report_contradiction)
     direction, unknown = _channel_direction(channel)
-    notes: tuple[str, ...] = ()
+    notes = _gain_difference_notes(channel.response, gain, unit, name)
     if unknown:
-        notes = (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
+        notes += (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
     if gain < 0:
         notes += (f"{name} has a negative gain, {gain:g}, in the StationXML: its polarity is taken as reversed",)
     return ChannelEpoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
@@ -155,9 +162,8 @@ def _check_response_stages(
     response: Any, gain: float, unit: str, report_contradiction: Callable[[str, str], None]
 ) -> None:
     """Report a contradiction if the gains or unit of a response's stages differ from those of the channel."""
-    made = product_of_stage_gains(response)
-    limit = MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE
-    if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
+    made, difference = stage_gain_and_difference(response, gain)
+    if difference > _largest_gain_difference(unit):
         report_contradiction(
             f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right"
         )
@@ -172,6 +178,21 @@ def _check_response_stages(
         )
 
 
+def _largest_gain_difference(unit: str) -> float:
+    """Return the largest accepted relative difference of a channel's gain from that of its stages."""
+    return MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE
+
+
+def _gain_difference_notes(response: Any, gain: float, unit: str, channel_label: str) -> tuple[str, ...]:
+    """Return a note if the gain of a channel differs from that of its stages, but not too much to be read."""
+    made, difference = stage_gain_and_difference(response, gain)
+    if not MAX_SILENT_GAIN_DIFFERENCE < difference <= _largest_gain_difference(unit):
+        return ()
+    used = "the stages" if is_velocity_unit(unit) else f"{gain:g}"
+    stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
+    return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
+
+
 def inventory_has_channel(trace: Any, inventory: Any) -> bool:
     """Return True if the StationXML has the channel of a trace, at any time."""
     codes = trace.stats
@@ -184,10 +205,61 @@ def inventory_has_channel(trace: Any, inventory: Any) -> bool:
     )
 
 
-def product_of_stage_gains(response: Any) -> float | None:
-    """Return the product of the gains of a response's stages; None without stages, or where one has no gain."""
-    gains = [float(stage.stage_gain or 0.0) for stage in response.response_stages or ()]
-    return float(np.prod(gains)) if gains and all(gains) else None
+def stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float]:
+    """Return the gain that a response's stages make, and its relative difference from the gain of the channel.
+
+    Stages may state their gains at other frequencies than the channel. The product of the stated gains and the product
+    of the gains at the frequency of the channel's gain are compared with it; the closer one is returned. Without
+    stages, or where a stage has no gain, the gain is NaN and the difference 0.
+    """
+    stages = response.response_stages or ()
+    stated = np.array([float(stage.stage_gain or 0.0) for stage in stages])
+    if not stated.size or not stated.all():
+        return np.nan, 0.0
+    frequency = response.instrument_sensitivity.frequency
+    shifted = stated * [_gain_ratio(stage, frequency) for stage in stages]
+    products = float(stated.prod()), float(shifted.prod())
+    pairs = [(made, max(abs(made / gain - 1.0), abs(gain / made - 1.0))) for made in products]
+    return min(pairs, key=lambda pair: pair[1])
+
+
+_LAPLACE_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2j * np.pi, "LAPLACE (HERTZ)": 1j}
+"""Laplace variable of poles and zeros at 1 Hz, by type of transfer function."""
+
+
+def _gain_ratio(stage: Any, frequency: float | None) -> float:
+    """Return the gain of a stage at a frequency, Hz, divided by its gain at the frequency at which that is stated.
+
+    The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
+    has no gain.
+    """
+    s = _LAPLACE_PER_HERTZ.get(getattr(stage, "pz_transfer_function_type", ""))
+    if s is None or not frequency or not stage.stage_gain_frequency:
+        return 1.0
+    here, stated = (
+        abs(np.prod([s * f - zero for zero in stage.zeros]) / np.prod([s * f - pole for pole in stage.poles]))
+        for f in (frequency, stage.stage_gain_frequency)
+    )
+    return float(here / stated) if np.isfinite(here / stated) and here > 0 else 1.0
+
+
+def normalise_filter_sums(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
+    """Return a response whose digital filters (FIR) have coefficients with the sum 1, and a note for each changed one.
+
+    evalresp changes the same filters, and prints a line on the terminal for each. Symmetric filters, of which half is
+    stated, are not changed.
+    """
+    normalised, notes = copy.deepcopy(response), []
+    for stage in normalised.response_stages:
+        name = "coefficients" if getattr(stage, "symmetry", "") == "NONE" else "numerator"
+        coefficients = [float(one) for one in getattr(stage, name, None) or ()]
+        total = sum(coefficients)
+        if not total or getattr(stage, "denominator", None) or abs(total - 1.0) <= MAX_FILTER_SUM_DIFFERENCE:
+            continue
+        setattr(stage, name, [one / total for one in coefficients])
+        what = f"the coefficients of its filter in stage {stage.stage_sequence_number} have the sum {total:g}"
+        notes.append(f"{channel_label}: {what} in the StationXML; they are divided by it")
+    return normalised, tuple(notes)
 
 
 def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:

@@ -160,6 +160,8 @@ def describe_faults(
             message += f"; {closest_name_hint(str(steps[-1]), known)}" if known else ""
         elif kind in ("model_type", "union_tag_not_found", "model_attributes_type") and forms:
             message = _mapping_form_hint(steps, forms, given)
+        elif kind == "literal_error" and forms:
+            message += f", or keys with values: {', '.join(forms[0].model_fields)}"
         odd = kind == "extra_forbidden" and not _is_key(str(steps[-1]))  # not even similar to a key
         key = short_value(steps[-1]) if odd else ".".join(map(str, rename_keys(steps))) or file_description
         quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")

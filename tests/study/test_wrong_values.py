@@ -149,6 +149,8 @@ def test_a_wrong_step_gives_the_remedy(processing: Any, message: str, tmp_path: 
         ("scene: {elements: [{name: b, width: 1, height: 1}]}", 'scene.elements: [{"name": "b", "width": 1'),
         ("site: {layers: [{thicknes_m: 3}]}", "site.layers.0.thicknes_m: unknown key; did you mean thickness_m?"),
         ("contact: {stiffness: aut}", "\"aut\" – it should be 'auto'; or give a number in N/m"),
+        ("verification: maybe", "verification: \"maybe\" – it should be 'none', or keys with values: share, "),
+        ("verification: no", "verification: false – it should be 'none', or keys with values: share, at_least, "),
         ("crate: {date: 5}", "mine.yaml: crate.date: 5 – a date is needed, as in 2026-11-21"),
     ],
 )  # fmt: skip

@@ -110,7 +110,8 @@ class Study(StrictModel):
     verification: Annotated[
         Annotated[Literal["none"], Tag("literal")] | Annotated[Verification, Tag("settings of verification")],
         # Distinguish both forms before validation, so that a wrong key gives one message, not one for each form.
-        Discriminator(lambda value: "literal" if isinstance(value, str) else "settings of verification"),
+        # `no`, `off` and nothing are not settings either; they are answered with the word that is needed.
+        Discriminator(lambda value: "literal" if isinstance(value, str | bool | None) else "settings of verification"),
     ] = Field(default=Verification(), description="`none`, or settings of the convergence check")
     variants: dict[Name, Variant] = Field(
         default={},

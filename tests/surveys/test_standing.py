@@ -197,6 +197,23 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
     assert "P(stands" not in wrong
 
 
+@pytest.mark.parametrize(("top", "refused"), [(2.0, True), (8.0, True), (9.9, True), (30.0, False)])
+def test_a_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
+    tmp_path: Path, stood: Callable[..., str], top: float, refused: bool
+) -> None:
+    """Regression: levels of up to 8 m/s, labelled cm/s, passed with all falls from levels beyond the records."""
+    files = tmp_path / "fragility.csv", tmp_path / "hazard.csv"
+    files[0].write_text(
+        "stones,measure,unit,median,log_spread,least,most\nall,PGV,cm/s,60,0.4,20,180\n", encoding="utf-8"
+    )
+    rows = "".join(f"PGV,cm/s,{level},{1e-4 * (level / 0.6) ** -2.5}\n" for level in np.geomspace(0.01, top, 30))
+    files[1].write_text(f"measure,unit,level,annual_rate\n{rows}", encoding="utf-8")
+    text = stood(*files, years=800)
+    assert text.startswith(f"error: {files[1]}: PGV: levels of ") == refused
+    assert ("are they in m/s?" in text) == refused
+    assert ("come from levels beyond the records" in text) == refused
+
+
 def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
     """A class whose stones differ by 0.5, records by 0.3; ν = 1e-4 x^−2.5 from a first level to 10 g."""
     fields = "median", "log_spread", "record_spread", "other_spread"

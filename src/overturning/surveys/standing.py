@@ -33,7 +33,7 @@ LARGEST_FACTOR: Final = 1e6
 LARGEST_SHARE_BEYOND: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
-PLAUSIBLE_TOPS: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (5.0, 2000.0, 0.01, "m/s")}
+PLAUSIBLE_TOPS: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (10.0, 2000.0, 0.01, "m/s")}
 """By unit: least and largest plausible highest level of a hazard curve, and the likely other unit: how many of it make
 one of this unit, and its name."""
 
@@ -252,7 +252,7 @@ def survival_by_class(
 def hazard_unit_warning(hazard: HazardCurve) -> str:
     """Return a warning if the levels of a hazard curve are implausible in its unit, with the likely cause; else "".
 
-    The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 5 to 2000 cm/s. Levels
+    The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
     low, high, factor, other = PLAUSIBLE_TOPS.get(hazard.unit, (0.0, math.inf, 1.0, ""))

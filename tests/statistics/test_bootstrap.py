@@ -12,6 +12,7 @@ from overturning.statistics.bootstrap import (
     expanded_tail_share,
     mean_of_each_sample,
     mean_over_earthquakes,
+    mean_share_interval,
     mean_share_over_earthquakes,
     means_by_earthquake,
     unanimous_share_interval,
@@ -51,6 +52,17 @@ def test_the_tail_is_that_of_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
     assert [expanded_tail_share(n) for n in (5, 10, 20)] == pytest.approx([0.0010, 0.0086, 0.0159], abs=6e-5)
     assert expanded_tail_share(10**6) == pytest.approx(0.025, abs=1e-5)
+
+
+def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() -> None:
+    """One earthquake in five has the share 1; of nine, none in 13 % of samples, whose interval had no width."""
+    generator = np.random.default_rng(7)
+    samples = (generator.random((400, 9)) < 0.2).astype(float)
+    ends = np.array([mean_share_interval(shares, draws=2000) for shares in samples])
+    assert ((ends[:, 0] <= 0.2) & (ends[:, 1] >= 0.2)).mean() > 0.95
+    empty = ends[samples.sum(axis=1) == 0]
+    assert len(empty) > 40
+    assert empty[:, 1] == pytest.approx(1 - 0.05 ** (1 / 9))
 
 
 def test_interval_for_eight_earthquakes_covers_95_percent() -> None:

@@ -194,6 +194,19 @@ def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(mak
     assert fall_rose(together).shares == pytest.approx(shares)
 
 
+def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, sector) -> None:
+    """Regression: its interval had no width. Falls along the normal alone: share 1 there, 0 in the other sectors."""
+    cube = make_cube([sector(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
+    rose = fall_rose(cube, from_normal=True, axial=True)
+    bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %
+    assert rose.shares.tolist() == [1.0] + [0.0] * 11
+    assert (rose.low[0], rose.high[0]) == (pytest.approx(bound), 1.0)
+    assert rose.low[1:].tolist() == [0.0] * 11
+    assert rose.high[1:] == pytest.approx(np.full(11, 1 - bound))
+    few = fall_rose(cube.isel(record=range(7)), from_normal=True, axial=True)
+    assert np.isnan([few.low, few.high]).all()
+
+
 @pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
 @pytest.mark.parametrize("from_normal", [False, True])
 def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(make_cube, step, from_normal) -> None:

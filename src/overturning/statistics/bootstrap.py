@@ -171,9 +171,28 @@ def mean_share_over_earthquakes(
     record_shares: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
 ) -> EarthquakeMean:
     """Average the shares of records over earthquakes; the interval is exact if all shares are 0 or all are 1."""
-    found = mean_over_earthquakes(record_shares, record_events, draws=draws)
-    exact = unanimous_share_interval(_known_means_by_earthquake(record_shares, record_events))
-    return found if exact is None or math.isnan(found.low) else EarthquakeMean(found.n, found.value, *exact)
+    means = _known_means_by_earthquake(record_shares, record_events)
+    if means.size == 0:
+        return EarthquakeMean(0, *(math.nan,) * 3)
+    return EarthquakeMean(int(means.size), float(means.mean()), *mean_share_interval(means, draws=draws))
+
+
+def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:
+    """Compute the interval of the mean share over earthquakes; it is exact if all shares are 0 or all are 1.
+
+    Otherwise it is the `bootstrap_interval`. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
+
+    Parameters
+    ----------
+    earthquake_shares : ndarray, shape (earthquakes,)
+        Share in each earthquake, 0 to 1.
+    level, draws
+        See `bootstrap_interval`.
+    """
+    exact = unanimous_share_interval(earthquake_shares, level)
+    if exact is None or earthquake_shares.size < FEWEST_EARTHQUAKES:
+        return bootstrap_interval(mean_of_each_sample, earthquake_shares, level=level, draws=draws)
+    return exact
 
 
 def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:

@@ -11,7 +11,7 @@ from overturning.model.body import direction_weight
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_weight
 from overturning.model.symmetry import FULL_TURN
-from overturning.statistics.bootstrap import bootstrap_interval, mean_of_each_sample, means_by_earthquake
+from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_records, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
 from overturning.statistics.falls import falls_towards_azimuths, informative_blocks
@@ -93,7 +93,7 @@ def fall_rose(
 
     A fall in the 3-D model counts with its `direction_weight`, which is small if the fall changes direction under
     nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of an earthquake,
-    and then over earthquakes, with intervals from `bootstrap_interval` for each sector by itself.
+    and then over earthquakes, with intervals from `mean_share_interval` for each sector by itself.
     ``from_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite
     sectors. If the azimuth step does not divide a sector, falls are spread over the step.
     """
@@ -116,7 +116,7 @@ def fall_rose(
         nowhere = np.full(shares.shape[1], np.nan)
         return FallRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, from_normal)
     # All sectors use the same bootstrap samples, since the seed is the same.
-    ends = [bootstrap_interval(mean_of_each_sample, column, level=level, draws=draws) for column in means.T]
+    ends = [mean_share_interval(column, level=level, draws=draws) for column in means.T]
     low, high = np.array(ends).T
     return FallRose(total, means.mean(axis=0), low, high, len(means), from_normal)
 

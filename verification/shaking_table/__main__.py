@@ -28,7 +28,7 @@ from verification.shaking_table.models import (
     prediction_models,
     split_odd_even,
 )
-from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, percentile_interval, prediction_scores
+from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, motion_interval, prediction_scores
 from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
 
 SPLITS = {"odd to even": split_odd_even, "motion left out": leave_motion_out}
@@ -54,6 +54,7 @@ def measure_scores(
             }
             known = np.isfinite(held[PEAKS])
             samples = bootstrap_samples(tests.motion[known], draws)
+            motion_count = np.unique(tests.motion[known]).size
             drawn = {
                 name: np.array([prediction_scores(p[known][s], fell[known][s]) for s in samples])
                 for name, p in held.items()
@@ -62,8 +63,8 @@ def measure_scores(
                 probabilities[split, name, specimen] = p
                 found = prediction_scores(p[known], fell[known])
                 for place, what in enumerate(NAMES):
-                    low, high = percentile_interval(drawn[name][:, place])
-                    over = percentile_interval(drawn[name][:, place] - drawn[PEAKS][:, place])
+                    low, high = motion_interval(drawn[name][:, place], motion_count)
+                    over = motion_interval(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)
                     rows.append({
                         "split": split, "specimen": specimen, "model": name, "score": what,
                         "value": found[place], "low": low, "high": high,

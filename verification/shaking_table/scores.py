@@ -1,8 +1,10 @@
 """Scores of predicted probabilities, with bootstrap intervals over motions.
 
-Tests of one record are not independent, so whole motions are drawn.
+Tests of one record are not independent, so whole motions are drawn. The intervals are those of the package
+(`overturning.statistics.bootstrap`), with motions in the place of earthquakes.
 """
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -10,6 +12,14 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from overturning.arrays import FloatArray
+from overturning.statistics.bootstrap import (
+    FEWEST_EARTHQUAKES,
+    LEAST_BEYOND,
+    ConfidenceInterval,
+    expanded_tail_share,
+    means_by_earthquake,
+    unanimous_share_interval,
+)
 
 NAMES: Final = ("F1", "AUC", "Brier score")
 DRAWS: Final = 1000
@@ -37,23 +47,37 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
 
 
 def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
-    """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests."""
+    """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
+
+    More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end of the interval for few motions.
+    """
     names, member = np.unique(test_motions, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
+    if names.size >= FEWEST_EARTHQUAKES:
+        draws = max(draws, math.ceil(LEAST_BEYOND / expanded_tail_share(names.size)))
     generator = np.random.Generator(np.random.PCG64(seed))
     return [np.concatenate([own[i] for i in generator.integers(names.size, size=names.size)]) for _ in range(draws)]
 
 
-def percentile_interval(sample_values: FloatArray) -> tuple[float, float]:
-    """Return the 2.5 and 97.5 % quantiles of bootstrap values, without NaN."""
-    low, high = np.nanquantile(sample_values, [0.025, 0.975])
-    return float(low), float(high)
+def motion_interval(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
+    """Return the expanded percentile interval (95 %) of bootstrap values over a number of motions, without NaN.
+
+    There is none for fewer than `FEWEST_EARTHQUAKES` motions.
+    """
+    if motion_count < FEWEST_EARTHQUAKES:
+        return ConfidenceInterval()
+    tail = expanded_tail_share(motion_count)
+    low, high = np.nanquantile(sample_values, [tail, 1 - tail])
+    return ConfidenceInterval(float(low), float(high))
 
 
 def reliability_bins(
     probabilities: FloatArray, fell: NDArray[np.bool_], test_motions: NDArray[np.str_], draws: int = DRAWS
 ) -> list[ReliabilityBin]:
-    """Return the share that fell in bins of probability, with bootstrap intervals; omit bins below five tests."""
+    """Return the share that fell in bins of probability, with intervals over motions; omit bins below five tests.
+
+    The interval is exact if all tests of a bin fell, or none. Fewer than `FEWEST_EARTHQUAKES` motions have no interval.
+    """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, probabilities, side="right") - 1
     samples = bootstrap_samples(test_motions, draws)
@@ -63,11 +87,14 @@ def reliability_bins(
         if own.sum() < 5:
             continue
         shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
+        motion_shares = means_by_earthquake(fell[own].astype(float), test_motions[own])
+        exact = unanimous_share_interval(motion_shares) if motion_shares.size >= FEWEST_EARTHQUAKES else None
+        interval = exact or motion_interval(np.array(shares), motion_shares.size)
         bins.append(
             ReliabilityBin(
                 float(probabilities[own].mean()),
                 float(fell[own].mean()),
-                *percentile_interval(np.array(shares)),
+                *interval,
                 int(own.sum()),
             )
         )

@@ -18,7 +18,7 @@ from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
-from verification.shaking_table.scores import NAMES, bootstrap_samples, percentile_interval, prediction_scores
+from verification.shaking_table.scores import NAMES, bootstrap_samples, motion_interval, prediction_scores
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
@@ -111,7 +111,8 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
     for name, label in SETS.items():
         tests = read_set(name)
         probabilities, centres = predict_held_out(tests, neighbourhood_fractions(tests))
-        fell, samples = tests["fell"].to_numpy(), bootstrap_samples(motion_names(tests))
+        fell, motions = tests["fell"].to_numpy(), motion_names(tests)
+        samples, motion_count = bootstrap_samples(motions), np.unique(motions).size
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
             blocks.append({"tests": label, "fitted to": half, "B/H": b_over_h, "H, m": height})
         for model, p in probabilities.items():
@@ -120,7 +121,8 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
             drawn, own = np.array([prediction_scores(p[s], fell[s]) for s in samples]), prediction_scores(p, fell)
             row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(NAMES):
-                row |= {what: own[place]} | dict(zip(ENDS[what], percentile_interval(drawn[:, place]), strict=True))
+                interval = motion_interval(drawn[:, place], motion_count)
+                row |= {what: own[place]} | dict(zip(ENDS[what], interval, strict=True))
             rows.append(row)
     return pd.DataFrame(rows), pd.DataFrame(blocks)
 

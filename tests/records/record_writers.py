@@ -84,13 +84,17 @@ def geonet_text(components: dict, interval: float, *, corrected=True, prepended=
     return text
 
 
-def csmip_text(channels: dict, rate: int, *, volume: int = 1) -> str:
-    """CSMIP volume 1 (g) or 2 (cm/s²); ``channels`` maps axis (90 Deg, Up) to (azimuth or 0, samples)."""
+def csmip_text(channels: dict, rate: int, *, volume: int = 1, old_agency: str = "") -> str:
+    """CSMIP volume 1 (g) or 2 (cm/s²); ``channels`` maps axis (90 Deg, Up) to (azimuth or 0, samples).
+
+    Volume 2 has an old header if ``old_agency`` names an agency that processed it.
+    """
+    form = "csmip2-old" if old_agency else f"csmip{volume}"
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        text += head(f"csmip{volume}", samples, 1 / rate, number=number, axis=axis, rate=rate)
+        text += head(form, samples, 1 / rate, number=number, axis=axis, rate=rate, agency=old_agency)
         text += fixed(numbers(100, -999, {26: (azimuth, n)}), 5, 0, 16)
         if volume == 1:
             text += fixed([0.0] * 50, 10, 6, 8)

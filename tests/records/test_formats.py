@@ -16,7 +16,7 @@ from overturning.records.component import channel_code_direction, parse_axis_dir
 from overturning.records.declarations import Declarations
 from overturning.records.files import read_components
 from overturning.records.read import read_record, read_without_processing
-from overturning.records.record import Record, record_origin_and_processing
+from overturning.records.record import Record, processing_label, record_origin_and_processing
 from overturning.records.source import SourceFile
 from tests.expect import refused
 from tests.records.malformed_corpus import UNCOUNTED
@@ -293,6 +293,20 @@ def test_csmip_volume_2_states_filter_event_and_origin_and_its_axis_twice(tmp_pa
         put(tmp_path, re.sub(r"(?m)^Chan  1: 90", "Chan  1: 180", text))
     with refused(RecordError, "x.txt line 16", "samples"):
         put(tmp_path, text.replace("   210 points of instrument", "   200 points of instrument", 1))
+
+
+@pytest.mark.parametrize(
+    ("agency", "named"), [("USGS", "USGS"), ("Werner 85", "Werner 85"), ("CDMG", "CSMIP / CGS"), (" ", "CSMIP / CGS")]
+)
+def test_an_old_header_of_csmip_states_its_agency_and_the_minute_of_origin(tmp_path, agency, named):
+    """Regression: the origin was not read, and a file of the USGS in this format had been processed by CSMIP / CGS."""
+    channels = {"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}
+    record = put(tmp_path, csmip_text(channels, 100, volume=2, old_agency=agency))
+    assert record.extra["origin_time"] == "1975-05-03T04:59:00Z"
+    assert processing_label(record) == f"processed by {named}"
+    assert (record.event, record.station, record.start) == ("TEST VALLEY, CA EARTHQUAKE", "9999", None)
+    assert (record.extra["event_latitude"], record.extra["event_longitude"]) == (33.0, -116.1)
+    np.testing.assert_allclose(record.north, A * 0.01, atol=1e-6)
 
 
 def test_end_of_file_may_lack_its_line_end_but_no_digits(tmp_path):

@@ -42,6 +42,7 @@ FIELDS: Final[Fields] = {
     "magnitude": rf"^\s*HYPOCENTER\b.*\bML\s*[=:]\s*({FLOAT})",
     "start": rf"START TIME:\s*{CLOCK}",
     "trigger": rf"TRIGGER TIME:\s*{CLOCK}",
+    "processed by": r"\bPROCESSED:[\s\d/,]*([A-Z][A-Z./&]+(?: \d+)?)(?=[\s,]|$)",
     "renadic": "(UNIVERSIDAD DE CHILE - RENADIC)",
     # Two corner frequencies, or two ramps; the inner ends of the ramps bound the pass band.
     "filter": rf"BAND-?PASS.*?(?<![\d.])({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})(?:\s*-\s*{FLOAT})?\s*(?:HZ|CYC)",
@@ -49,6 +50,8 @@ FIELDS: Final[Fields] = {
     "record length": rf"RECORD LENGTH\s*=\s*({FLOAT})",
     "unit of the pairs": r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)",
 }
+OWN_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
+"""Names under which the agency of this format signs its files; other names are those of other agencies."""
 PEAK: Final = {
     1: rf"MAX\s*=\s*({FLOAT})\s*(g\b)",
     2: rf"PEAK ACCELERATION\s*=\s*({FLOAT})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
@@ -110,6 +113,8 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         station, start, origin, places = channel_lines.lines[5].strip(), header.field_date_and_time("trigger"), None, {}
         start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
+    signed = header.field_text("processed by") if volume == 2 else ""
+    by = {"processed_by": signed} if signed and signed.upper() not in OWN_NAMES else {}
     filtered = header.field_match("filter") if volume == 2 else None
     agency = {"agency_processing": f"band-pass filter {filtered[1]} to {filtered[2]} Hz"} if filtered else {}
     component = header.create_component(
@@ -125,7 +130,7 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         location=parse_sensor_location(channel),
         peak=header.field_peak("peak", UNITS[_header_peak_unit(header)]) if header.field_text("peak") else None,
         processed=volume == 2,
-        extra=places | agency,
+        extra=places | agency | by,
         notes=notes,
     )
     return component, end + 1

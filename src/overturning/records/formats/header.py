@@ -22,9 +22,13 @@ error only when a caller needs it.
 
 EARTHQUAKE: Final[Fields] = {
     "origin": r"\bORIGIN(?:\s*\([^)]*\))?:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
+    "origin minute": r"\b(\d{1,2}\s+[A-Z]{3,9}\.?,?\s+\d{4})\s*-\s*(\d{2}):?(\d{2})\s*(?:UTC|GMT)",
     "hypocentre": rf"\bHYPOCENTER(?:\s*\([^)]*\))?:\s*({FLOAT})\s*([NS]?)(?:,\s*|\s+)({FLOAT})\s*([EW]?)",
 }
-"""Origin and hypocentre in headers of COSMOS and CSMIP; old headers add the agency: ``ORIGIN(BRK):``."""
+"""Origin and hypocentre in headers of COSMOS and CSMIP; old headers add the agency: ``ORIGIN(BRK):``.
+
+Headers of other agencies in the format of CSMIP state the minute alone: ``15 OCT 1979 - 2317 UTC``.
+"""
 
 PLACE: Final = r"(\d+) +(\d+) +(\d+) *([NS]),? +(\d+) +(\d+) +(\d+) *([EW])"
 """Pattern of latitude and longitude in degrees, minutes and seconds."""
@@ -175,6 +179,10 @@ class Header(TextLines):
         origin = parse_stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
             origin = origin.replace(year=origin.year - 100)
+        if origin is None and (minute := self.field_match("origin minute")):
+            origin = parse_stated_time(
+                re.sub(r"[.,\s]+", " ", " ".join(minute.groups())), "%d %b %Y %H %M", "%d %B %Y %H %M"
+            )
         return origin, epicentre_entries(*self.field_coordinates("hypocentre")) if any(
             self.field_coordinates("hypocentre")
         ) else {}

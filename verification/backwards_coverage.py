@@ -19,7 +19,7 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run
-from overturning.findings.surveys import SurveyCommandResults, inferred_motion
+from overturning.findings.surveys import SurveyCommandResults, inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import draw_posterior
@@ -29,7 +29,7 @@ from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_inter
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
-from overturning.surveys.responses import LEVELS, StoneKind, StoneResponses
+from overturning.surveys.responses import LEVELS, StoneKind, StoneOutcomeProbabilities
 from overturning.surveys.stones import Stone, read_survey
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 
@@ -117,7 +117,7 @@ def check_intervals(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict
         found[f"{name}_ratio"] = (most if high == np.inf else high) / (low or least)
         found[f"{name}_before"] = most / least
     weakest, strongest = posterior.credible_interval(pga)
-    middle, width = posterior.credible_axis_arc(everything_fell=all(stone.fell for stone in survey.stones))
+    middle, width = posterior.credible_axis_arc_deg(everything_fell=all(stone.fell for stone in survey.stones))
     found["axis_holds"] = abs((survey.axis - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
@@ -129,10 +129,10 @@ def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     events = sorted({one.event for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
     kinds = [StoneKind.from_stone(stone) for truth in truths for stone in truth.stones]
-    inversion, rows = SurveyInversion(StoneResponses(library, kinds, threads=threads)), []
+    inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
-        logs = inversion.log_likelihood(truth.stones)
+        logs = inversion.log_likelihoods_by_motion(truth.stones)
         for power in POWERS:
             one = inversion.compute_posterior(logs, prior=prior, power=power)
             checked = power == POWER and number % CHECKED == 0
@@ -235,13 +235,17 @@ def estimate_ruin_motion(threads: int) -> str:
     """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
     stones = read_survey(RUIN)
     inversion = SurveyInversion(
-        StoneResponses(candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads)
+        StoneOutcomeProbabilities(
+            candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads
+        )
     )
     result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The p-value of the check whether any motion fits the survey is {result.fit:.2g}."
     tree = parse_markdown(
-        render_markdown(SurveyCommandResults(inferred_motions=[inferred_motion(result, stones)]), name="motions")
+        render_markdown(
+            SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), name="motions"
+        )
     )
     return "\n".join(wrap_text(text, "- ") for text in (*paragraphs_of(tree), fit))
 

@@ -16,9 +16,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.figures.style import FALLS, INK, SERIES, add_title_and_legend, create_panel_grid, label_axes, style
 from overturning.figures.write import save
-from overturning.findings.causes import score_published_criteria
+from overturning.findings.causes import skill_of_published_criteria
 from overturning.findings.population import population_findings
-from overturning.findings.results import StudyResults, open_results
+from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_motion
@@ -159,7 +159,7 @@ def estimate_label(estimate: Estimate) -> str:
 
 def criteria_tables(results: StudyResults) -> dict[str, str]:
     """Return tables of the skill of published criteria as Markdown, by marker, and copy their figure to the docs."""
-    found = score_published_criteria(results)
+    found = skill_of_published_criteria(results)
     assert found is not None
     shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
@@ -216,7 +216,7 @@ def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
     write_figures(planar_model_accuracy(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    with open_results(STUDY, study) as results:
+    with open_study_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
         comparison = compare_fall_rates(results)
         publish_markdown({"population": f"{comparison}\n{wrap_text(simulate_each_stone(results), '- ')}"})

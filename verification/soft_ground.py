@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from overturning.findings.contrast import SiteFallRates, site_fall_rates, unconverged_soil_analyses
-from overturning.findings.results import StudyResults, open_results
+from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, variant_settings
 from overturning.units import STANDARD_GRAVITY
@@ -84,7 +84,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
 def main() -> None:
     """Write verification/results/soft-ground.csv and the page."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
-    with open_results(STUDY, study) as results:
+    with open_study_results(STUDY, study) as results:
         write_csv(rates_by_ground(results), RESULTS / "soft-ground.csv")
         publish_markdown(markdown_by_marker(results))
 

@@ -128,7 +128,7 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     _check_has_direction(one, "azimuth", "boundary")
     check_falls(one, "boundary")
     top = float(one["b_over_h"].max())
-    bounds = statistics.overturning_boundary(one).assign_attrs(one.attrs)
+    bounds = statistics.overturning_boundary_by_azimuth(one).assign_attrs(one.attrs)
     return boundary_figure(bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_line(one))
 
 
@@ -182,12 +182,12 @@ def follow(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion, by B/H."""
     from overturning.figures.alignment import alignment_by_b_over_h_figure
     from overturning.figures.content import check_alignments
-    from overturning.statistics.earthquakes import alignment_with_references
+    from overturning.statistics.earthquakes import fall_alignment_with_references
 
     _check_has_direction(cube, "orientation", "follow")
 
     def draw_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
-        found = alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
+        found = fall_alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
         check_alignments(sorted_cube, found)
         return alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 

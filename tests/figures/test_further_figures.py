@@ -30,7 +30,7 @@ from overturning.figures.write import has_overlapping_text, save
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from overturning.statistics.boundary import overturning_boundary
+from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_overturning_model
 
@@ -135,7 +135,9 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "rose": lambda: rose_figure(cube()),
     "intensity": lambda: intensity_figure(intensity().isel(record=0), 30.0, "A"),
     "probability": lambda: plane_map_figure(cube().isel(record=0), "Station, earthquake"),
-    "boundary": lambda: boundary_figure(overturning_boundary(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"),
+    "boundary": lambda: boundary_figure(
+        overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"
+    ),
     "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
     "hodograph": hodograph,
     "axes": axes,
@@ -182,7 +184,7 @@ def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
     cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
-    found = overturning_boundary(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
+    found = overturning_boundary_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
     with style():
         figure = boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
@@ -194,7 +196,7 @@ def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
 
 
 def test_the_band_of_a_boundary_is_named() -> None:
-    found = overturning_boundary(cube().isel(record=0))
+    found = overturning_boundary_by_azimuth(cube().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
     with style():
@@ -206,7 +208,7 @@ def test_the_band_of_a_boundary_is_named() -> None:
 
 def test_boundary_curves_close() -> None:
     with style():
-        figure = boundary_figure(overturning_boundary(cube().isel(record=0)), 0.4, 30.0, "A")
+        figure = boundary_figure(overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "A")
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
         for line in lines:

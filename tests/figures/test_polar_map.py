@@ -21,7 +21,7 @@ from overturning.figures.polar_map import (
     round_up_velocity,
 )
 from overturning.figures.style import MISSING, PAGE_WIDTH, style
-from overturning.statistics.boundary import overturning_boundary
+from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from tests.figures.test_further_figures import cube as falls_towards_40
 
 STEP = 30
@@ -330,7 +330,7 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
     with style():
         for curves in (
             intensity_figure(peaks, np.nan, "A"),
-            boundary_figure(overturning_boundary(part), 0.4, np.nan, "A"),
+            boundary_figure(overturning_boundary_by_azimuth(part), 0.4, np.nan, "A"),
         ):
             theta, radius = curves.axes[0].lines[0].get_data()
             shown = np.isfinite(radius[:-1] + radius[1:])
@@ -339,7 +339,9 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
             assert shown.sum() == 16, "eight steps on either side"
         band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
         assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
-        alone = boundary_figure(overturning_boundary(part.isel(azimuth=[2])), 0.4, np.nan, "A").axes[0].lines[-1]
+        alone = (
+            boundary_figure(overturning_boundary_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A").axes[0].lines[-1]
+        )
         assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0])
         plt.close("all")
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.findings.comparison import second_computations, share_of_changed_cases
-from overturning.findings.contrast import fall_axis_rotations
+from overturning.findings.comparison import comparisons_with_second_computations, share_of_changed_cases
+from overturning.findings.contrast import angles_between_fall_axes_deg
 from overturning.study.convergence import (
     Convergence,
     ElementChanges,
@@ -22,13 +22,13 @@ COUNTS = {
 
 def test_interval_of_a_share() -> None:
     """Wilson (1927), written out: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
-    found, n, z = share_of_changed_cases(5, 50, is_sample=True), 50, 1.959964
+    found, n, z = share_of_changed_cases(5, 50, is_random_sample=True), 50, 1.959964
     middle, half = 0.1 + z * z / (2 * n), z * np.sqrt(0.1 * 0.9 / n + z * z / (4 * n * n))
     assert found.low == pytest.approx((middle - half) / (1 + z * z / n), rel=1e-5)
     assert found.high == pytest.approx((middle + half) / (1 + z * z / n), rel=1e-5)
-    every = share_of_changed_cases(5, 50, is_sample=False)
+    every = share_of_changed_cases(5, 50, is_random_sample=False)
     assert (every.value, every.low, every.high) == (0.1, None, None), "a count of all cases has no interval"
-    assert share_of_changed_cases(0, 0, is_sample=True).value is None
+    assert share_of_changed_cases(0, 0, is_random_sample=True).value is None
 
 
 def test_each_computation_has_its_shares() -> None:
@@ -41,7 +41,7 @@ def test_each_computation_has_its_shares() -> None:
         settling=RefinementOfChanges(changed=0, looked_at=0, settled=0, chaotic=0, block_steps=0), amplitude=None,
         rigid=rigid,
     )  # fmt: skip
-    finer, stiffer, exact = second_computations(found)
+    finer, stiffer, exact = comparisons_with_second_computations(found)
     shares = [finer.falls_or_stands, finer.falls_or_stands_undivided, finer.side, finer.side_agreed]
     assert [one.value for one in shares] == pytest.approx([0.04, 1 / 80, 0.1, 0.1])
     assert (stiffer.refused, stiffer.side.value) == ("too stiff", None)
@@ -58,4 +58,4 @@ def test_axes_on_two_grounds_are_compared_where_both_are_clear() -> None:
     rock = ground([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
     soil = ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
     # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
-    assert fall_axis_rotations(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
+    assert angles_between_fall_axes_deg(soil, rock) == pytest.approx([20.0, 15.0, 90.0])

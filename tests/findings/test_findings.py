@@ -15,7 +15,7 @@ from overturning.cli import main
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.lines import finding_lines
 from overturning.findings.processing import DRIFT, TRUSTED
-from overturning.findings.results import StudyResults, open_results
+from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.values import Estimate
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -146,7 +146,7 @@ def test_a_missing_result_is_named(tmp_path: Path) -> None:
 
 def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> None:
     """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
-    with open_results(folder) as results:
+    with open_study_results(folder) as results:
         still = results.cube.load().assign(overturned=xr.zeros_like(results.cube["overturned"]))
         for name in ("probability_towards", "probability_away"):
             if name in still:
@@ -154,8 +154,8 @@ def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> No
         changed = StudyResults(
             **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still}
         )
-        from overturning.findings.direction import fall_direction
+        from overturning.findings.direction import fall_direction_findings
 
-        direction = fall_direction(changed)
+        direction = fall_direction_findings(changed)
     assert not direction.has_comparable_axis
     assert all(one.alignment.value is None for one in direction.groups)

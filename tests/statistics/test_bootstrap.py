@@ -9,12 +9,12 @@ from scipy import stats
 from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     bootstrap_interval,
-    expanded_tail_share,
-    mean_of_each_sample,
+    mean_of_each_bootstrap_sample,
     mean_over_earthquakes,
     mean_share_interval,
     mean_share_over_earthquakes,
     means_by_earthquake,
+    tail_share_of_expanded_interval,
     unanimous_share_interval,
 )
 
@@ -50,8 +50,10 @@ def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
 
 def test_the_tail_is_that_of_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
-    assert [expanded_tail_share(n) for n in (5, 10, 20)] == pytest.approx([0.0010, 0.0086, 0.0159], abs=6e-5)
-    assert expanded_tail_share(10**6) == pytest.approx(0.025, abs=1e-5)
+    assert [tail_share_of_expanded_interval(n) for n in (5, 10, 20)] == pytest.approx(
+        [0.0010, 0.0086, 0.0159], abs=6e-5
+    )
+    assert tail_share_of_expanded_interval(10**6) == pytest.approx(0.025, abs=1e-5)
 
 
 def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() -> None:
@@ -70,7 +72,7 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
         low, high = bootstrap_interval(
-            mean_of_each_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed
+            mean_of_each_bootstrap_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed
         )
         held += low <= 0 <= high
     assert held / 1000 == pytest.approx(0.94, abs=0.02)
@@ -78,7 +80,9 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
 
 def test_each_end_rests_on_several_resamples() -> None:
     """At 99 % and n = 8, a tail has 1 in 10,000 resamples; with 100 resamples the bounds would be the extremes."""
-    few, many = (bootstrap_interval(mean_of_each_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
+    few, many = (
+        bootstrap_interval(mean_of_each_bootstrap_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000)
+    )
     assert few == pytest.approx(many, abs=0.03)
 
 

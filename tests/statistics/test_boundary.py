@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.boundary import easiest_azimuth, last_crossing_of_one_half, overturning_boundary
+from overturning.statistics.boundary import (
+    easiest_overturning_axis,
+    largest_b_over_h_with_even_chance,
+    overturning_boundary_by_azimuth,
+)
 
 
 @pytest.mark.parametrize(
@@ -22,27 +26,27 @@ from overturning.statistics.boundary import easiest_azimuth, last_crossing_of_on
     ],
 )
 def test_the_last_crossing(probability: list[float], crossing: float, falls: bool) -> None:
-    found = last_crossing_of_one_half(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    found = largest_b_over_h_with_even_chance(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 
 def test_boundary_of_a_cube(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
-    bounds = overturning_boundary(cube)
+    bounds = overturning_boundary_by_azimuth(cube)
     inside = bounds["boundary"].sel(azimuth=[60, 75, 240])
     assert inside.values == pytest.approx(0.35)
     assert bounds["boundary"].sel(azimuth=150).isnull().all()
     assert bounds["stands_throughout"].sel(azimuth=150).all()
     assert not bounds["falls_beyond"].any()
-    assert easiest_azimuth(bounds, cube["b_over_h"])["easiest_axis"].values == pytest.approx(60)
+    assert easiest_overturning_axis(bounds, cube["b_over_h"])["easiest_axis"].values == pytest.approx(60)
 
 
 def test_falls_beyond_the_grid(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20))
-    bounds = overturning_boundary(cube)
+    bounds = overturning_boundary_by_azimuth(cube)
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["boundary"].isnull().all()
-    easiest = easiest_azimuth(bounds, cube["b_over_h"])
+    easiest = easiest_overturning_axis(bounds, cube["b_over_h"])
     assert not easiest["bounded"].any()
     assert easiest["ratio"].values == pytest.approx(0.5 / 0.1)
 
@@ -51,11 +55,11 @@ def test_no_boundary_above_the_largest_known_outcome(make_cube, sector) -> None:
     """Towards 60° outcomes above B/H 0.3 are missing: the boundary lies above 0.3, not above 0.5."""
     cube = make_cube(sector(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
-    bounds = overturning_boundary(cube.assign(overturned=cube["overturned"].where(~untold)))
+    bounds = overturning_boundary_by_azimuth(cube.assign(overturned=cube["overturned"].where(~untold)))
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["largest_known"].sel(azimuth=60).values == pytest.approx(0.3)
     assert bounds["largest_known"].sel(azimuth=65).values == pytest.approx(0.5)
-    easiest = easiest_azimuth(bounds.sel(azimuth=[60, 150, 240, 330]), cube["b_over_h"])
+    easiest = easiest_overturning_axis(bounds.sel(azimuth=[60, 150, 240, 330]), cube["b_over_h"])
     assert easiest["highest_boundary"].values == pytest.approx(0.3)
     assert not easiest["bounded"].any()
 
@@ -66,7 +70,7 @@ def test_ratio_of_easiest_to_hardest_plane(make_cube) -> None:
         return np.where(slender <= limit, np.where(np.cos(np.radians(azimuth - 30)) >= 0, 1, -1), 0)
 
     cube = make_cube(rule, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2))
-    easiest = easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])
+    easiest = easiest_overturning_axis(overturning_boundary_by_azimuth(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].values == pytest.approx(30, abs=0.1)
     assert easiest["ratio"].values == pytest.approx(0.455 / 0.255, abs=0.02)
     assert easiest["bounded"].all()
@@ -84,7 +88,7 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
         scramble_difference_towards=gap,
         scramble_difference_away=gap * 0,
     )
-    bounds = overturning_boundary(cube).sel(azimuth=60).isel(record=0, height=0, friction=0)
+    bounds = overturning_boundary_by_azimuth(cube).sel(azimuth=60).isel(record=0, height=0, friction=0)
     assert float(bounds["boundary"]) == pytest.approx(0.35)
     # Scrambles of 0.875/0.375 and 0.625/0.125.
     assert float(bounds["boundary_low"]) == pytest.approx(0.3 + 0.1 * 0.125 / 0.5)
@@ -93,16 +97,16 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
 
 def test_lazy_is_the_same(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
-    lazy = overturning_boundary(cube.chunk({"azimuth": 10, "b_over_h": 2}))
+    lazy = overturning_boundary_by_azimuth(cube.chunk({"azimuth": 10, "b_over_h": 2}))
     assert lazy["boundary"].chunks is not None
-    xr.testing.assert_allclose(lazy.compute(), overturning_boundary(cube))
+    xr.testing.assert_allclose(lazy.compute(), overturning_boundary_by_azimuth(cube))
 
 
 def test_missing_outcomes_do_not_count_as_falls(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.zeros_like(azimuth))
     cube["overturned"][{"b_over_h": 2}] = np.nan
-    assert overturning_boundary(cube)["stands_throughout"].all()
-    easiest = easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])
+    assert overturning_boundary_by_azimuth(cube)["stands_throughout"].all()
+    easiest = easiest_overturning_axis(overturning_boundary_by_azimuth(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].isnull().all()
     assert easiest["ratio"].isnull().all()
 
@@ -111,8 +115,8 @@ def test_a_plane_without_known_outcomes_is_not_the_hardest(make_cube) -> None:
     """Blocks fall up to B/H = 0.3 ± 0.1, along 60° more easily than across; a missing plane does not matter."""
     cube = make_cube(lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0))
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
-    easiest = easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])
+    easiest = easiest_overturning_axis(overturning_boundary_by_azimuth(cube), cube["b_over_h"])
     assert np.unique(easiest["ratio"]) == pytest.approx([3.0])
     assert easiest["bounded"].all()
     cube["overturned"][:] = cube["overturned"] * 0
-    assert easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])["ratio"].isnull().all()
+    assert easiest_overturning_axis(overturning_boundary_by_azimuth(cube), cube["b_over_h"])["ratio"].isnull().all()

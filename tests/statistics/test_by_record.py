@@ -7,7 +7,7 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.statistics import by_record
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.earthquakes import fall_axes_by_group, fall_sums_by_record
+from overturning.statistics.earthquakes import fall_axes_by_group, fall_vector_sums_by_record
 
 
 @pytest.fixture
@@ -21,10 +21,10 @@ def cube(make_cube, sector):
 
 
 def test_batches_of_records_equal_single_records(cube, monkeypatch):
-    together = fall_sums_by_record(cube, "b_over_h")
+    together = fall_vector_sums_by_record(cube, "b_over_h")
     for cells in (1, 2 * cube["overturned"].size // 4):  # one at a time, and by two
         monkeypatch.setattr(by_record, "CELLS_PER_READ", cells)
-        xr.testing.assert_identical(fall_sums_by_record(cube, "b_over_h"), together)
+        xr.testing.assert_identical(fall_vector_sums_by_record(cube, "b_over_h"), together)
 
 
 def members(groups):

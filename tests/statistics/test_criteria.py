@@ -17,56 +17,56 @@ from overturning.statistics.criteria import (
     CRITERIA,
     PULSE_VALID,
     SLENDERNESS_ONLY,
-    CriteriaScores,
-    PredictionScore,
-    direct_pulse_acceleration,
-    frequency_parameter,
-    ishiyama_velocity,
-    kaneko_hayashi_acceleration,
-    kaneko_hayashi_frequency,
-    pulse_acceleration,
-    score_criteria,
-    west_acceleration,
+    FallPredictionCounts,
+    OverturningCriteriaScores,
+    block_frequency_parameter,
+    ishiyama_velocity_limit,
+    kaneko_hayashi_acceleration_limit,
+    kaneko_hayashi_branch_frequency,
+    pulse_acceleration_limit_with_impact,
+    pulse_acceleration_limit_without_impact,
+    score_overturning_criteria,
+    west_acceleration_limit,
 )
 from overturning.units import STANDARD_GRAVITY
 
 
 def test_limits_in_closed_form() -> None:
-    assert west_acceleration([0.1, 0.4]) == pytest.approx([0.980665, 3.92266])
+    assert west_acceleration_limit([0.1, 0.4]) == pytest.approx([0.980665, 3.92266])
     height, slender = 1.0, 0.4
     alpha, radius = math.atan(slender), math.hypot(height, slender * height) / 2
     expected = 0.4 * math.sqrt(8 * 9.80665 * radius / 3 * (1 - math.cos(alpha)) / math.cos(alpha) ** 2)
-    assert ishiyama_velocity(height, slender) == pytest.approx(expected)
+    assert ishiyama_velocity_limit(height, slender) == pytest.approx(expected)
     # The rule of thumb for slender blocks.
     height_cm, width_cm = np.array([50.0, 100.0, 200.0]), np.array([5.0, 10.0, 20.0])
-    cm_s = 100 * ishiyama_velocity(height_cm / 100, width_cm / height_cm)
+    cm_s = 100 * ishiyama_velocity_limit(height_cm / 100, width_cm / height_cm)
     assert cm_s == pytest.approx(10 * width_cm / np.sqrt(height_cm), rel=0.04)
 
 
 @pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf])
 def test_refuses(value: float) -> None:
     with pytest.raises(ArgumentError, match="positive"):
-        west_acceleration(value)
+        west_acceleration_limit(value)
     with pytest.raises(ArgumentError, match="positive"):
-        ishiyama_velocity(value, 0.4)
+        ishiyama_velocity_limit(value, 0.4)
 
 
 @pytest.mark.parametrize("height", [0.3, 1.0, 2.0])
 @pytest.mark.parametrize("slender", [0.1, 0.3, 0.6])
 def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> None:
-    border = 1 / (2 * math.pi * kaneko_hayashi_frequency(height, slender))
-    below, above = kaneko_hayashi_acceleration(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
+    border = 1 / (2 * math.pi * kaneko_hayashi_branch_frequency(height, slender))
+    below, above = kaneko_hayashi_acceleration_limit(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
     assert below == pytest.approx(9.80665 * slender * (1 + slender))
     assert above == pytest.approx(below, rel=6e-4)  # 10 · 15.6 · 2π is 980.2, not 980.665
     # Far above the border it is a limit of PGV, 10 B/√H (1 + B/H)^2.5 in cm and cm/s.
     ratio, height_cm = border / np.array([2.0, 5.0]), 100 * height
-    pgv = 100 * ratio * kaneko_hayashi_acceleration(height, slender, ratio)
+    pgv = 100 * ratio * kaneko_hayashi_acceleration_limit(height, slender, ratio)
     assert pgv == pytest.approx(10 * slender * height_cm / math.sqrt(height_cm) * (1 + slender) ** 2.5)
 
 
 def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.ndarray:
     """Return the sides of the rocking block under sines of given multiples of West's acceleration, ω = ratio p."""
-    period = 2 * math.pi / (ratio * float(frequency_parameter(height, slender)))
+    period = 2 * math.pi / (ratio * float(block_frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
     return rocking(
         motion, Cases(0.0, height, slender, 1.0, amplitude=np.multiply(factors, 9.80665 * slender))
@@ -75,20 +75,20 @@ def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.nd
 
 def pulse_factor(criterion: Any, ratio: float, height: float, slender: float) -> float:
     """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
-    pgv_over_pga = 2 / (ratio * float(frequency_parameter(height, slender)))
+    pgv_over_pga = 2 / (ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
 def test_pulse_without_impact_is_that_of_the_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = pulse_factor(direct_pulse_acceleration, ratio, 1.0, 0.1)
+    factor = pulse_factor(pulse_acceleration_limit_without_impact, ratio, 1.0, 0.1)
     assert (one_sine([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
 def test_pulse_after_one_impact_is_near_that_of_the_rocking_block(ratio: float) -> None:
-    factor = pulse_factor(pulse_acceleration, ratio, 1.0, 0.1)
+    factor = pulse_factor(pulse_acceleration_limit_with_impact, ratio, 1.0, 0.1)
     factors = np.arange(1.01, 2.0, 0.01)
     first = factors[one_sine(factors, ratio, 1.0, 0.1) == 1].min()
     assert 0.98 <= factor / first <= 1.11
@@ -97,11 +97,11 @@ def test_pulse_after_one_impact_is_near_that_of_the_rocking_block(ratio: float) 
 def test_every_criterion_needs_the_acceleration_of_rocking() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
     for criterion in CRITERIA:
-        assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration(0.3) * (1 - 1e-12)).all()
+        assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
 
 
 def test_score_by_hand() -> None:
-    found = PredictionScore(2, 1, 1, 1)
+    found = FallPredictionCounts(2, 1, 1, 1)
     assert found.hit_rate == pytest.approx(2 / 3)
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
 
@@ -116,7 +116,7 @@ def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     peaks = {
         name: (("record", "azimuth"), np.tile(values, (8, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
     }
-    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     west, *others, blind = found.rules
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
@@ -134,7 +134,8 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
     pga = STANDARD_GRAVITY * np.linspace(0.15, 0.60, azimuth.size)
     ratio = np.where(np.arange(azimuth.size) % 3 == 0, 0.05, 0.15)
     limit = {
-        each: np.array([float(pulse_acceleration(0.6, each, one)) for one in ratio]) for each in slender.tolist()
+        each: np.array([float(pulse_acceleration_limit_with_impact(0.6, each, one)) for one in ratio])
+        for each in slender.tolist()
     }  # fmt: skip
     falls = {each: pga >= limit[each] for each in limit}
     table = np.stack([*falls.values()])
@@ -143,7 +144,7 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
         azimuth=azimuth, height=[0.6], b_over_h=slender, friction=[1.0], events="abcdefgh",
     )  # fmt: skip
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga * ratio))}
-    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     blind = found.rules[-1]
     assert (found.best_criterion.name, found.best_criterion.within.value) == ("pulse, one impact", pytest.approx(1.0))
@@ -192,7 +193,7 @@ FIRST, SECOND = "Kaneko–Hayashi", "pulse, one impact"
 
 def scores_where_the_first_is_right(
     make_cube: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
-) -> CriteriaScores:
+) -> OverturningCriteriaScores:
     """Scores of 14 earthquakes; if the two criteria differ, the first is right with a beta-distributed probability."""
     azimuth = np.arange(0, 180, 15)
     kind = generator.integers(4, size=(14, azimuth.size))
@@ -204,7 +205,7 @@ def scores_where_the_first_is_right(
     )  # fmt: skip
     pga = STANDARD_GRAVITY * 0.3 * KINDS[kind, 0]
     peaks = {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pga * KINDS[kind, 1])}
-    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     return found
 
@@ -240,7 +241,7 @@ def test_blocks_of_which_nearly_all_stand_hardly_count(make_cube: Callable[..., 
 
     cube = make_cube(rule, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh")
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga / 10))}
-    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     weights = np.array([0.5 * 0.5, 0.02 * 0.98])
     assert found.rules[0].within.value == pytest.approx(weights @ [1.0, -25 / 49] / weights.sum())

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.alignment_by_rule import alignment_by_rule
+from overturning.statistics.alignment_by_rule import fault_normal_alignment_by_rule
 from overturning.statistics.circular import SECTORS
-from overturning.statistics.earthquakes import alignment_difference, fall_axes_by_earthquake, summarise_fall_axes
+from overturning.statistics.earthquakes import (
+    fall_axes_by_earthquake,
+    first_minus_second_alignment,
+    summarise_fall_axes,
+)
 from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL
 from overturning.statistics.roses import fall_rose
 
@@ -156,7 +160,7 @@ def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
 
     every, some, half = [0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0.3, 0.4]
     chosen = [(half, every[:2]), (half, None), ([0.4], None), (some, [0.2]), (every, every[:2])]
-    ((group, found),) = alignment_by_rule(cube).items()
+    ((group, found),) = fault_normal_alignment_by_rule(cube).items()
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
     for one, shapes in zip(found, chosen, strict=True):
         means = [mean(record, own) for record, own in enumerate(shapes) if own]
@@ -167,12 +171,12 @@ def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
-    own = alignment_by_rule(many, [MARGINAL])["all records"][0]
+    own = fault_normal_alignment_by_rule(many, [MARGINAL])["all records"][0]
     summary = summarise_fall_axes(fall_axes_by_earthquake(many))
     assert own.alignment == summary.alignment
     assert own.largest == pytest.approx(summary.largest)
     assert own.alignment.low < own.alignment.value < own.alignment.high
-    assert alignment_by_rule(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
+    assert fault_normal_alignment_by_rule(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
 
 
 def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(make_cube, sector) -> None:
@@ -254,11 +258,11 @@ def test_bootstrap_interval_covers() -> None:
 def test_pulse_against_control(axes) -> None:
     pulse = axes([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
-    difference = alignment_difference(pulse, axes([90, 70, 85, -80, 60, 88, 75, -85], events=names))
+    difference = first_minus_second_alignment(pulse, axes([90, 70, 85, -80, 60, 88, 75, -85], events=names))
     assert difference.value > 1.5
     assert difference.low > 1
     assert difference.n == 8
-    same = alignment_difference(pulse, pulse)
+    same = first_minus_second_alignment(pulse, pulse)
     assert (same.value, same.low, same.high) == (0, 0, 0)  # the same earthquakes are drawn for both
     few = axes([0, 5, 10, 15, 20, 25, 30])
-    assert np.isnan([alignment_difference(few, few).low, summarise_fall_axes(few).alignment.low]).all()
+    assert np.isnan([first_minus_second_alignment(few, few).low, summarise_fall_axes(few).alignment.low]).all()

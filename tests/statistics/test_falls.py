@@ -8,15 +8,15 @@ from overturning.errors import ResultError
 from overturning.labels import azimuth_gap_label
 from overturning.model.falls import model_of
 from overturning.model.planes import PlanarModel, azimuth_gaps, distinct_plane_positions, fall_probability, plane_weight
-from overturning.statistics.elements import falls_by_element
+from overturning.statistics.elements import count_falls_by_element
 from overturning.statistics.falls import (
+    add_opposite_azimuths,
     block_overturns,
-    count_flag_changes,
-    extend_to_full_circle,
-    fall_shares,
+    count_outcome_changes,
     falls_towards_azimuths,
-    informative_blocks,
+    informative_block_mask,
     mean_fall_directions,
+    shares_of_directions_with_fall,
 )
 
 
@@ -52,36 +52,36 @@ def test_integer_and_float_flags_are_equivalent() -> None:
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (
         block_overturns,
-        informative_blocks,
-        fall_shares,
+        informative_block_mask,
+        shares_of_directions_with_fall,
         lambda one: mean_fall_directions(one, informative_only=True),
     ):
         assert found(whole).equals(found(read))
-    assert count_flag_changes(whole, "azimuth") == count_flag_changes(read, "azimuth") == (2, 2)
-    assert float(fall_shares(whole)) == pytest.approx(2 / 4)
+    assert count_outcome_changes(whole, "azimuth") == count_outcome_changes(read, "azimuth") == (2, 2)
+    assert float(shares_of_directions_with_fall(whole)) == pytest.approx(2 / 4)
 
 
 def test_changes_need_two_known_outcomes() -> None:
     flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
-    assert count_flag_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
-    assert count_flag_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
+    assert count_outcome_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
+    assert count_outcome_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
-    assert count_flag_changes(ratios, "b_over_h") == (5, 6)
+    assert count_outcome_changes(ratios, "b_over_h") == (5, 6)
 
 
 def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:
     flags = np.array([[0, 1, 1, 1], [0, 0, -1, -1], [0, 0, 1, np.nan], [0, 0, 0, 1]], dtype=float)
     data = xr.Dataset({"overturned": (("azimuth", "b_over_h"), flags)}, coords={"azimuth": [0, 45, 90, 135]})
-    assert informative_blocks(data).values.tolist() == [False, True, False, False]
-    assert informative_blocks(data.isel(azimuth=[0, 1, 3])).values.tolist() == [False, True, False, False]
+    assert informative_block_mask(data).values.tolist() == [False, True, False, False]
+    assert informative_block_mask(data.isel(azimuth=[0, 1, 3])).values.tolist() == [False, True, False, False]
     # Without marginal blocks all falls count.
-    assert informative_blocks(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
+    assert informative_block_mask(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
 
 
 def test_a_plane_is_counted_once(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20))
-    whole = fall_shares(cube)
-    half = fall_shares(cube.isel(azimuth=cube["azimuth"] < 180))
+    whole = shares_of_directions_with_fall(cube)
+    half = shares_of_directions_with_fall(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
     assert model_of(cube).falls_in_distinct_cells(cube).sizes["azimuth"] == 36
@@ -108,7 +108,7 @@ def test_shares_directions_and_axes(make_cube, sector, rule, share, direction, a
         rule = sector(60, 20, side=1 if rule == "towards 60" else -1)
     cube = make_cube(rule, azimuth=range(360) if rule is both_ways else range(0, 360, 5))
     means = mean_fall_directions(cube)
-    assert fall_shares(cube).values == pytest.approx(share)
+    assert shares_of_directions_with_fall(cube).values == pytest.approx(share)
     for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
         if angle is not None:
             assert means[f"mean_{kind}"].values == pytest.approx(angle, nan_ok=True)
@@ -121,22 +121,22 @@ def test_shares_directions_and_axes(make_cube, sector, rule, share, direction, a
 def test_missing_is_not_standing(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20))
     cube["overturned"] = cube["overturned"].where(cube["azimuth"] % 180 != 0)
-    shares = fall_shares(cube)
+    shares = shares_of_directions_with_fall(cube)
     assert shares.values == pytest.approx(9 / 35)
     raw = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))
-    xr.testing.assert_allclose(fall_shares(raw), shares)
-    assert fall_shares(cube.where(False)).isnull().all()
+    xr.testing.assert_allclose(shares_of_directions_with_fall(raw), shares)
+    assert shares_of_directions_with_fall(cube.where(False)).isnull().all()
 
 
 def test_over_more_dimensions(make_cube, sector) -> None:
-    shares = fall_shares(make_cube(sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims)
+    shares = shares_of_directions_with_fall(make_cube(sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims)
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
     assert shares.dims == ("record",)
 
 
 def test_lazy_is_the_same(make_cube, sector) -> None:
     cube = make_cube(sector(100, 30), events=("A", "B", "C"))
-    for function in (fall_shares, mean_fall_directions):
+    for function in (shares_of_directions_with_fall, mean_fall_directions):
         answer = function(cube.chunk({"record": 1, "azimuth": 12}))
         assert answer.chunks
         xr.testing.assert_allclose(answer.compute(), function(cube))
@@ -148,7 +148,9 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     assert plane_weight(
         extra["azimuth"].values[distinct_plane_positions(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
-    assert float(fall_shares(extra, summed_dims=("record", *PlanarModel.case_dims))) == pytest.approx(9 / 36)
+    assert float(
+        shares_of_directions_with_fall(extra, summed_dims=("record", *PlanarModel.case_dims))
+    ) == pytest.approx(9 / 36)
     assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
         mean_fall_directions(regular)["mean_axis"].values, abs=0.01
     )
@@ -160,7 +162,7 @@ def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) 
     assert plane_weight(part) == pytest.approx(np.full(12, 1 / 12))
     assert plane_weight(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
     cube = make_cube(sector(62.5, 24), azimuth=part.tolist())
-    assert fall_shares(cube).values == pytest.approx(10 / 12)
+    assert shares_of_directions_with_fall(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert plane_weight([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), "no part of a finer grid"
 
@@ -209,11 +211,11 @@ def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cub
     falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
     for one in (cube, falling):
         one["azimuth"].attrs["period"] = 360.0
-    assert fall_shares(cube).values == pytest.approx(0.5)
+    assert shares_of_directions_with_fall(cube).values == pytest.approx(0.5)
     assert mean_fall_directions(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
     # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
     assert mean_fall_directions(cube)["mean_direction"].values == pytest.approx(87.5)
-    xr.testing.assert_identical(extend_to_full_circle(cube), cube)
+    xr.testing.assert_identical(add_opposite_azimuths(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
         assert falls_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
@@ -234,7 +236,7 @@ def test_ensemble_before_flag(make_cube, sector) -> None:
 def test_a_single_azimuth(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(32)
-    assert (fall_shares(cube) == 1).all()
+    assert (shares_of_directions_with_fall(cube) == 1).all()
 
 
 def test_not_a_cube() -> None:
@@ -250,7 +252,7 @@ def test_something_falls_where_any_element_does() -> None:
     made = xr.Dataset(
         {"overturned": (dims, flags), "overturning_time": (dims, times)}, {"element": ["pillar", "lintel"]}
     )
-    pillar, lintel, anything = falls_by_element(made)
+    pillar, lintel, anything = count_falls_by_element(made)
     assert (pillar.cases, pillar.falls, pillar.first) == (4, 2, 2)
     assert (lintel.cases, lintel.falls, lintel.first) == (4, 2, 1)
     assert (anything.cases, anything.falls, anything.share, anything.median_time) == (4, 3, 0.75, 3.0)

@@ -12,16 +12,25 @@ from overturning.model.body import Body
 from overturning.model.falls import model_of
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
-    alignment_with_references,
     azimuth_away_from_epicentre,
+    fall_alignment_with_references,
     fall_axes_by_earthquake,
-    fall_sums_by_record,
+    fall_vector_sums_by_record,
     summarise_fall_axes,
 )
-from overturning.statistics.falls import fall_shares, mean_cosine_and_sine_to_reference, mean_fall_directions
-from overturning.statistics.illustrative import illustrative_cases
+from overturning.statistics.falls import (
+    mean_cosine_and_sine_to_reference,
+    mean_fall_directions,
+    shares_of_directions_with_fall,
+)
+from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.statistics.roses import fall_rose
-from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares, summarise_twist, twist_angles
+from overturning.statistics.space import (
+    planar_agreement_counts,
+    planar_agreement_shares,
+    standing_stone_twists_deg,
+    summarise_twist,
+)
 
 EVENTS = ("A", "A", "B", "C", "D")
 NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
@@ -57,7 +66,9 @@ def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
 def test_directions_and_axes_are_those_of_the_falls() -> None:
     cube = space_cube()
     assert isinstance(model_of(cube), Body)
-    means, shares = (of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, fall_shares))
+    means, shares = (
+        of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, shares_of_directions_with_fall)
+    )
     for record in range(len(EVENTS)):
         angles = np.radians(angles_of(cube, record))
         expected = np.degrees(circmean(angles))
@@ -67,7 +78,7 @@ def test_directions_and_axes_are_those_of_the_falls() -> None:
         flags = cube["overturned"].isel(record=record).to_numpy()
         assert float(shares[record]) == pytest.approx(np.nanmean(flags))
     whole = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))  # as in the file
-    assert fall_shares(whole, summed_dims=Body.case_dims).equals(shares)
+    assert shares_of_directions_with_fall(whole, summed_dims=Body.case_dims).equals(shares)
 
 
 def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> None:
@@ -85,7 +96,7 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     found = mean_fall_directions(everywhere, summed_dims=Body.case_dims)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
-    mixed = fall_shares(with_members, summed_dims=("record", *Body.case_dims))
+    mixed = shares_of_directions_with_fall(with_members, summed_dims=("record", *Body.case_dims))
     flags = np.where(run, 0.5, cube["overturned"].to_numpy())
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
@@ -163,7 +174,7 @@ def test_a_rose_without_falls() -> None:
 
 def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
     cube, reference = space_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
-    sums = fall_sums_by_record(cube, "b_over_h")
+    sums = fall_vector_sums_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
         for part in (slice(None), slice(1, 2), slice(0, 2)):
             found = mean_cosine_and_sine_to_reference(sums.isel(b_over_h=part).sum("b_over_h"), reference, axial=axial)[
@@ -183,13 +194,13 @@ def test_falls_that_go_along_a_reference_follow_it() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = alignment_with_references(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
+    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
     assert [one.value for one in found.means["peak velocity", True]] == pytest.approx([1.0, 1.0])
     assert [one.value for one in found.means["peak velocity", False]] == pytest.approx([-1.0, -1.0])
     assert found.means["pulse", True][0].value == pytest.approx(-1.0)
     assert ("pulse", False) not in found.means
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
-    (each,) = alignment_with_references(cube, intensity).values()
+    (each,) = fall_alignment_with_references(cube, intensity).values()
     assert [one.value for one in each.means["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
     heads = [one.value for one in each.means["peak velocity", False]]
     assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
@@ -228,11 +239,11 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", radial + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
-    (found,) = alignment_with_references(cube, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     assert [found.means["radial direction", axial][0].value for axial in (True, False)] == pytest.approx([1.0, -1.0])
     assert found.closest[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
-    (found,) = alignment_with_references(nowhere, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_references(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.means
 
 
@@ -243,7 +254,7 @@ def test_closest_reference_is_known_for_all_records() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = alignment_with_references(cube, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
     assert found.closest[0] == "peak velocity", "which under that one record is as close"
@@ -255,7 +266,7 @@ def test_two_references_are_compared_earthquake_by_earthquake() -> None:
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
-    (found,) = alignment_with_references(cube, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     assert found.closest == ("peak velocity", "fault normal")
 
     def cosine(record: int, reference: float) -> float:
@@ -302,11 +313,11 @@ def test_twist_is_of_stones_that_moved_and_stand() -> None:
         "status": ("record", [0, 0, 0, 0, 1]),
         "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
-    ((shape, turned),) = twist_angles(cube).items()
+    ((shape, turned),) = standing_stone_twists_deg(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twist(turned, quantile=0.5)
     assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
-    assert summarise_twist(twist_angles(cube.isel(record=[3, 4]))[shape]).stones == 0
+    assert summarise_twist(standing_stone_twists_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])
@@ -326,7 +337,7 @@ def test_illustrative_cases_are_the_extremes_of_their_rules() -> None:
     flags[0, 4, 1, 0, 0, 0], falls[0, 4, 1, 0, 0, 0], turned[0, 4, 1, 0, 0, 0] = 0.0, np.nan, -30.0
     values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
     whole = cube.assign({name: (DIMENSIONS, value) for name, value in values.items()})
-    which_side, alone, corner, twisted = illustrative_cases(whole)
+    which_side, alone, corner, twisted = find_illustrative_cases(whole)
     two = whole["fall_azimuth"][which_side.record].sel(which_side.block).sel(orientation=list(which_side.direction_deg))
     assert abs(abs(float(two[0] - two[1])) - 180.0) < 90.0
     assert which_side.block["b_over_h"] == 0.4
@@ -335,4 +346,4 @@ def test_illustrative_cases_are_the_extremes_of_their_rules() -> None:
     assert corner.block["b_over_h"] == 0.4
     assert (twisted.record, twisted.direction_deg, twisted.block["height"]) == (0, (60.0,), 1.2)
     still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
-    assert illustrative_cases(still.assign(overturned=still["overturned"] * 0)) == []
+    assert find_illustrative_cases(still.assign(overturned=still["overturned"] * 0)) == []

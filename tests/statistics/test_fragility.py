@@ -17,7 +17,7 @@ from overturning.errors import ArgumentError
 from overturning.statistics.fragility import (
     FittedFragilityCurve,
     fit_fragility_curve,
-    fit_lognormal_curve,
+    fit_lognormal_median_and_spread,
     variance_share_between_records,
 )
 from overturning.statistics.fragility_files import openquake_file_name, write_fragility_csv, write_openquake_model
@@ -28,7 +28,7 @@ NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 
 def test_finds_the_curve_again() -> None:
     x = np.geomspace(0.1, 2, 40)
-    median, spread = fit_lognormal_curve(x, norm.cdf(np.log(x / 0.6) / 0.4))
+    median, spread = fit_lognormal_median_and_spread(x, norm.cdf(np.log(x / 0.6) / 0.4))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=1e-4)
 
 
@@ -36,7 +36,7 @@ def test_counts_of_stones_that_fell() -> None:
     generator = np.random.default_rng(3)
     x = np.repeat(np.geomspace(0.1, 2, 30), 200)
     fell = generator.random(x.size) < norm.cdf(np.log(x / 0.6) / 0.4)
-    median, spread = fit_lognormal_curve(x, fell.astype(float))
+    median, spread = fit_lognormal_median_and_spread(x, fell.astype(float))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
 
 
@@ -54,17 +54,19 @@ def test_fit_converges_if_strong_records_overturn_nothing() -> None:
         return -float(np.sum(share * norm.logcdf(z) + (1 - share) * norm.logsf(z)))
 
     constant, slope = minimize(unlikely, [0.0, 1.0]).x
-    assert fit_lognormal_curve(pga, share) == pytest.approx((math.exp(-constant / slope), 1 / slope), rel=1e-4)
+    assert fit_lognormal_median_and_spread(pga, share) == pytest.approx(
+        (math.exp(-constant / slope), 1 / slope), rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0], [0, 0, 1], [0, 0.5, 1]])
 def test_no_curve_where_there_is_none(share: list[float]) -> None:
-    assert math.isnan(fit_lognormal_curve([1.0, 2.0, 4.0], share)[0])
+    assert math.isnan(fit_lognormal_median_and_spread([1.0, 2.0, 4.0], share)[0])
 
 
 def test_invalid_shares_are_refused() -> None:
     with pytest.raises(ArgumentError, match="0 to 1"):
-        fit_lognormal_curve([1.0, 2.0], [0.0, 1.2])
+        fit_lognormal_median_and_spread([1.0, 2.0], [0.0, 1.2])
 
 
 def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
@@ -75,7 +77,7 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     """
     x, median = np.geomspace(0.1, 3, 15), np.repeat([0.5, 1.0], 4)
     share = norm.cdf(np.log(x / median[:, None]) / 0.3).ravel()
-    ends = [fit_lognormal_curve(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
+    ends = [fit_lognormal_median_and_spread(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
     curve = fit_fragility_curve("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
@@ -124,7 +126,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
     own = math.log(0.6) + between * norm.ppf((np.arange(60) + 0.5) / 60)[:, None]
     share = generator.binomial(200, norm.cdf((np.log(x) - own) / within)) / 200
     record = np.repeat(np.arange(60), 6)
-    median, spread = fit_lognormal_curve(x.ravel(), share.ravel())
+    median, spread = fit_lognormal_median_and_spread(x.ravel(), share.ravel())
     assert spread == pytest.approx(math.hypot(between, within), rel=0.06)
     found = variance_share_between_records((median, spread), x.ravel(), share.ravel(), record, 200)
     assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
@@ -133,7 +135,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
 def test_uniform_outcomes_are_record_to_record_variance() -> None:
     x = np.geomspace(0.2, 2, 40)
     share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
-    fit = fit_lognormal_curve(x, share)
+    fit = fit_lognormal_median_and_spread(x, share)
     assert variance_share_between_records(fit, x, share, np.arange(40), 100) > 0.9
 
 

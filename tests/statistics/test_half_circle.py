@@ -15,9 +15,14 @@ from overturning.findings.exactness import ensemble_findings
 from overturning.model.falls import model_of
 from overturning.settings import Ensemble, Population
 from overturning.statistics.earthquakes import fall_axes_by_earthquake
-from overturning.statistics.falls import fall_shares, falls_towards_azimuths, informative_blocks, mean_fall_directions
-from overturning.surveys.population import population_rates
-from overturning.surveys.prediction import SitePrediction
+from overturning.statistics.falls import (
+    falls_towards_azimuths,
+    informative_block_mask,
+    mean_fall_directions,
+    shares_of_directions_with_fall,
+)
+from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.prediction import SiteFallPrediction
 from overturning.surveys.stones import Stone
 
 AZIMUTH = np.arange(0, 360, 5)
@@ -61,22 +66,24 @@ def of_the_ensemble(cube: xr.Dataset) -> object:
 
 
 def of_prediction(cube: xr.Dataset) -> np.ndarray:
-    site = SitePrediction(cube.isel(record=[0]))
+    site = SiteFallPrediction(cube.isel(record=[0]))
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=252)
-    return np.concatenate([site.sector_probabilities(), site.side_probabilities(stone)])
+    return np.concatenate([site.fall_sector_probabilities(), site.fall_side_probabilities(stone)])
 
 
 THE_SAME = {
-    "population": lambda cube: population_rates(cube, Population(stones=256)),
-    "population that faces 250": lambda cube: population_rates(cube, Population(stones=64, face=250, face_spread=0)),
+    "population": lambda cube: population_rates_by_record(cube, Population(stones=256)),
+    "population that faces 250": lambda cube: population_rates_by_record(
+        cube, Population(stones=64, face=250, face_spread=0)
+    ),
     "falls": falls_towards_azimuths,
-    "blocks that only just fall": informative_blocks,
+    "blocks that only just fall": informative_block_mask,
     "maps": close_circle,
     "explorer": explorer_data,
     "report of the ensemble": of_the_ensemble,
 }
 CLOSE = {
-    "shares": lambda cube: fall_shares(cube, summed_dims=BLOCK),
+    "shares": lambda cube: shares_of_directions_with_fall(cube, summed_dims=BLOCK),
     "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK),
     "axes": fall_axes_by_earthquake,
     "prediction": of_prediction,
@@ -103,7 +110,10 @@ def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
     stands = cube["azimuth"].isin([70, 160])
     cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)
     cube["overturning_time"] = cube["overturned"].where(cube["overturned"] != 0)
-    rates = {face: population_rates(cube, Population(face=face, face_spread=0, stones=64)) for face in (250, 175, 245)}
+    rates = {
+        face: population_rates_by_record(cube, Population(face=face, face_spread=0, stones=64))
+        for face in (250, 175, 245)
+    }
     assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
 
 
@@ -125,15 +135,15 @@ def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
     """All fall forwards, whatever they face: one that faces 250 never backwards, which is not the answer of 70."""
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = before_a_wall(np.ones_like)
-    stood, forwards, right, backwards, left = SitePrediction(cube, background=0).side_probabilities(stone)
+    stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).fall_side_probabilities(stone)
     assert (stood, backwards, left) == (0, 0, 0)
     assert forwards + right == pytest.approx(1)
 
 
 def test_directions_of_stones_in_front_of_walls() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
-    prediction = SitePrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
-    density = prediction.sector_probabilities()
+    prediction = SiteFallPrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
+    density = prediction.fall_sector_probabilities()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
@@ -141,8 +151,8 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
     """A stone that faces 250°, in the gap of 185° between 175° and 0°, has no answer."""
     half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
-    assert SitePrediction(half, background=0).side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
-    unknown = {face: population_rates(half, Population(face=face, face_spread=0, stones=64))["unknown"]
+    assert SiteFallPrediction(half, background=0).fall_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
+    unknown = {face: population_rates_by_record(half, Population(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
     flags = close_circle(half)["overturned"]

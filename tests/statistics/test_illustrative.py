@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.illustrative import FALLS_IN_ONE, OPPOSITE, WHICH_SIDE, contrasting_case, illustrative_cases
+from overturning.statistics.illustrative import (
+    FALLS_IN_ONE,
+    OPPOSITE,
+    WHICH_SIDE,
+    case_with_differing_outcomes,
+    find_illustrative_cases,
+)
 
 
 @pytest.fixture
@@ -20,13 +26,13 @@ def shown(make_cube) -> Callable[[list[float]], dict[str, float]]:
         )  # fmt: skip
         rotation = xr.where(cube["overturned"] == 0, xr.DataArray(rocks, dims="b_over_h"), 1.0)
         cube["peak_rotation"] = rotation.transpose(*cube["overturned"].dims)
-        return {case.title: case.block["b_over_h"] for case in illustrative_cases(cube)}
+        return {case.title: case.block["b_over_h"] for case in find_illustrative_cases(cube)}
 
     return of
 
 
 def which_side(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
-    found = {case.title: (case.block, case.direction_deg) for case in illustrative_cases(cube)}
+    found = {case.title: (case.block, case.direction_deg) for case in find_illustrative_cases(cube)}
     return found.get(WHICH_SIDE)
 
 
@@ -68,7 +74,7 @@ def test_turns_below_the_printed_resolution_do_not_count(make_cube, turn: float,
     cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
-    assert [case.title for case in illustrative_cases(still)] == titles
+    assert [case.title for case in find_illustrative_cases(still)] == titles
 
 
 GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
@@ -86,7 +92,9 @@ def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
 
     cube, other = (make_cube(each, **GRID, fault_normal=0.0) for each in (fell, also))
     rocks = xr.full_like(cube["overturned"], 0.5)
-    case = contrasting_case(cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other"))
+    case = case_with_differing_outcomes(
+        cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")
+    )
     assert case is not None
     assert (case.title, case.settings) == (FALLS_IN_ONE.title, ("nominal", "other"))
     assert case.block["b_over_h"] == 0.3, "most of those that differ fall in the other setting only"
@@ -95,9 +103,9 @@ def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
 
 def test_case_of_a_contrast_without_a_difference(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_: 1.0 + 0 * azimuth, **GRID, fault_normal=0.0)
-    assert contrasting_case(cube, cube, ("nominal", "other")) is None
+    assert case_with_differing_outcomes(cube, cube, ("nominal", "other")) is None
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
-    case = contrasting_case(cube, other, ("nominal", "other"))
+    case = case_with_differing_outcomes(cube, other, ("nominal", "other"))
     assert case is not None
     assert (case.title, case.direction_deg) == (OPPOSITE.title, (60.0, 60.0))
     assert case.block["b_over_h"] in (0.3, 0.4)

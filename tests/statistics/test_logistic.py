@@ -15,7 +15,7 @@ from overturning.statistics.logistic import (
     coefficient_table,
     fit_logistic_model,
     fit_overturning_model,
-    overturning_rows,
+    overturning_regression_rows,
 )
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
@@ -175,7 +175,7 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     intensity = xr.Dataset(
         {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pgv)}, coords={"azimuth": azimuth}
     )
-    predictors, outcome, event, weight = overturning_rows(cube.chunk({"record": 1}), intensity)
+    predictors, outcome, event, weight = overturning_regression_rows(cube.chunk({"record": 1}), intensity)
     assert predictors.shape == (12 * 18 * 2 * 5, 4)
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))

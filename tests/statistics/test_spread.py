@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multinomial
 
 from overturning.settings import Ensemble
-from overturning.statistics.spread import first_batch_estimate, runs_disagree, runs_fall_to_both_sides
+from overturning.statistics.spread import runs_disagree_on_fall, runs_fall_to_both_sides, unbiased_first_batch_statistic
 from overturning.study.ensemble import probabilities_converged
 
 
@@ -31,18 +31,22 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
     both = (np.minimum(outcomes[:, 0], outcomes[:, 1]) > 0) & (outcomes[:, 2] < 4)
     fall = towards + away
     for statistic, expected in (
-        (runs_disagree, 1 - fall**8 - (1 - fall) ** 8),
+        (runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
         (runs_fall_to_both_sides, chance[both].sum()),
     ):
-        found = first_batch_estimate(statistic, *shares, runs, settings)
+        found = unbiased_first_batch_statistic(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
-    assert np.isnan(first_batch_estimate(runs_disagree, [np.nan], [np.nan], [0], settings)).all()
+    assert np.isnan(unbiased_first_batch_statistic(runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
-    assert first_batch_estimate(
-        runs_disagree, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)
+    assert unbiased_first_batch_statistic(
+        runs_disagree_on_fall, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)
     ) == pytest.approx(0.5)
-    assert first_batch_estimate(runs_disagree, [1 / 15], [0.0], [15], Ensemble(members=16)) == pytest.approx(8 / 15)
-    many = first_batch_estimate(runs_disagree, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0))
+    assert unbiased_first_batch_statistic(
+        runs_disagree_on_fall, [1 / 15], [0.0], [15], Ensemble(members=16)
+    ) == pytest.approx(8 / 15)
+    many = unbiased_first_batch_statistic(
+        runs_disagree_on_fall, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0)
+    )
     assert many == pytest.approx(8 / 400)
 
 
@@ -52,5 +56,5 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
 )
 def test_statistics_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
     """Members disagree if some fall and some stand; falls to both sides need more than half of the members to fall."""
-    assert runs_disagree(np.array(towards), np.array(away), 8) == parts
+    assert runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
     assert runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both

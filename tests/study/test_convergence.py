@@ -16,7 +16,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import plan_cases, run, run_cases
 from overturning.errors import ResultError
-from overturning.findings.comparison import second_computations
+from overturning.findings.comparison import comparisons_with_second_computations
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.planes import PlanarModel
@@ -306,7 +306,7 @@ def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> 
     wrong[:, 0] = 0
     found = check_convergence(settings, done.records, done.saying(wrong))
     assert [one.flags for one in found.finer.outcomes] == [fell, 0]
-    rows = second_computations(found)[:2]
+    rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.falls_or_stands.count, one.falls_or_stands.compared) for one in rows] == [
         ("slender", fell, 4), ("squat", 0, 4),
     ]  # fmt: skip

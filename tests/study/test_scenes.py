@@ -12,7 +12,7 @@ from overturning import plot
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_data
-from overturning.findings.contrast import contrast_variants, element_outcomes
+from overturning.findings.contrast import contrast_study_with_variants, element_outcomes
 from overturning.findings.results import StudyResults
 from overturning.labels import variant_label
 from overturning.model.cases import Cases
@@ -21,7 +21,7 @@ from overturning.model.geometry import reference_element_size
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.statistics.elements import count_common_falls, falls_by_element, mean_fall_contrast
+from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones, mean_fall_contrast
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
@@ -88,7 +88,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     with open_cube(nominal, element=None) as cube:
         assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
         assert cube["status"].dims == ("record", "azimuth", "height", "b_over_h", "friction")
-        rows = {row.name: row for row in falls_by_element(cube)}
+        rows = {row.name: row for row in count_falls_by_element(cube)}
         assert list(rows) == ["lower-base", "upper-base", "shaft", "any element"]
         np.testing.assert_allclose(cube["critical_angle"].sel(element="shaft"), np.degrees(np.arctan([0.2, 0.25])))
         assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
@@ -99,7 +99,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert variant_label(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
-        found = count_common_falls(shaft, alone)
+        found = count_falls_of_two_stones(shaft, alone)
         assert found["cases"].item() == 24
         sides, others = shaft["overturned"].to_numpy(), alone["overturned"].to_numpy()
         assert found["both"].item() == np.count_nonzero((sides != 0) & (others != 0)) > 0
@@ -147,7 +147,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     results = StudyResults(
         study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
     )  # fmt: skip
-    elements, contrasts = element_outcomes(results), contrast_variants(results)
+    elements, contrasts = element_outcomes(results), contrast_study_with_variants(results)
     for cube in cubes.values():
         cube.close()
     names = ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
@@ -168,7 +168,7 @@ def test_comparisons_count_what_they_say() -> None:
     nan = float("nan")
     this = cube([2.0, 3.0, nan, 1.0, nan, 4.0], overturned=[1, -1, 0, 1, nan, 1])
     other = cube([2.5, 2.0, nan, nan, 1.0, 3.0], overturned=[1, 1, 0, 0, 1, 1])
-    found = count_common_falls(this, other)
+    found = count_falls_of_two_stones(this, other)
     names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
     both = mean_fall_contrast(found, np.array(["one", "other"]))
@@ -178,7 +178,10 @@ def test_comparisons_count_what_they_say() -> None:
     towards = {"overturned": [1, 1, 0, 1, 1, 1], "fall_azimuth": [350.0, 10, nan, 90, 90, 0]}
     across = {"overturned": [1, 1, 0, 0, 1, 1], "fall_azimuth": [30.0, 60, nan, nan, 46, 200]}
     times = [1.0] * 6
-    assert count_common_falls(cube(times, **towards), cube(times, **across))["same_way"].to_numpy().tolist() == [1, 1]
+    assert count_falls_of_two_stones(cube(times, **towards), cube(times, **across))["same_way"].to_numpy().tolist() == [
+        1,
+        1,
+    ]
 
 
 def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ from overturning.errors import ArgumentError
 from overturning.findings.surveys import survey_findings
 from overturning.settings import Population
 from overturning.statistics.bootstrap import exact_share_interval
-from overturning.surveys.comparison import SurveyResult, compare_survey
-from overturning.surveys.population import population_rates
-from overturning.surveys.prediction import SIDES, SitePrediction, observed_side_index
+from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
+from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.prediction import SIDES, SiteFallPrediction, observed_side_index
 from overturning.surveys.stones import OCTANTS, Stone
 
 
@@ -30,12 +30,12 @@ def draw(n: int, centre: float, half: float, seed: int) -> list[Stone]:
 
 
 def test_prediction_of_stones_turned_every_way(site) -> None:
-    prediction = SitePrediction(site, background=0)
-    density = prediction.sector_probabilities()
+    prediction = SiteFallPrediction(site, background=0)
+    density = prediction.fall_sector_probabilities()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
     assert density[inside].sum() == pytest.approx(1)
-    octants = prediction.octant_probabilities(density)
+    octants = prediction.octant_from_sector_probabilities(density)
     assert octants.sum() == pytest.approx(1)
     # 29° to 91° in sectors: 22.5–67.5 is NE, 67.5–112.5 is E.
     assert octants[OCTANTS.index("NE")] == pytest.approx(38.5 / 62, abs=0.01)
@@ -43,7 +43,7 @@ def test_prediction_of_stones_turned_every_way(site) -> None:
 
 
 def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site) -> None:
-    drawn, blind = (compare_survey(draw(40, *of), site) for of in ((60, 30, 1), (0, 180, 2)))
+    drawn, blind = (compare_survey_with_prediction(draw(40, *of), site) for of in ((60, 30, 1), (0, 180, 2)))
     assert (drawn.fallen, drawn.turned_every_way) == (40, 40)
     assert drawn.mean_direction_deg == pytest.approx(60, abs=8)
     assert drawn.log_likelihood_ratio > 40
@@ -57,7 +57,10 @@ def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site)
 @pytest.mark.long
 def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
     site = make_cube(sector(60, 30), azimuth=range(0, 360, 10))
-    p = [compare_survey(draw(12, 0, 180, seed=i), site, random_survey_count=200).likelihood_ratio_p for i in range(60)]
+    p = [
+        compare_survey_with_prediction(draw(12, 0, 180, seed=i), site, random_survey_count=200).likelihood_ratio_p
+        for i in range(60)
+    ]
     assert np.mean(np.array(p) < 0.2) == pytest.approx(0.2, abs=0.13)
     assert np.mean(p) == pytest.approx(0.5, abs=0.12)
 
@@ -65,14 +68,14 @@ def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
 def test_without_background_a_stone_where_nothing_falls_rules_the_prediction_out(site) -> None:
     """Falls towards 30° to 90° alone: what lies there fits, and one stone elsewhere can not have been."""
     inside, outside = draw(20, 60, 25, seed=4), fallen(200)
-    found = compare_survey(inside, site, background=0.0)
+    found = compare_survey_with_prediction(inside, site, background=0.0)
     share = found.octant_predicted / 20
     there = share > 0
     assert found.fit_octants.statistic == pytest.approx(
         chisquare(found.octant_observed[there], 20 * share[there]).statistic
     )
     assert found.fit_octants.p_value > 0.05
-    ruled_out = compare_survey([*inside, outside], site, background=0.0)
+    ruled_out = compare_survey_with_prediction([*inside, outside], site, background=0.0)
     assert ruled_out.fit_octants.statistic == math.inf
     assert ruled_out.fit_octants.p_value < 1e-3
     assert (ruled_out.log_likelihood_ratio, ruled_out.likelihood_ratio_p) == (-math.inf, 1.0)
@@ -81,15 +84,15 @@ def test_without_background_a_stone_where_nothing_falls_rules_the_prediction_out
 def test_octants_carry_less_than_azimuths(site) -> None:
     exact = draw(30, 60, 30, seed=3)
     coarse = [Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), octant=True) for s in exact]
-    fine, grouped = compare_survey(exact, site), compare_survey(coarse, site)
+    fine, grouped = compare_survey_with_prediction(exact, site), compare_survey_with_prediction(coarse, site)
     assert np.array_equal(fine.octant_observed, grouped.octant_observed)
     assert 0 < grouped.log_likelihood_ratio < fine.log_likelihood_ratio
     assert grouped.fit_exact.n == 0
 
 
 def test_count_equals_repeated_stones(site) -> None:
-    one = compare_survey([fallen(60), fallen(60), fallen(80)], site)
-    two = compare_survey([fallen(60, count=2), fallen(80)], site)
+    one = compare_survey_with_prediction([fallen(60), fallen(60), fallen(80)], site)
+    two = compare_survey_with_prediction([fallen(60, count=2), fallen(80)], site)
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
     assert one.octant_observed.tolist() == two.octant_observed.tolist()
 
@@ -98,10 +101,10 @@ def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, sector) -> N
     cube = make_cube(sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
     inside = [fallen(60), fallen(60, b_over_h=0.4), fallen(60, b_over_h=0.2, b_over_h_side=0.3)]
     outside = [fallen(60, b_over_h=0.5, count=2), fallen(60, b_over_h=0.2, b_over_h_side=0.1)]
-    found = compare_survey([*inside, *outside], cube)
+    found = compare_survey_with_prediction([*inside, *outside], cube)
     assert found.beyond == 3
-    assert compare_survey(outside[1:], cube).beyond == 1
-    assert compare_survey(inside, cube).beyond == 0
+    assert compare_survey_with_prediction(outside[1:], cube).beyond == 1
+    assert compare_survey_with_prediction(inside, cube).beyond == 0
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
@@ -119,20 +122,20 @@ def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, sid
         cube["overturned"].dims,
         np.broadcast_to(np.tile(times, 2)[None, :, None, None, None], shape),
     )
-    prediction = SitePrediction(cube, background=0)
+    prediction = SiteFallPrediction(cube, background=0)
     counts = np.zeros(36)
     for face in range(0, 360, 10):
-        sides = prediction.side_probabilities(facing(face, front, side))
+        sides = prediction.fall_side_probabilities(facing(face, front, side))
         for turn in range(4):
             counts[(face // 10 + 9 * turn) % 36] += sides[1 + turn]
-    assert prediction.sector_probabilities(front, side) == pytest.approx(counts / counts.sum())
+    assert prediction.fall_sector_probabilities(front, side) == pytest.approx(counts / counts.sum())
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
         stones = Population(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
-        octants = population_rates(cube, stones)["fall_octant"].to_numpy().ravel()
-        assert prediction.octant_probabilities(prediction.sector_probabilities(front)) == pytest.approx(
-            octants / octants.sum(), abs=0.02
-        )
+        octants = population_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
+        assert prediction.octant_from_sector_probabilities(
+            prediction.fall_sector_probabilities(front)
+        ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
 
 def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
@@ -147,7 +150,7 @@ def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
 def test_rectangular_stones_fall_over_their_edges(make_cube, sector, stone: Stone, most: str) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
     site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
-    sides = SitePrediction(site, background=0).side_probabilities(stone)
+    sides = SiteFallPrediction(site, background=0).fall_side_probabilities(stone)
     assert SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
 
@@ -157,7 +160,7 @@ def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(make_cube, s
     """Also where these 90° are no whole number of azimuths to either side; `north` is the part of N in them, °."""
     site = make_cube(sector(face, step), azimuth=range(0, 360, step))
     stone = fallen(face, b_over_h=0.3, face_azimuth_deg=face)
-    expected = compare_survey([stone], site, background=0, random_survey_count=1).octant_predicted
+    expected = compare_survey_with_prediction([stone], site, background=0, random_survey_count=1).octant_predicted
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
@@ -188,7 +191,9 @@ def both_planes_fall(make_cube, front, across, **more):
     ],
 )
 def test_of_two_planes_the_first_fall_decides(make_cube, front: float, across: float, expected: list[float]) -> None:
-    sides = SitePrediction(both_planes_fall(make_cube, front, across), background=0).side_probabilities(facing())
+    sides = SiteFallPrediction(both_planes_fall(make_cube, front, across), background=0).fall_side_probabilities(
+        facing()
+    )
     assert sides == pytest.approx(expected)
 
 
@@ -198,7 +203,9 @@ def test_planes_are_independent_within_the_neighbourhood(make_cube) -> None:
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
-    assert SitePrediction(cube, background=0).side_probabilities(facing()) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
+    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(facing()) == pytest.approx(
+        [0.25, 0.5, 0.25, 0, 0]
+    )
 
 
 def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
@@ -209,50 +216,54 @@ def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
         return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
 
     cube = make_cube(rule, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
-    assert SitePrediction(cube, background=0).side_probabilities(facing()) == pytest.approx([0, 0.5, 0.5, 0, 0])
+    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(facing()) == pytest.approx(
+        [0, 0.5, 0.5, 0, 0]
+    )
 
 
 def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, sector) -> None:
     site = make_cube(sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
-    prediction = SitePrediction(site, background=0)
-    assert prediction.side_probabilities(facing(75.0, side=0.5))[1] == pytest.approx(0.5)
-    assert prediction.side_probabilities(facing(front=0.35, side=0.5))[1] == pytest.approx(0.5)
+    prediction = SiteFallPrediction(site, background=0)
+    assert prediction.fall_side_probabilities(facing(75.0, side=0.5))[1] == pytest.approx(0.5)
+    assert prediction.fall_side_probabilities(facing(front=0.35, side=0.5))[1] == pytest.approx(0.5)
 
 
 def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, sector) -> None:
     site = make_cube(sector(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
-    sides = SitePrediction(site, background=0).side_probabilities(facing())
+    sides = SiteFallPrediction(site, background=0).fall_side_probabilities(facing())
     assert sides == pytest.approx([0, 1, 0, 0, 0])
     site["overturned"][:] = np.nan
-    assert SitePrediction(site, background=0).side_probabilities(facing()).sum() == pytest.approx(1)
+    assert SiteFallPrediction(site, background=0).fall_side_probabilities(facing()).sum() == pytest.approx(1)
 
 
 def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
     """All planes fall but one, of which nothing is known: stones fall any way."""
     cube = make_cube(lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10))
-    prediction = SitePrediction(cube, background=0)
+    prediction = SiteFallPrediction(cube, background=0)
     # Towards its azimuth a plane falls always, away from it never; of plane 90 either is as likely.
     towards = np.where(prediction.azimuth < 180, 1.0, 0.0)
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
     unknown = prediction.azimuth % 90 == 0
     towards[unknown] = towards[~unknown].mean()
-    assert prediction.sector_probabilities() == pytest.approx(towards / towards.sum())
+    assert prediction.fall_sector_probabilities() == pytest.approx(towards / towards.sum())
 
 
 def test_falls_about_the_normals_of_known_faces_are_no_test_of_fit(site) -> None:
     """Stones drawn from the prediction itself, edge by edge: each within some degrees of the normal of its edge."""
-    generator, chances = np.random.default_rng(8), SitePrediction(site).side_probabilities(facing(45))[1:]
+    generator, chances = np.random.default_rng(8), SiteFallPrediction(site).fall_side_probabilities(facing(45))[1:]
     edges = generator.choice(4, size=40, p=chances / chances.sum())
     azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
     known = [fallen(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
-    found = compare_survey(known, site)
+    found = compare_survey_with_prediction(known, site)
     assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
     assert found.log_likelihood_ratio > 0
     assert found.likelihood_ratio_p < 0.05
-    assert survey_findings(SurveyResult("", "", "", found)).faces_known, "so that the report has no test of fit"
-    unknown = compare_survey([fallen(a) for a in azimuths], site)
-    assert not survey_findings(SurveyResult("", "", "", unknown)).faces_known
+    assert survey_findings(StoredSurveyComparison("", "", "", found)).faces_known, (
+        "so that the report has no test of fit"
+    )
+    unknown = compare_survey_with_prediction([fallen(a) for a in azimuths], site)
+    assert not survey_findings(StoredSurveyComparison("", "", "", unknown)).faces_known
     assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
 
 
@@ -264,7 +275,7 @@ def test_confusion_matrix(make_cube, sector) -> None:
         Stone(True, 240.0, False, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
         fallen(60),
     ]
-    comparison = compare_survey(stones, site)
+    comparison = compare_survey_with_prediction(stones, site)
     assert comparison.confusion is not None
     assert comparison.confusion[1, 1] == 3
     assert comparison.confusion[0, 0] == 2
@@ -288,7 +299,7 @@ def test_confusion_matrix(make_cube, sector) -> None:
 def test_only_missing_values_are_reported_missing(site, given: dict[str, float], without: tuple[int, int]) -> None:
     stone = fallen(60, **given)
     for stones in ([stone], [stone, fallen(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
-        found = compare_survey(stones, site)
+        found = compare_survey_with_prediction(stones, site)
         assert (found.without_face, found.without_b_over_h) == without
         assert found.turned_every_way == int(any(without))
 
@@ -297,14 +308,14 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(si
     """Stones with unknown direction do not affect statistics of directions (regression: they counted as standing)."""
     stones = [*draw(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
-    without, found = compare_survey(stones, site), compare_survey([*stones, lost], site)
-    assert (found.fallen, found.stood, found.fallen_in_known_direction, found.without_direction) == (25, 4, 20, 5)
+    without, found = compare_survey_with_prediction(stones, site), compare_survey_with_prediction([*stones, lost], site)
+    assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.without_direction) == (25, 4, 20, 5)
     np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
     for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
         assert getattr(found, name) == getattr(without, name)
-    only = compare_survey([lost], site)
+    only = compare_survey_with_prediction([lost], site)
     assert only.octant_observed.sum() == 0
-    doubted = survey_findings(SurveyResult("x", "", "site", only, ("x: radians?",)))
+    doubted = survey_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
     assert (doubted.doubts, doubted.octant_falls) == (["x: radians?"], 0)
 
 
@@ -335,7 +346,7 @@ STANDS = Stone(False, math.nan, False, b_over_h=0.2, face_azimuth_deg=0.0)
     ],
 )
 def test_the_computed_share_of_falls(make_cube, stones: list[Stone], mean: float, low: float, high: float) -> None:
-    found = compare_survey(stones, make_cube(by_friction_and_height), random_survey_count=1)
+    found = compare_survey_with_prediction(stones, make_cube(by_friction_and_height), random_survey_count=1)
     share = (found.computed_fall_share, found.computed_fall_share_low, found.computed_fall_share_high)
     assert share == pytest.approx((mean, low, high))
     assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
@@ -345,11 +356,11 @@ def test_the_computed_share_counts_one_orientation_or_all(make_cube, sector) -> 
     """Falls within 30° of 60° and 240°: squares fall if either plane does, in 60°/90° of the orientations."""
     site = make_cube(sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
     shares = [
-        compare_survey([stone], site, random_survey_count=1).computed_fall_share
+        compare_survey_with_prediction([stone], site, random_survey_count=1).computed_fall_share
         for stone in (fallen(60, b_over_h=0.3), facing(60), facing(105), facing(150), fallen(60))
     ]
     assert shares == pytest.approx([61 / 90, 1, 0, 1, 61 / 90], abs=1e-9)
-    single = compare_survey([facing(60)], site, random_survey_count=1)
+    single = compare_survey_with_prediction([facing(60)], site, random_survey_count=1)
     assert math.isnan(single.computed_fall_share_low)  # one height and friction have no range
     assert math.isnan(single.computed_fall_share_high)
 
@@ -357,7 +368,9 @@ def test_the_computed_share_counts_one_orientation_or_all(make_cube, sector) -> 
 def test_the_share_that_fell_and_the_mean_of_the_prediction(site) -> None:
     """14 of 20: the exact interval of SciPy. Falls within 30° of 60° have their mean there, of length sin δ/δ."""
     stones = [fallen(60, count=14), Stone(False, math.nan, False, count=6)]
-    found = survey_findings(SurveyResult("", "", "", compare_survey(stones, site, background=0.0)))
+    found = survey_findings(
+        StoredSurveyComparison("", "", "", compare_survey_with_prediction(stones, site, background=0.0))
+    )
     exact = binomtest(14, 20).proportion_ci(method="exact")
     assert found.observed_fall_share is not None
     observed = found.observed_fall_share
@@ -365,8 +378,10 @@ def test_the_share_that_fell_and_the_mean_of_the_prediction(site) -> None:
     half = np.radians(31)
     assert found.predicted_mean_direction_deg == pytest.approx(60)
     assert found.predicted_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
-    only = compare_survey(stones[:1], site)
-    assert survey_findings(SurveyResult("", "", "", only)).observed_fall_share is None, "perhaps the fallen ones alone"
+    only = compare_survey_with_prediction(stones[:1], site)
+    assert survey_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
+        "perhaps the fallen ones alone"
+    )
 
 
 @pytest.mark.parametrize(("count", "total"), [(0, 9), (9, 9), (1, 9), (40, 41), (0, 1)])
@@ -383,9 +398,9 @@ def test_observed_side(azimuth: float, side: int) -> None:
 
 def test_a_survey_without_falls(make_cube) -> None:
     site = make_cube(lambda a, *_rest: np.zeros_like(a))
-    comparison = compare_survey([fallen(10), fallen(200)], site)
+    comparison = compare_survey_with_prediction([fallen(10), fallen(200)], site)
     assert comparison.log_likelihood_ratio == pytest.approx(0, abs=1e-9)
-    standing = compare_survey([Stone(False, math.nan, False)], site)
+    standing = compare_survey_with_prediction([Stone(False, math.nan, False)], site)
     assert (standing.fallen, standing.stood) == (0, 1)
     assert math.isnan(standing.log_likelihood_ratio)
 
@@ -395,18 +410,21 @@ def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: 
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
     site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
     slender, stout, faced = fallen(10), fallen(200, b_over_h=0.45), fallen(80, b_over_h=0.45, face_azimuth_deg=80.0)
-    found = [compare_survey(list(stones), site, background=background) for stones in ((slender, stout), (stout, faced))]
+    found = [
+        compare_survey_with_prediction(list(stones), site, background=background)
+        for stones in ((slender, stout), (stout, faced))
+    ]
     assert [one.never for one in found] == [1, 2]
     np.testing.assert_allclose(found[1].octant_predicted, 2 / 8, atol=1e-9)
-    assert compare_survey([slender], site, background=background).never == 0
+    assert compare_survey_with_prediction([slender], site, background=background).never == 0
 
 
 def test_refuses(make_cube, site) -> None:
     with pytest.raises(ArgumentError, match="none"):
-        compare_survey([], site)
+        compare_survey_with_prediction([], site)
     with pytest.raises(ArgumentError, match="2 records"):
-        compare_survey([fallen(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B")))
+        compare_survey_with_prediction([fallen(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B")))
     with pytest.raises(ArgumentError, match="background"):
-        compare_survey([fallen(1)], site, background=1.0)
+        compare_survey_with_prediction([fallen(1)], site, background=1.0)
     with pytest.raises(ArgumentError, match="in space"):
-        compare_survey([fallen(1)], site.rename(azimuth="orientation"))
+        compare_survey_with_prediction([fallen(1)], site.rename(azimuth="orientation"))

@@ -9,21 +9,21 @@ import pytest
 
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
-from overturning.findings.surveys import inferred_motion
+from overturning.findings.surveys import inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_motion
 from overturning.report.drawings import draw_posterior
 from overturning.settings import Population
 from overturning.surveys import responses as computed
-from overturning.surveys.inversion import SurveyInversion, matching_direction_bins
+from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
 from overturning.surveys.library import (
     CandidateMotion,
     candidate_motions,
     read_motions_with_unique_ids,
-    read_shipped_records,
+    shipped_candidate_motions,
 )
-from overturning.surveys.posterior import TURNS, read_inversion, write_inversion
+from overturning.surveys.posterior import TURNS, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
     DIRECTION_BINS,
     FRICTIONS,
@@ -32,9 +32,9 @@ from overturning.surveys.responses import (
     SHAPES,
     STOOD,
     StoneKind,
-    StoneResponses,
-    count_uncached_cases,
-    stone_kinds_of_survey,
+    StoneOutcomeProbabilities,
+    kinds_of_survey_stones,
+    uncached_case_count_and_time,
 )
 from overturning.surveys.stones import Stone
 from tests.study.small_study import pulse
@@ -57,15 +57,15 @@ def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], thr
     height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SHAPES)))
     falls = 3 * (shape * np.sqrt(height))[:, None] < LEVELS
     way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BINS // 2, STOOD)
-    size = (len(nodes), len(FRICTIONS), LEVELS.size, StoneKind(aspect=aspect).orientations.size)
+    size = (len(nodes), len(FRICTIONS), LEVELS.size, StoneKind(aspect=aspect).orientations_deg.size)
     return np.broadcast_to(way[:, None, :, None], size).astype(np.int8)
 
 
 @pytest.fixture
 def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
-    monkeypatch.setattr(computed, "compute_outcomes", ruled)
+    monkeypatch.setattr(computed, "simulate_outcomes_at_nodes", ruled)
     kinds = [StoneKind(*size, 0.0) for size in SIZES]
-    return SurveyInversion(StoneResponses([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
+    return SurveyInversion(StoneOutcomeProbabilities([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
 
 
 def column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
@@ -92,7 +92,7 @@ def test_probabilities_of_a_stone_add_up(inversion: SurveyInversion) -> None:
 
 
 def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: SurveyInversion) -> None:
-    one = inversion.compute_posterior(inversion.log_likelihood([]))
+    one = inversion.compute_posterior(inversion.log_likelihoods_by_motion([]))
     assert one.probability == pytest.approx(one.prior)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
     half = np.log(LEVELS[1] / LEVELS[0]) / 2
@@ -106,22 +106,22 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: 
 def test_stones_bound_the_motion_from_both_sides(inversion: SurveyInversion) -> None:
     """By the rule the columns fall from 0.57, 0.82 and 1.14 m/s on."""
     stones = [column(SIZES[0], 0, 8), column(SIZES[1], 0, 8), column(SIZES[2], count=8)]
-    one = inversion.compute_posterior(inversion.log_likelihood(stones))
+    one = inversion.compute_posterior(inversion.log_likelihoods_by_motion(stones))
     low, high = one.credible_interval(one.pgv)
     assert 0.5 < low < 1.14
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
-    logs = inversion.log_likelihood([column(SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)])
+    logs = inversion.log_likelihoods_by_motion([column(SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)])
     assert (
-        inversion.compute_posterior(logs, power=1.0).credible_axis_arc()[1]
-        < inversion.compute_posterior(logs, power=0.1).credible_axis_arc()[1]
+        inversion.compute_posterior(logs, power=1.0).credible_axis_arc_deg()[1]
+        < inversion.compute_posterior(logs, power=0.1).credible_axis_arc_deg()[1]
     )
 
 
 def test_turning_the_survey_turns_the_axis(inversion: SurveyInversion) -> None:
     def arc(turn: float) -> tuple[float, float]:
         stones = [column(size, (way + turn) % 360, 4) for size, way in zip(SIZES, (0, 10, 180), strict=True)]
-        return inversion.compute_posterior(inversion.log_likelihood(stones)).credible_axis_arc()
+        return inversion.compute_posterior(inversion.log_likelihoods_by_motion(stones)).credible_axis_arc_deg()
 
     first, turned = arc(0), arc(70)
     assert abs((first[0] + 90) % 180 - 90) <= 10
@@ -131,22 +131,28 @@ def test_turning_the_survey_turns_the_axis(inversion: SurveyInversion) -> None:
 
 def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: SurveyInversion) -> None:
     octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
-    assert (matching_direction_bins(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
-    ways = [inversion.log_likelihood([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(25, 70, 5)]
-    assert inversion.log_likelihood([octant]).sum(axis=0) == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
+    assert (possible_outcome_indices(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
+    ways = [
+        inversion.log_likelihoods_by_motion([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(25, 70, 5)
+    ]
+    assert inversion.log_likelihoods_by_motion([octant]).sum(axis=0) == pytest.approx(
+        np.log(np.exp(ways).sum(axis=0)), abs=1e-5
+    )
 
 
 def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: SurveyInversion) -> None:
     lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
-    ways = [inversion.log_likelihood([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(0, 360, 5)]
-    fell = inversion.log_likelihood([lost])
+    ways = [
+        inversion.log_likelihoods_by_motion([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(0, 360, 5)
+    ]
+    fell = inversion.log_likelihoods_by_motion([lost])
     assert fell[0] == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
     assert not fell[1].any()
     answers = [inversion.invert_survey("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))]
     assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
     low, stood = (one.posterior.credible_interval(one.posterior.pgv) for one in answers)
     assert low[0] > 0.2 > stood[0]
-    np.testing.assert_allclose(answers[0].posterior.axis_probabilities().sum(), 1)
+    np.testing.assert_allclose(answers[0].posterior.velocity_axis_probabilities().sum(), 1)
     assert answers[0].fit > 0.1
 
 
@@ -155,10 +161,10 @@ def test_survey_with_only_falls_has_no_upper_bound(inversion: SurveyInversion) -
     low, high = asked.posterior.credible_interval(asked.posterior.pgv)
     assert low > 0.6
     assert high == math.inf
-    assert inferred_motion(asked).beyond_library_above
+    assert inferred_motion_findings(asked).beyond_library_above
     stood = inversion.invert_survey("ruin.csv", [column(size, count=6) for size in SIZES])
     assert stood.posterior.credible_interval(stood.posterior.pgv)[0] == 0.0
-    assert inferred_motion(stood).beyond_library_below
+    assert inferred_motion_findings(stood).beyond_library_below
 
 
 def test_survey_with_only_falls_has_no_axis(inversion: SurveyInversion) -> None:
@@ -168,14 +174,14 @@ def test_survey_with_only_falls_has_no_axis(inversion: SurveyInversion) -> None:
     """
     fell = [column(size, azimuth, 4) for size in SIZES for azimuth in (350, 0, 10)]
     every, some = (inversion.invert_survey("ruin.csv", stones) for stones in (fell, [*fell, column(SIZES[2])]))
-    assert some.credible_axis_arc == some.posterior.credible_axis_arc()
-    assert some.credible_axis_arc[1] < 120 > every.posterior.credible_axis_arc()[1]
-    assert every.credible_axis_arc[0] == every.posterior.credible_axis_arc()[0]
-    assert every.credible_axis_arc[1] == pytest.approx(162)
-    assert inferred_motion(every).everything_fell
-    assert not inferred_motion(some).everything_fell
+    assert some.credible_axis_arc_deg == some.posterior.credible_axis_arc_deg()
+    assert some.credible_axis_arc_deg[1] < 120 > every.posterior.credible_axis_arc_deg()[1]
+    assert every.credible_axis_arc_deg[0] == every.posterior.credible_axis_arc_deg()[0]
+    assert every.credible_axis_arc_deg[1] == pytest.approx(162)
+    assert inferred_motion_findings(every).everything_fell
+    assert not inferred_motion_findings(some).everything_fell
     truth = np.random.default_rng(3).uniform(0, 180, 20_000)
-    held = np.abs((truth - every.credible_axis_arc[0] + 90) % 180 - 90) <= every.credible_axis_arc[1] / 2
+    held = np.abs((truth - every.credible_axis_arc_deg[0] + 90) % 180 - 90) <= every.credible_axis_arc_deg[1] / 2
     assert held.mean() == pytest.approx(0.9, abs=0.01)
     nothing = inversion.invert_survey("none.csv", [column(size, count=6) for size in SIZES])
     assert not nothing.everything_fell
@@ -185,19 +191,19 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion: SurveyInversio
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
     odd = inversion.invert_survey("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
     assert odd.fit < 0.01
-    assert not inferred_motion(odd).fits
+    assert not inferred_motion_findings(odd).fits
     even = inversion.invert_survey("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
     assert even.fit > 0.1
-    assert inferred_motion(even).fits
+    assert inferred_motion_findings(even).fits
 
 
 def test_missing_sizes_are_reported_and_drawn_at_random(inversion: SurveyInversion) -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
     answer = inversion.invert_survey("x.csv", [column(SIZES[0], 0)])
-    assert not inferred_motion(answer, [column(SIZES[0])]).sizes_assumed
-    found = inferred_motion(answer, [column(SIZES[0]), tall, shaped])
+    assert not inferred_motion_findings(answer, [column(SIZES[0])]).sizes_assumed
+    found = inferred_motion_findings(answer, [column(SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
-    heights, shapes = (StoneKind.from_stone(one).node_weights(Population()) for one in (tall, shaped))
+    heights, shapes = (StoneKind.from_stone(one).size_grid_weights(Population()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
 
@@ -205,25 +211,25 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion: SurveyInversi
 def test_a_survey_without_background_has_an_answer(inversion: SurveyInversion) -> None:
     """As `surveys: [{background: 0}]` asks for: nothing is impossible, since stones written down alike differ."""
     stones = [column(SIZES[0], 0, 8), column(SIZES[2], 180, 1), column(SIZES[2], count=8)]
-    logs = replace(inversion, background=0.0).log_likelihood(stones)
+    logs = replace(inversion, background=0.0).log_likelihoods_by_motion(stones)
     assert np.isfinite(logs).all()
-    one, other = (inversion.compute_posterior(each) for each in (logs, inversion.log_likelihood(stones)))
+    one, other = (inversion.compute_posterior(each) for each in (logs, inversion.log_likelihoods_by_motion(stones)))
     assert one.credible_interval(one.pgv) == pytest.approx(other.credible_interval(other.pgv), rel=0.3)
 
 
 def test_fixed_stones_carry_less_information(inversion: SurveyInversion) -> None:
     stones = [column(size, count=4) for size in SIZES]
     loose = SurveyInversion(inversion.responses, fixed=0.8)
-    bound, less = (one.compute_posterior(one.log_likelihood(stones)) for one in (inversion, loose))
+    bound, less = (one.compute_posterior(one.log_likelihoods_by_motion(stones)) for one in (inversion, loose))
     assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
 
 
 def test_a_stone_has_both_its_slendernesses() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
     assert StoneKind.from_stone(stone) == StoneKind(0.8, 0.25, 2.0)
-    assert stone.narrow_face_deg == 120
+    assert stone.slender_face_azimuth_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (StoneKind.from_stone(square), square.narrow_face_deg) == (StoneKind(None, 0.25, 1.0), 30)
+    assert (StoneKind.from_stone(square), square.slender_face_azimuth_deg) == (StoneKind(None, 0.25, 1.0), 30)
 
 
 def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
@@ -234,7 +240,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     one = candidate(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
-    asked = SurveyInversion(StoneResponses([one], [StoneKind.from_stone(north)], folder=tmp_path))
+    asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneKind.from_stone(north)], folder=tmp_path))
     level = int(np.argmin(np.abs(LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
     stands = [asked.outcome_probabilities(stone)[0, level, 0, STOOD] for stone in (north, east)]
     assert stands[0] < 0.3
@@ -249,7 +255,7 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
 
     Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
     """
-    every = read_shipped_records()
+    every = shipped_candidate_motions()
     truth = next(one for one in every if "Parachute" in one.name)
     names = ("Petrolia", "Sturno", "Array #6", "Erzincan", "Karakyr", "Corralitos", "Yermo", "TCU102")
     others = [one for one in every if any(name in one.name for name in names)]
@@ -261,9 +267,9 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
         for i in range(24)
     ]
     asked = SurveyInversion(
-        StoneResponses(others, [StoneKind.from_stone(stone) for stone in stones], folder=tmp_path, threads=2)
+        StoneOutcomeProbabilities(others, [StoneKind.from_stone(stone) for stone in stones], folder=tmp_path, threads=2)
     )
-    low, high = (one := asked.compute_posterior(asked.log_likelihood(stones))).credible_interval(one.pgv)
+    low, high = (one := asked.compute_posterior(asked.log_likelihoods_by_motion(stones))).credible_interval(one.pgv)
     assert low < factors.mean() * truth.pgv < high
     assert high / low < 8  # before the survey 15
 
@@ -275,19 +281,19 @@ def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         calls.append(len(nodes))
         return ruled(one, aspect, nodes, threads)
 
-    monkeypatch.setattr(computed, "compute_outcomes", counting)
+    monkeypatch.setattr(computed, "simulate_outcomes_at_nodes", counting)
     one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
-    first = StoneResponses([one], [kind], folder=tmp_path).table(kind)
-    assert np.array_equal(StoneResponses([one], [kind], folder=tmp_path).table(kind), first)
+    first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
+    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    StoneResponses([one], [kind, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
-    StoneResponses([candidate(0.8)], [kind], folder=tmp_path)
+    StoneOutcomeProbabilities([one], [kind, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities([candidate(0.8)], [kind], folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
     for path in tmp_path.iterdir():
         path.write_bytes(path.read_bytes()[:100])
-    assert np.array_equal(StoneResponses([one], [kind], folder=tmp_path).table(kind), first)
+    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 4
 
 
@@ -304,7 +310,7 @@ def test_error_of_each_stone_names_its_file() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
     stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
-        stone_kinds_of_survey(stones, "ruin.csv")
+        kinds_of_survey_stones(stones, "ruin.csv")
 
 
 def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -316,17 +322,17 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
         asked.append(outcome.size)
         return outcome
 
-    monkeypatch.setattr(computed, "compute_outcomes", counting)
+    monkeypatch.setattr(computed, "simulate_outcomes_at_nodes", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
-    cases, seconds = count_uncached_cases(motions, kinds, tmp_path)
-    StoneResponses(motions, kinds, folder=tmp_path)
+    cases, seconds = uncached_case_count_and_time(motions, kinds, tmp_path)
+    StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(computed.CASE_S * cases / 2 * sum(lasts))
-    assert count_uncached_cases(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = count_uncached_cases(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
+    assert uncached_case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = uncached_case_count_and_time(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
     asked.clear()
-    StoneResponses(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
 
 
@@ -346,14 +352,14 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: SurveyInver
     asked = SurveyInversion(inversion.responses, fixed=0.1).invert_survey(
         "ruin.csv", [column(SIZES[0], 0), column(SIZES[1])]
     )
-    write_inversion(asked, tmp_path / "motion.nc")
-    back = read_inversion(tmp_path / "motion.nc")
+    write_inversion_result(asked, tmp_path / "motion.nc")
+    back = read_inversion_result(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)
     assert back.posterior.probability == pytest.approx(asked.posterior.probability)
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
     assert back.posterior.pga == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
-    assert inferred_motion(back) == inferred_motion(asked)
+    assert inferred_motion_findings(back) == inferred_motion_findings(asked)
     draw_posterior(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again"):
-        read_inversion(tmp_path / "nothing.nc")
+        read_inversion_result(tmp_path / "nothing.nc")

@@ -15,13 +15,13 @@ from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
 from overturning.settings import Population, UniformRange
 from overturning.surveys.population import (
-    StonePopulation,
+    DrawnStones,
     draw_stones,
-    fit_fragility_curves,
-    outcome_rates,
-    population_rates,
-    random_neighbour_indices,
-    stone_outcomes,
+    fit_population_fragility_curves,
+    outcome_rates_by_amplitude,
+    outcomes_of_stones,
+    population_rates_by_record,
+    random_neighbour_grid_indices,
 )
 from overturning.units import STANDARD_GRAVITY
 
@@ -57,7 +57,7 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     stones = stones_of(0.7, 0.15, 0.8, 0.0, count=2)
     stones = replace(stones, face=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
-    weak, strong = (stone_outcomes(cube(pulse(4.0, 1.0, 90).times(f), **size), stones) for f in (0.01, 1.0))
+    weak, strong = (outcomes_of_stones(cube(pulse(4.0, 1.0, 90).times(f), **size), stones) for f in (0.01, 1.0))
     assert not weak.fell.any()
     assert strong.fell.all()
     assert np.isnan(weak.azimuth).all()
@@ -76,7 +76,7 @@ def test_rate_matches_stones_simulated_one_by_one() -> None:
         b_over_h=np.arange(0.1, 0.51, 0.025),
         friction=[0.5, 0.7, 0.9],
     )
-    found = outcome_rates(stone_outcomes(cells, stones), population)
+    found = outcome_rates_by_amplitude(outcomes_of_stones(cells, stones), population)
     # The motion has no component across, so the plane along it decides alone.
     alone = run_cases(motion, Cases(0.0, stones.height, stones.b_over_h, stones.friction))
     assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
@@ -94,8 +94,12 @@ def test_2d_model_underestimates_sliding_in_3d() -> None:
     motion = Motion(along, along, sampling_interval=INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
     stone, few = stones_of(0.5, 0.8, 0.3, 0.0), Population(shifted=0.01)
-    planes = outcome_rates(stone_outcomes(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few)
-    space = outcome_rates(stone_outcomes(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few)
+    planes = outcome_rates_by_amplitude(
+        outcomes_of_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
+    )
+    space = outcome_rates_by_amplitude(
+        outcomes_of_stones(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few
+    )
     assert planes["fall_rate"] == space["fall_rate"] == [0]
     assert space["shift_rate"] == [1]
     assert np.isnan([planes["shift_rate"], planes["rotation_rate"]]).all()
@@ -104,10 +108,10 @@ def test_2d_model_underestimates_sliding_in_3d() -> None:
 
 def test_mean_between_grid_cells_is_linear() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
-    place = random_neighbour_indices(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
+    place = random_neighbour_grid_indices(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
     assert place.mean() == pytest.approx(1.25)
-    assert (random_neighbour_indices(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
+    assert (random_neighbour_grid_indices(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
 
 
 def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
@@ -116,10 +120,10 @@ def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
     return xr.Dataset({name: (tuple(grid), values) for name in ("overturned", "overturning_time")}, grid)
 
 
-def stones_of(*size: float, count: int = 1) -> StonePopulation:
+def stones_of(*size: float, count: int = 1) -> DrawnStones:
     """Return equal stones of a height, B/H, µ and face, with evenly spaced random numbers."""
     lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
-    return StonePopulation(*(np.full(count, value) for value in size), lot)
+    return DrawnStones(*(np.full(count, value) for value in size), lot)
 
 
 def test_rocking_stone_uses_no_sliding_cell() -> None:
@@ -127,20 +131,20 @@ def test_rocking_stone_uses_no_sliding_cell() -> None:
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
     site = cells(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
-    assert stone_outcomes(site, stones_of(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
-    assert not stone_outcomes(site, stones_of(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
+    assert outcomes_of_stones(site, stones_of(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
+    assert not outcomes_of_stones(site, stones_of(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
 
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
 def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
     """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
-    found = stone_outcomes(cells(np.reshape([flag, np.nan], (2, 1, 1, 1))), stones_of(0.6, 0.4, 0.7, 0.0))
+    found = outcomes_of_stones(cells(np.reshape([flag, np.nan], (2, 1, 1, 1))), stones_of(0.6, 0.4, 0.7, 0.0))
     assert (found.known.item(), found.fell.item()) == (False, False)
 
 
 def test_stones_without_an_answer_have_no_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
-    found = outcome_rates(StoneOutcomes(~known & known, known, untold, untold, untold), Population())
+    found = outcome_rates_by_amplitude(StoneOutcomes(~known & known, known, untold, untold, untold), Population())
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
     np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
     assert found["unknown"].tolist() == [1.0, 0.5]
@@ -156,7 +160,7 @@ def test_rotated_in_space_by_hand() -> None:
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(stones_of(0.7, 0.5, 0.7, 0.0, count=4), face=face)
-        found = outcome_rates(stone_outcomes(site, stones), Population())
+        found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), Population())
         assert found["fall_rate"] == [0.25]
         assert found["shift_rate"] == [0.5]
         assert found["rotation_rate"] == [0.5]
@@ -171,8 +175,10 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
         [cube(motion, **axes), cube(motion.times(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")
     )
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
-    found = population_rates(both, population)
-    alone = outcome_rates(stone_outcomes(cube(motion.times(2.0), **axes), draw_stones(population)), population)
+    found = population_rates_by_record(both, population)
+    alone = outcome_rates_by_amplitude(
+        outcomes_of_stones(cube(motion.times(2.0), **axes), draw_stones(population)), population
+    )
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()
         == alone["fall_rate"][0]
@@ -208,10 +214,10 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
         },
         {"percentile": [50.0], "period": [0.5]},
     )
-    curves = {(one.measure, one.name): one for one in fit_fragility_curves(found, intensity)}
+    curves = {(one.measure, one.name): one for one in fit_population_fragility_curves(found, intensity)}
     own = curves["SA(0.5)", "all stones"]
     assert (own.unit, own.median, own.spread) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
-    assert own.spread_components[0] < 0.05
+    assert own.record_and_stone_spread[0] < 0.05
     other = curves["PGA", "all stones"]
-    assert other.spread_components[0] > 0.4
-    assert np.hypot(*other.spread_components) == pytest.approx(other.spread)
+    assert other.record_and_stone_spread[0] > 0.4
+    assert np.hypot(*other.record_and_stone_spread) == pytest.approx(other.spread)

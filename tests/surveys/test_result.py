@@ -8,19 +8,25 @@ import pytest
 
 from overturning.errors import ResultError
 from overturning.stored import write_result
-from overturning.surveys.comparison import compare_survey, make_survey_result, read_survey_result
+from overturning.surveys.comparison import (
+    compare_survey_with_prediction,
+    make_stored_survey_comparison,
+    read_survey_comparison,
+)
 from overturning.surveys.stones import Stone
 
 
 @pytest.mark.parametrize("faces", [True, False])
 def test_round_trip(make_cube, sector, tmp_path: Path, faces: bool) -> None:
     shape = {"b_over_h": 0.2, "face_azimuth_deg": 60.0} if faces else {}
-    found = compare_survey([Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(sector(60, 30)))
+    found = compare_survey_with_prediction(
+        [Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(sector(60, 30))
+    )
     source, path = tmp_path / "stones.csv", tmp_path / "survey" / "1.json"
     source.write_text("octant,count\nNE,3\n", encoding="utf-8")
-    write_result(make_survey_result(source, "r0", found), path)
+    write_result(make_stored_survey_comparison(source, "r0", found), path)
     first = path.read_bytes()
-    back = read_survey_result(path)
+    back = read_survey_comparison(path)
     write_result(back, path)
     assert path.read_bytes() == first
     assert (back.stones, back.record) == ("stones.csv", "r0")
@@ -32,7 +38,7 @@ def test_round_trip(make_cube, sector, tmp_path: Path, faces: bool) -> None:
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no result of the comparison with a survey"):
-        read_survey_result(tmp_path / "1.json")
+        read_survey_comparison(tmp_path / "1.json")
     (tmp_path / "1.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ResultError, match="stones: this key is needed; written by another version"):
-        read_survey_result(tmp_path / "1.json")
+        read_survey_comparison(tmp_path / "1.json")

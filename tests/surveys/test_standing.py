@@ -18,7 +18,7 @@ from overturning.surveys.standing import (
     estimate_survival,
     read_fragility_curves,
     read_hazard_curves,
-    upper_bound_of_fall_rate,
+    upper_bound_of_annual_fall_rate,
 )
 from tests.statistics.conftest import lognormal_curve
 
@@ -88,8 +88,10 @@ def test_stones_with_constant_deviations_stand_longer() -> None:
 
 def test_a_rate_after_years_without_a_fall() -> None:
     """The posterior T exp(−λT) holds 95 % below 3.00/T: the rule of three."""
-    assert upper_bound_of_fall_rate(1000.0) == pytest.approx(2.9957e-3, rel=1e-4)
-    assert quad(lambda rate: 50 * math.exp(-50 * rate), 0, upper_bound_of_fall_rate(50.0))[0] == pytest.approx(0.95)
+    assert upper_bound_of_annual_fall_rate(1000.0) == pytest.approx(2.9957e-3, rel=1e-4)
+    assert quad(lambda rate: 50 * math.exp(-50 * rate), 0, upper_bound_of_annual_fall_rate(50.0))[0] == pytest.approx(
+        0.95
+    )
 
 
 @pytest.fixture
@@ -125,7 +127,7 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: C
     assert f"{rate:.3g}" in text
     assert f"{100 * math.exp(-1000 * rate):.0f}\u00a0%" in text
     assert (
-        f"{upper_bound_of_fall_rate(1000) / rate:.2g}" in text
+        f"{upper_bound_of_annual_fall_rate(1000) / rate:.2g}" in text
     )  # the hazard may be so many times as large, and no more
     assert "stout, PGA: the median lies beyond the records" in text
     assert "4 stones stood 1000 years: their rate of falls lies below 0.003 a year" in text

@@ -121,7 +121,11 @@ def test_stones_that_all_stood_need_no_direction(tmp_path: Path) -> None:
 
 def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) -> None:
     stones = read_survey(write(tmp_path, "fell,octant,count\nyes,,3\nyes,N,1\nno,,2\n"))
-    assert [(stone.fell, stone.has_direction) for stone in stones] == [(True, False), (True, True), (False, False)]
+    assert [(stone.fell, stone.fell_in_known_direction) for stone in stones] == [
+        (True, False),
+        (True, True),
+        (False, False),
+    ]
 
 
 def test_columns_for_other_things_are_left_out_with_a_note(tmp_path: Path) -> None:

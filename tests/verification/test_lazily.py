@@ -10,18 +10,18 @@ import pytest
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import element_roses_figure
 from overturning.figures.style import style
-from overturning.findings.causes import fit_overturning_probability, score_published_criteria
-from overturning.findings.direction import planar_model_agreement, reference_alignments
-from overturning.findings.exactness import ensemble_findings, final_twist
-from overturning.findings.results import StudyResults, open_results
+from overturning.findings.causes import fit_overturning_probability, skill_of_published_criteria
+from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
+from overturning.findings.exactness import ensemble_findings, final_twist_findings
+from overturning.findings.results import StudyResults, open_study_results
 from overturning.settings import Population
-from overturning.statistics.elements import count_common_falls, falls_by_element
-from overturning.statistics.illustrative import illustrative_cases
+from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones
+from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity
 from overturning.study.scenes import NOMINAL, variant_names
-from overturning.surveys.population import population_rates
+from overturning.surveys.population import population_rates_by_record
 from verification.scale.made import synthetic_records, synthetic_study, write_synthetic_cube
 
 pytestmark = pytest.mark.long
@@ -49,30 +49,30 @@ def stones_of(results: StudyResults) -> list[object]:
     stones = {name: results.reference_cube(name) for name in results.cubes}
     one, other = stones.values()
     said = [
-        count_common_falls(one, other),
+        count_falls_of_two_stones(one, other),
         ensemble_findings(results),
         element_roses_figure(stones),
     ]
-    return said + [falls_by_element(cube) for cube in results.cubes.values()]
+    return said + [count_falls_by_element(cube) for cube in results.cubes.values()]
 
 
 STATISTICS: dict[str, dict[str, Statistic]] = {
     "planes": {
         "axes of earthquakes": lambda results: results.fall_axis_summaries,
         "share that falls": lambda results: results.share_overturned,
-        "statuses": lambda results: results.status_counts,
+        "statuses": lambda results: results.cell_and_unknown_counts_by_status,
         "rose": lambda results: rose_figure(results.cube),
         "logistic fit": fit_overturning_probability,
-        "criteria": score_published_criteria,
+        "criteria": skill_of_published_criteria,
     },
     "space": {
         "roses": lambda results: rose_figure(results.cube),
-        "references": reference_alignments,
+        "references": fall_alignments_with_references,
         "planar model": planar_model_agreement,
-        "twist": final_twist,
+        "twist": final_twist_findings,
         "ensemble": ensemble_findings,
-        "population": lambda results: population_rates(results.cube, Population()),
-        "illustrative cases": lambda results: illustrative_cases(results.cube),
+        "population": lambda results: population_rates_by_record(results.cube, Population()),
+        "illustrative cases": lambda results: find_illustrative_cases(results.cube),
     },
     "scene": {"elements and variants": stones_of},
 }
@@ -97,7 +97,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
 
 def peak(statistic: Statistic, folder: Path) -> int:
     """Largest memory of a statistic, bytes, that NumPy and Python allocate."""
-    with open_results(folder) as results, style():
+    with open_study_results(folder) as results, style():
         tracemalloc.start()
         statistic(results)
         most = tracemalloc.get_traced_memory()[1]
@@ -111,7 +111,7 @@ def test_additional_record_needs_little_memory(
 ) -> None:
     monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
     statistic, few_many = STATISTICS[kind][name], folders[kind]
-    with open_results(few_many[0]) as results, style():
+    with open_study_results(few_many[0]) as results, style():
         statistic(results)  # what is imported and kept on the first call
     few, many = (peak(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:

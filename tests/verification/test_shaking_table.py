@@ -9,7 +9,11 @@ import pytest
 from overturning.dem.block.rigid import rocking
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
-from overturning.statistics.bootstrap import bootstrap_interval, expanded_tail_share, mean_of_each_sample
+from overturning.statistics.bootstrap import (
+    bootstrap_interval,
+    mean_of_each_bootstrap_sample,
+    tail_share_of_expanded_interval,
+)
 from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import main, measure_scores, scores_by_damping_ratio
 from verification.shaking_table.clouds import (
@@ -51,12 +55,12 @@ def test_intervals_are_expanded_and_resample_motions() -> None:
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
     samples = bootstrap_samples(motions, 20_000)
     found = motion_interval(np.array([tests[drawn].mean() for drawn in samples]), 10)
-    packages = bootstrap_interval(mean_of_each_sample, values, draws=20_000, seed=4)
+    packages = bootstrap_interval(mean_of_each_bootstrap_sample, values, draws=20_000, seed=4)
     assert tuple(found) == pytest.approx(tuple(packages), abs=0.04 * values.std())
     plain = np.quantile([tests[drawn].mean() for drawn in samples], [0.025, 0.975])
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])
     assert np.isnan(motion_interval(np.arange(100.0), 7)).all()
-    assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / expanded_tail_share(10))
+    assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / tail_share_of_expanded_interval(10))
 
 
 def test_a_bin_in_which_nothing_fell_has_an_exact_bound() -> None:

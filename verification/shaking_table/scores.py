@@ -16,8 +16,8 @@ from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     LEAST_BEYOND,
     ConfidenceInterval,
-    expanded_tail_share,
     means_by_earthquake,
+    tail_share_of_expanded_interval,
     unanimous_share_interval,
 )
 
@@ -54,7 +54,7 @@ def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: 
     names, member = np.unique(test_motions, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     if names.size >= FEWEST_EARTHQUAKES:
-        draws = max(draws, math.ceil(LEAST_BEYOND / expanded_tail_share(names.size)))
+        draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_of_expanded_interval(names.size)))
     generator = np.random.Generator(np.random.PCG64(seed))
     return [np.concatenate([own[i] for i in generator.integers(names.size, size=names.size)]) for _ in range(draws)]
 
@@ -66,7 +66,7 @@ def motion_interval(sample_values: FloatArray, motion_count: int) -> ConfidenceI
     """
     if motion_count < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
-    tail = expanded_tail_share(motion_count)
+    tail = tail_share_of_expanded_interval(motion_count)
     low, high = np.nanquantile(sample_values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 

@@ -63,7 +63,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         check_size,
         note_on_primary_statistic,
     )
-    from overturning.surveys.responses import stone_kinds_of_survey
+    from overturning.surveys.responses import kinds_of_survey_stones
     from overturning.surveys.stones import read_survey_with_notes
 
     study = load_study(path)
@@ -75,7 +75,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     searched: list[StoneKind] = []
     for survey in study.surveys:
         stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
-        searched += stone_kinds_of_survey(stones, survey.stones) if survey.backwards else []
+        searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)
@@ -88,10 +88,10 @@ def _search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> 
     """Return a note on the time of the search for the motion of the surveys, for a number of records in the study."""
     from overturning.study.preflight import format_time
     from overturning.surveys.library import candidate_motions
-    from overturning.surveys.responses import count_uncached_cases
+    from overturning.surveys.responses import uncached_case_count_and_time
 
     library = candidate_motions()
-    _, seconds = count_uncached_cases(library, stone_kinds)
+    _, seconds = uncached_case_count_and_time(library, stone_kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds *= 1 + record_count / len(library)
     return (

@@ -26,7 +26,7 @@ def compare_survey_with_cube(
     from overturning.report.terminal import plain_lines
     from overturning.stored import write_result
     from overturning.study.cube import open_cube, record_number
-    from overturning.surveys.comparison import compare_survey, make_survey_result
+    from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png", ".pdf")
@@ -35,9 +35,9 @@ def compare_survey_with_cube(
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()
         name = str(site["record_id"].item())
-        comparison, gaps = compare_survey(rows, site, background=background), azimuth_gap_label(site)
+        comparison, gaps = compare_survey_with_prediction(rows, site, background=background), azimuth_gap_label(site)
         against = ", ".join([name, *variant_label(site)])
-    result = make_survey_result(stones, name, comparison, doubts)
+    result = make_stored_survey_comparison(stones, name, comparison, doubts)
     print(f"{result.stones} against {against}")
     for note in notes:
         print(note)
@@ -81,7 +81,7 @@ def infer_motion_from_survey(
     import time
 
     from overturning.files import check_output_path
-    from overturning.findings.surveys import SurveyCommandResults, inferred_motion
+    from overturning.findings.surveys import SurveyCommandResults, inferred_motion_findings
     from overturning.report.drawings import draw_posterior
     from overturning.report.filters import counted
     from overturning.report.render import parse_markdown, render_markdown
@@ -89,8 +89,12 @@ def infer_motion_from_survey(
     from overturning.study.preflight import format_time
     from overturning.surveys.inversion import SurveyInversion
     from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
-    from overturning.surveys.posterior import write_inversion
-    from overturning.surveys.responses import StoneResponses, count_uncached_cases, stone_kinds_of_survey
+    from overturning.surveys.posterior import write_inversion_result
+    from overturning.surveys.responses import (
+        StoneOutcomeProbabilities,
+        kinds_of_survey_stones,
+        uncached_case_count_and_time,
+    )
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png")
@@ -98,9 +102,9 @@ def infer_motion_from_survey(
     rows, notes, doubts = read_survey_with_notes(stones)
     for note in (*notes, *doubts):
         print(note)
-    kinds = stone_kinds_of_survey(rows, str(stones))
+    kinds = kinds_of_survey_stones(rows, str(stones))
     library = candidate_motions(read_motions_with_unique_ids(motion or ()), only_user_records=alone)
-    cases, seconds = count_uncached_cases(library, kinds)
+    cases, seconds = uncached_case_count_and_time(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_time(seconds / threads)
         print(
@@ -119,12 +123,14 @@ def infer_motion_from_survey(
             computed = f"{done_count} of {total_count} motions computed, {percentage}"
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
-    responses = StoneResponses(library, kinds, threads=threads, progress=print_progress)
+    responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)
     result = SurveyInversion(responses, background, fixed).invert_survey(stones.name, rows)
-    text = render_markdown(SurveyCommandResults(inferred_motions=[inferred_motion(result, rows)]), name="motions")
+    text = render_markdown(
+        SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), name="motions"
+    )
     print(*plain_lines(parse_markdown(text)), sep="\n")
     if output is not None:
-        write_inversion(result, output)
+        write_inversion_result(result, output)
     if figure is not None:
         draw_posterior(result, figure)
         print(f"figure: {figure}")
@@ -152,6 +158,6 @@ def compute_survival_probability(
     rows, notes, _ = (None, [], []) if stones is None else read_survey_with_notes(stones)
     for note in notes:
         print(note)
-    found = survival_by_class(curves, hazards, years, file_names=(str(fragility), str(hazard)))
+    found = survival_by_class(curves, hazards, years, fragility_and_hazard_file_names=(str(fragility), str(hazard)))
     text = render_markdown(survival_findings(found, rows), name="stood")
     print(*plain_lines(parse_markdown(text)), sep="\n")

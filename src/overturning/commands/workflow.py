@@ -182,13 +182,13 @@ def fit_fragility(
     )
     from overturning.study.cube import open_cube
     from overturning.study.load import load_study_from_text
-    from overturning.surveys.population import fit_fragility_curves, population_rates
+    from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
 
     settings = load_study_from_text(study)
     if settings.population is None:
         raise ConfigError(f"{settings.name}: no population; add the key population to the study")
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
-        curves = fit_fragility_curves(population_rates(outcomes, settings.population), measures)
+        curves = fit_population_fragility_curves(population_rates_by_record(outcomes, settings.population), measures)
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]

@@ -8,7 +8,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.answer import DrawnEstimate, alignment_figure
 from overturning.figures.style import SERIES, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import EarthquakeMean
-from overturning.statistics.earthquakes import FallAxisSummary, ReferenceAlignment
+from overturning.statistics.earthquakes import FallAlignmentWithReferences, FallAxisSummary
 
 HOLLOW_MAX_EARTHQUAKES = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
@@ -29,7 +29,7 @@ def estimate_to_draw(mean: EarthquakeMean) -> DrawnEstimate:
     return DrawnEstimate(mean.value, mean.low, mean.high, mean.n)
 
 
-def alignment_by_b_over_h_figure(alignments: dict[str, ReferenceAlignment], b_over_h: FloatArray) -> Figure:
+def alignment_by_b_over_h_figure(alignments: dict[str, FallAlignmentWithReferences], b_over_h: FloatArray) -> Figure:
     """Draw the alignment of falls with reference directions against B/H, a column per group of records.
 
     The upper row compares axes (period 180°), the lower row directions (period 360°). `alignments` maps each group to

@@ -18,9 +18,9 @@ _BARS = 10
 
 def motion_posterior_figure(
     title: str,
-    axis_probabilities: FloatArray,
+    velocity_axis_probabilities: FloatArray,
     stated_arc_deg: tuple[float, float],
-    source_probabilities: Mapping[str, float],
+    motion_probabilities: Mapping[str, float],
     strength_distributions: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
     """Draw a posterior distribution of the motion.
@@ -29,11 +29,11 @@ def motion_posterior_figure(
     ----------
     title : str
         Title of the figure.
-    axis_probabilities : array, shape (n,)
+    velocity_axis_probabilities : array, shape (n,)
         Probabilities of n axes, evenly spaced from north over 180°.
     stated_arc_deg : tuple of float
         Middle and width of the stated arc, degrees.
-    source_probabilities : mapping
+    motion_probabilities : mapping
         Probability of each motion, by name.
     strength_distributions : mapping
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
@@ -43,7 +43,7 @@ def motion_posterior_figure(
     polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
     make_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
-    both = np.sqrt(np.tile(axis_probabilities, 2))
+    both = np.sqrt(np.tile(velocity_axis_probabilities, 2))
     angle, middle, half = (
         2 * np.pi * np.arange(both.size) / both.size,
         np.radians(stated_arc_deg[0]),
@@ -56,7 +56,7 @@ def motion_posterior_figure(
     polar.set_yticks([])
     polar.set_title("axis of the largest velocity", fontsize=9)
     bars = figure.add_subplot(2, 2, 2)
-    best = sorted(source_probabilities.items(), key=lambda item: -item[1])[:_BARS][::-1]
+    best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_BARS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
     bars.tick_params(axis="y", labelsize=8)
     label_axes(bars, "probability, %", "")

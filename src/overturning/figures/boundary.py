@@ -56,7 +56,7 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, largest_b_over_h: float) -> No
 
 
 def boundary_figure(bounds: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str) -> Figure:
-    """Draw the overturning boundary of one record (see `overturning_boundary`), a panel per height.
+    """Draw the overturning boundary of one record (see `overturning_boundary_by_azimuth`), a panel per height.
 
     `bounds` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the largest B/H of the
     cube. The azimuth of the fault normal, degrees, can be NaN.

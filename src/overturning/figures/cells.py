@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import azimuths_inside_gaps
 from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.statistics.falls import extend_to_full_circle
+from overturning.statistics.falls import add_opposite_azimuths
 
 MAX_COLUMNS: Final = 3
 """Largest number of panels in a row of a figure."""
@@ -21,7 +21,7 @@ def close_circle(cube: xr.Dataset) -> xr.Dataset:
     The outcomes of opposite azimuths follow from each other. Gaps between azimuths that were not simulated are filled
     with missing values; see `simulated_azimuths`.
     """
-    whole = extend_to_full_circle(cube) if cube["azimuth"].size > 1 else cube
+    whole = add_opposite_azimuths(cube) if cube["azimuth"].size > 1 else cube
     unknown = azimuths_inside_gaps(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 

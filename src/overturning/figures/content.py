@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.errors import ArgumentError
-from overturning.statistics.earthquakes import ReferenceAlignment
+from overturning.statistics.earthquakes import FallAlignmentWithReferences
 from overturning.statistics.falls import block_overturns
 from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
@@ -40,7 +40,7 @@ def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset]) -> None:
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")
 
 
-def check_alignments(cube: xr.Dataset, alignments: dict[str, ReferenceAlignment]) -> None:
+def check_alignments(cube: xr.Dataset, alignments: dict[str, FallAlignmentWithReferences]) -> None:
     """Raise an ArgumentError if no record with falls has a reference to compare them with."""
     means = [mean.value for group in alignments.values() for of_part in group.means.values() for mean in of_part]
     if not np.isfinite(means).any():

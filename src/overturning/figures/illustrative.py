@@ -22,8 +22,8 @@ from overturning.model.falls import model_of
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.statistics.boundary import overturning_boundary
-from overturning.statistics.illustrative import IllustrativeCase, contrasting_case, illustrative_cases
+from overturning.statistics.boundary import overturning_boundary_by_azimuth
+from overturning.statistics.illustrative import IllustrativeCase, case_with_differing_outcomes, find_illustrative_cases
 from overturning.study.cube import open_records, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
@@ -58,10 +58,10 @@ def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path, agains
         makes a block fall, if an outcome differs.
     """
     with refill_folder(folder), open_records(cube_path) as cube, style():
-        cases = illustrative_cases(cube)
+        cases = find_illustrative_cases(cube)
         if against is not None:
             with open_records(against) as other:
-                answer = contrasting_case(cube, other, (NOMINAL, str(other.attrs["variant"])))
+                answer = case_with_differing_outcomes(cube, other, (NOMINAL, str(other.attrs["variant"])))
             cases = cases if answer is None else [answer, *cases]
         rows = [_draw_case(cube, case, motions, folder, number) for number, case in enumerate(cases, 1)]
         write_cases(rows, folder)
@@ -167,7 +167,7 @@ def _figures_for_planar_film(
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
     edge = boundary_figure(
-        overturning_boundary(record_cube).assign_attrs(record_cube.attrs),
+        overturning_boundary_by_azimuth(record_cube).assign_attrs(record_cube.attrs),
         float(record_cube["b_over_h"].max()),
         normal,
         place,

@@ -20,8 +20,8 @@ from overturning.figures.style import (
 )
 from overturning.labels import friction_label
 from overturning.model.falls import model_of
-from overturning.statistics.criteria import CRITERIA, west_acceleration
-from overturning.statistics.falls import fall_shares
+from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
+from overturning.statistics.falls import shares_of_directions_with_fall
 from overturning.statistics.logistic import LEAST_PGA, LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -61,7 +61,7 @@ def _draw_intensity_plane(
     """Draw the panel of one block: `intensity_plane_points`, criteria, and the line of fitted probability ½."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
-    west = float(west_acceleration(b_over_h))
+    west = float(west_acceleration_limit(b_over_h))
     low_x, high_x = min(pga.min(initial=west), west) / 1.5, max(pga.max(initial=west), west) * 1.5
     low_y, high_y = ratio.min(initial=0.05) / 1.5, ratio.max(initial=0.2) * 1.5
     stands = falls < 0.5
@@ -102,7 +102,9 @@ def intensity_plane_figure(
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
-    share = fall_shares(one_friction, summed_dims=("record", "height", "friction")).compute().to_numpy()
+    share = (
+        shares_of_directions_with_fall(one_friction, summed_dims=("record", "height", "friction")).compute().to_numpy()
+    )
     # Show the slendernesses with the most evenly divided outcomes: they are the most informative.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()

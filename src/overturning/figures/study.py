@@ -13,7 +13,7 @@ from overturning.figures.style import style
 from overturning.figures.write import Write, refill_folder
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of
-from overturning.statistics.earthquakes import alignment_with_references, fall_axes_by_group, summarise_fall_axes
+from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
 from overturning.statistics.logistic import fit_overturning_model
 from overturning.study.cube import open_records
 
@@ -35,7 +35,10 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
         if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
-            write(alignment_by_b_over_h_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
+            write(
+                alignment_by_b_over_h_figure(fall_alignment_with_references(cube, intensity), slender),
+                folder / "follow",
+            )
         else:
             another = element_size_note(cube)
             fit = None if another else fit_overturning_model(cube, intensity)

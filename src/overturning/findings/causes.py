@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negated
 from overturning.labels import element_size_note
-from overturning.statistics.criteria import PULSE_VALID, score_criteria
+from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
 from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning_model
 
 DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
@@ -17,7 +17,7 @@ MOST_ODDS_RATIO = 100.0
 
 
 class LogisticCoefficient(Finding):
-    """Coefficient of one predictor in the logistic fit of the probability of a fall."""
+    """Coefficient of one predictor in the logistic fit of the fall probability, with its interval."""
 
     predictor: str
     """Name of the predictor; "intercept" for the constant."""
@@ -40,7 +40,7 @@ class LogisticCoefficient(Finding):
 
 
 class ProbabilityAfterDoubling(Finding):
-    """Probability of a fall after a quantity has doubled, if it was 0.5 before."""
+    """Fall probability after a quantity, such as PGV, has doubled, if it was 0.5 before."""
 
     doubled: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
@@ -48,7 +48,7 @@ class ProbabilityAfterDoubling(Finding):
 
 
 class LogisticFitFindings(Finding):
-    """Logistic fit of the probability of overturning, with intervals from the jackknife over earthquakes."""
+    """Logistic fit of the fall probability, with intervals from the jackknife over earthquakes."""
 
     coefficients: list[LogisticCoefficient]
     """Coefficient of each predictor."""
@@ -65,7 +65,7 @@ class LogisticFitFindings(Finding):
 
 
 class CriterionScore(Finding):
-    """Skill of a published criterion as a prediction of falls: hit rate minus false-alarm rate."""
+    """Skill with which a criterion predicts falls: hit rate minus false-alarm rate."""
 
     criterion: str
     """Name of the criterion."""
@@ -95,7 +95,7 @@ class SkillDifference(Finding):
 
 
 class CriteriaFindings(Finding):
-    """Skill of published criteria, and of the best rule that ignores the motion (last)."""
+    """Skill of each published criterion and, as the last score, of the best rule that ignores the motion."""
 
     scores: list[CriterionScore]
     """Score of each criterion."""
@@ -114,7 +114,7 @@ class CriteriaFindings(Finding):
 
 
 class PublishedComparison(Finding):
-    """Computed and published outcome of one block under one record in one azimuth."""
+    """Published and computed outcome of one block under one record, with motion along one azimuth."""
 
     variant: str
     """Name of the variant; "nominal" for the study itself."""
@@ -133,7 +133,7 @@ class PublishedComparison(Finding):
 
 
 def fit_overturning_probability(results: StudyResults) -> LogisticFitFindings | None:
-    """Fit a logistic model of the probability of overturning; None for 3-D models and elements of several sizes."""
+    """Fit a logistic model of the fall probability; None for 3-D models and elements of several sizes."""
     if not results.model.one_component or element_size_note(results.cube):
         return None
     fit = fit_overturning_model(results.cube, results.intensity)
@@ -173,15 +173,21 @@ def fit_overturning_probability(results: StudyResults) -> LogisticFitFindings | 
 
 
 def _has_narrow_odds_interval(coefficient: LogisticCoefficient) -> bool:
-    """True if the ends of the interval of an odds factor have a ratio below `MOST_ODDS_RATIO`, or are unknown."""
+    """True if the upper end of an odds factor is below `MOST_ODDS_RATIO` times its lower end.
+
+    The result is also True if an end is not known.
+    """
     low, high = coefficient.odds_factor_low, coefficient.odds_factor_high
     return low is None or high is None or high < MOST_ODDS_RATIO * low
 
 
-def score_published_criteria(results: StudyResults) -> CriteriaFindings | None:
-    """Compute the skill of published overturning criteria; None for 3-D models and elements of several sizes."""
+def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | None:
+    """Compute the skill of published overturning criteria on the outcomes of the study.
+
+    None for 3-D models, for elements of several sizes, and if no outcome is known.
+    """
     asked = results.model.one_component and not element_size_note(results.cube)
-    found = score_criteria(results.cube, results.intensity) if asked else None
+    found = score_overturning_criteria(results.cube, results.intensity) if asked else None
     if found is None:
         return None
     scores = [
@@ -225,8 +231,11 @@ def _differences_not_shown(
     return differences
 
 
-def compare_with_published(results: StudyResults) -> list[PublishedComparison]:
-    """Compare the computed with the published outcome of each block, for each variant, height and friction."""
+def compare_outcomes_with_published(results: StudyResults) -> list[PublishedComparison]:
+    """Compare computed with published outcomes, for each variant, height and friction of the study.
+
+    Empty if the study names no published outcomes.
+    """
     if not results.study.published:
         return []
     return [
@@ -248,7 +257,10 @@ def compare_with_published(results: StudyResults) -> list[PublishedComparison]:
 def computed_outcomes_at_published_cells(
     results: StudyResults, variant: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return the computed outcomes of published cases, by height and friction: True if overturned, None if unknown."""
+    """Return, by (height, friction), the computed outcome of each published case of the study.
+
+    An outcome is True if the block overturns, False if it stands, None if it is unknown.
+    """
     cube, ids = results.reference_cube(variant), [name.id for name in results.record_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [

@@ -9,15 +9,15 @@ from overturning.findings.causes import (
     CriteriaFindings,
     LogisticFitFindings,
     PublishedComparison,
-    compare_with_published,
+    compare_outcomes_with_published,
     fit_overturning_probability,
-    score_published_criteria,
+    skill_of_published_criteria,
 )
 from overturning.findings.contrast import (
     ElementOutcomes,
     SiteFallRates,
     VariantContrast,
-    contrast_variants,
+    contrast_study_with_variants,
     element_outcomes,
     site_fall_rates,
     unconverged_soil_analyses,
@@ -26,9 +26,9 @@ from overturning.findings.direction import (
     FallDirection,
     GroupReferenceAlignment,
     PlanarModelAgreement,
-    fall_direction,
+    fall_alignments_with_references,
+    fall_direction_findings,
     planar_model_agreement,
-    reference_alignments,
 )
 from overturning.findings.exactness import (
     ConvergenceFindings,
@@ -36,7 +36,7 @@ from overturning.findings.exactness import (
     FinalTwist,
     convergence_findings,
     ensemble_findings,
-    final_twist,
+    final_twist_findings,
 )
 from overturning.findings.extent import (
     CellCount,
@@ -44,14 +44,19 @@ from overturning.findings.extent import (
     ReportMaps,
     StudyExtent,
     cell_counts_by_status,
-    report_maps,
+    choose_report_maps,
     sources_of_records,
     study_extent,
 )
 from overturning.findings.population import PopulationFindings, population_findings
 from overturning.findings.processing import RecordNotes, record_notes
-from overturning.findings.published import PublishedAgreement, PublishedPeak, published_agreement, published_peaks
-from overturning.findings.results import StudyResults, open_results
+from overturning.findings.published import (
+    PublishedAgreement,
+    PublishedPeak,
+    compare_peaks_with_published,
+    count_blocks_that_agree_with_published,
+)
+from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.study import (
     CaseCounts,
     NumericalQuality,
@@ -62,14 +67,19 @@ from overturning.findings.study import (
     record_facts,
     study_facts,
 )
-from overturning.findings.surveys import InferredMotion, SurveyFindings, all_survey_findings, inferred_motions
+from overturning.findings.surveys import (
+    InferredMotion,
+    SurveyFindings,
+    all_inferred_motion_findings,
+    all_survey_findings,
+)
 from overturning.findings.values import Finding
 from overturning.stored import read_result
 from overturning.study.schema import Study
 
 
 class Findings(Finding):
-    """All findings of a study; parts that do not apply to the study are null or empty."""
+    """All findings of a study; a part that does not apply to the study is null or empty."""
 
     study: StudyFacts
     """Question and grid."""
@@ -124,30 +134,30 @@ class Findings(Finding):
 
 
 def findings_from_results(results: StudyResults) -> Findings:
-    """Compute all findings of a study from its opened results."""
+    """Compute all findings of a study from its results, which are open."""
     return Findings(
         study=study_facts(results),
         extent=study_extent(results),
         cases=count_cases(results),
-        direction=fall_direction(results),
-        contrasts=contrast_variants(results),
-        reference_alignments=reference_alignments(results),
+        direction=fall_direction_findings(results),
+        contrasts=contrast_study_with_variants(results),
+        reference_alignments=fall_alignments_with_references(results),
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_outcomes(results),
         site_fall_rates=site_fall_rates(results),
         not_converged=unconverged_soil_analyses(results),
         surveys=all_survey_findings(results),
-        inferred_motions=inferred_motions(results),
-        published_peaks=published_peaks(results),
-        published_agreement=published_agreement(results),
-        published_comparisons=compare_with_published(results),
+        inferred_motions=all_inferred_motion_findings(results),
+        published_peaks=compare_peaks_with_published(results),
+        published_agreement=count_blocks_that_agree_with_published(results),
+        published_comparisons=compare_outcomes_with_published(results),
         population=population_findings(results),
         logistic_fit=fit_overturning_probability(results),
-        criteria_scores=score_published_criteria(results),
-        final_twist=final_twist(results),
+        criteria_scores=skill_of_published_criteria(results),
+        final_twist=final_twist_findings(results),
         ensemble=ensemble_findings(results),
         convergence=convergence_findings(results),
-        maps=report_maps(results),
+        maps=choose_report_maps(results),
         records=record_facts(results),
         record_notes=record_notes(results),
         cells=cell_counts_by_status(results),
@@ -157,7 +167,7 @@ def findings_from_results(results: StudyResults) -> Findings:
 
 
 def findings(cube: str | Path, study: Study | None = None) -> Findings:
-    """Compute the findings of a study from its results.
+    """Compute all findings of a study from the files of its results.
 
     Parameters
     ----------
@@ -179,12 +189,15 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     """
     path = Path(cube)
     folder = path if path.is_dir() else path.parent
-    with open_results(folder, study) as results:
+    with open_study_results(folder, study) as results:
         return findings_from_results(results)
 
 
 def read_findings(path: Path) -> Findings:
-    """Read findings from JSON; a `ResultError` if the file is missing, damaged, or from another version."""
+    """Read the findings of a study from a JSON file; a `ResultError` if it is missing or damaged.
+
+    The error is also raised for a file from another version.
+    """
     return read_result(Findings, path, "findings")
 
 
@@ -194,6 +207,6 @@ def write_findings(findings: Findings, path: Path) -> None:
 
 
 def findings_schema() -> str:
-    """Return the JSON schema of `Findings` as text."""
+    """Return the JSON schema of the findings of a study (`Findings`) as text."""
     schema: dict[str, Any] = Findings.model_json_schema(mode="serialization")
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"

@@ -8,7 +8,10 @@ from overturning.study.ensemble import wilson_interval
 
 
 class ChangedCases(Finding):
-    """Cases that change in a second computation, with the interval of a random sample (Wilson)."""
+    """Number and share of cases whose outcome changes in a second computation.
+
+    The interval of the share is that of Wilson, for a random sample of the cases.
+    """
 
     count: int
     """Number of cases that change."""
@@ -22,7 +25,7 @@ class ChangedCases(Finding):
 
 
 class SecondComputation(Finding):
-    """Comparison of a study with a second computation of part of its cases."""
+    """Comparison of the outcomes of a study with a second computation of some of its cases."""
 
     computation: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
@@ -42,19 +45,22 @@ class SecondComputation(Finding):
     """Share of `side` among the cases whose ensemble falls to one side only."""
 
 
-def share_of_changed_cases(changed_count: int, compared_count: int, is_sample: bool) -> ChangedCases:
-    """Return the share of changed cases, with an interval if the cases are a random sample."""
+def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sample: bool) -> ChangedCases:
+    """Return the share `changed_count`/`compared_count`, with an interval for a random sample of cases."""
     low, high = (
         map(float, wilson_interval(changed_count, compared_count))
-        if is_sample and compared_count
+        if is_random_sample and compared_count
         else (math.nan, math.nan)
     )
     share = changed_count / compared_count if compared_count else math.nan
     return ChangedCases(count=changed_count, compared=compared_count, value=share, low=low, high=high)
 
 
-def second_computations(convergence: Convergence) -> list[SecondComputation]:
-    """Return the comparison of a study with each second computation of its convergence check: finer, stiffer, rigid."""
+def comparisons_with_second_computations(convergence: Convergence) -> list[SecondComputation]:
+    """Return the changes of outcomes in each second computation of a convergence check.
+
+    Second computations use finer steps, stiffer contact, or exact rigid blocks.
+    """
     rows = []
     for name, factor, part in (
         ("finer", convergence.finer_by, convergence.finer), ("stiffer", convergence.stiffer_by, convergence.stiffer)
@@ -78,17 +84,19 @@ def second_computations(convergence: Convergence) -> list[SecondComputation]:
 
 
 def _second_computation_of_element(
-    computation: str, factor: float, element_changes: ElementChanges, is_sample: bool
+    computation: str, factor: float, element_changes: ElementChanges, is_random_sample: bool
 ) -> SecondComputation:
     return SecondComputation(
         computation=computation,
         factor=factor,
         element=element_changes.element,
         refused="",
-        falls_or_stands=share_of_changed_cases(element_changes.flags, element_changes.cases, is_sample),
+        falls_or_stands=share_of_changed_cases(element_changes.flags, element_changes.cases, is_random_sample),
         falls_or_stands_undivided=share_of_changed_cases(
-            element_changes.flags_undivided, element_changes.undivided, is_sample
+            element_changes.flags_undivided, element_changes.undivided, is_random_sample
         ),
-        side=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_sample),
-        side_agreed=share_of_changed_cases(element_changes.sides_agreed, element_changes.fallen_agreed, is_sample),
+        side=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_random_sample),
+        side_agreed=share_of_changed_cases(
+            element_changes.sides_agreed, element_changes.fallen_agreed, is_random_sample
+        ),
     )

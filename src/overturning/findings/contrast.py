@@ -11,7 +11,7 @@ from overturning.model.scene import Scene
 from overturning.records.site import Site
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
-from overturning.statistics.elements import ElementFalls, count_common_falls, mean_fall_contrast
+from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_fall_contrast
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import NOMINAL, variant_contact, variant_scene, variant_settings, variant_uses_vertical
@@ -19,7 +19,7 @@ from overturning.study.schema import Study
 
 
 class VariantContrast(Finding):
-    """Comparison of the study with one variant, over the cases with a known outcome in both."""
+    """Comparison of the outcomes of the study with those of one variant, over cases known in both."""
 
     variant: str
     """Name of the variant."""
@@ -60,7 +60,7 @@ class VariantContrast(Finding):
 
 
 class SharesAtBOverH(Finding):
-    """Share of the cases of one B/H that overturn in the study and in a variant."""
+    """Shares of the cases of one B/H that overturn in the study and in a variant."""
 
     b_over_h: float
     """Width-to-height ratio B/H of the block."""
@@ -73,7 +73,7 @@ class SharesAtBOverH(Finding):
 
 
 class ElementOutcomes(Finding):
-    """Number, share and median time of the falls of one element of a scene."""
+    """Number of falls, share of cases with a fall, and median fall time of one element of a scene."""
 
     variant: str
     """Name of the variant; "nominal" for the study itself."""
@@ -94,7 +94,7 @@ class ElementOutcomes(Finding):
 
 
 class SoilLayer(Finding):
-    """Thickness and shear-wave velocity of a soil layer."""
+    """Thickness and shear-wave velocity of one layer of the soil under the stones."""
 
     thickness_m: float
     """Thickness, m."""
@@ -103,7 +103,7 @@ class SoilLayer(Finding):
 
 
 class SiteFallRates(Finding):
-    """Share of the population of stones that falls on one soil column, for one factor on the motion."""
+    """Share of the population of stones that falls on one soil column, at one amplitude of the motion."""
 
     variant: str
     """Name of the variant that sets the soil; "nominal" for the study itself."""
@@ -131,8 +131,8 @@ SHARE_OVERTURNED = "share of the cases that overturn"
 FALL_RATE = "share of the stones of a cemetery that fall under the records as they are"
 
 
-def differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
-    """Return the names of the settings in which two variants differ: scene, contact, vertical, site."""
+def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
+    """Return the names of the settings in which two variants differ, of scene, contact, vertical, site."""
     one, other = variant_settings(study, variant), variant_settings(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
@@ -144,29 +144,31 @@ def differing_settings(study: Study, variant: str, other_variant: str) -> list[s
 
 
 def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:
-    """Return the indices of the records for which the study is compared with a variant.
+    """Return the indices of the records over which the study is compared with `variant`.
 
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
     the same cases for them, which show nothing about vertical motion.
     """
     every = np.arange(results.cube.sizes["record"])
-    if differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
+    if names_of_differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
         return every
     applied = [results.reference_cube(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
     return every[np.logical_or(*applied)]
 
 
-def contrast_variants(results: StudyResults) -> list[VariantContrast]:
-    """Compare the study with each variant that shares at least one comparable record."""
+def contrast_study_with_variants(results: StudyResults) -> list[VariantContrast]:
+    """Compare the study with each of its variants that has at least one record to compare."""
     places = {name: compared_record_indices(results, name) for name in results.study.variants}
-    return [_contrast_variant(results, name, some) for name, some in places.items() if some.size]
+    return [_contrast_study_with_variant(results, name, some) for name, some in places.items() if some.size]
 
 
-def _contrast_variant(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> VariantContrast:
-    """Compare the study with a variant, over the records with the given indices."""
+def _contrast_study_with_variant(
+    results: StudyResults, variant: str, record_indices: NDArray[np.intp]
+) -> VariantContrast:
+    """Compare the study with `variant` over the records `record_indices`."""
     cubes = [results.reference_cube(name).isel(record=record_indices) for name in (NOMINAL, variant)]
-    events = results.events[record_indices]
-    found = mean_fall_contrast(count_common_falls(*cubes), events)
+    events = results.record_events[record_indices]
+    found = mean_fall_contrast(count_falls_of_two_stones(*cubes), events)
     here, there = (overturned_shares_by_record(cube).to_numpy() for cube in cubes)
     shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
 
@@ -197,7 +199,7 @@ def _contrast_variant(results: StudyResults, variant: str, record_indices: NDArr
         primary=variant == results.study.primary.against,
         scene_here=scenes[0].name,
         scene_there=scenes[1].name,
-        differs_in=differing_settings(results.study, NOMINAL, variant),
+        differs_in=names_of_differing_settings(results.study, NOMINAL, variant),
         records=int(record_indices.size),
         share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(here, events), SHARE_OVERTURNED),
         share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(there, events), SHARE_OVERTURNED),
@@ -224,13 +226,19 @@ def _contrast_variant(results: StudyResults, variant: str, record_indices: NDArr
 
 
 def _population_fall_rates(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> FloatArray:
-    """Return the fall rate of the population of a variant under each record, for amplitude 1."""
+    """Return the share of the population that falls in `variant`, at amplitude 1, shape (records,).
+
+    Records are those of `record_indices`.
+    """
     rates = results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
     return np.asarray(rates[record_indices], np.float64)
 
 
 def element_outcomes(results: StudyResults) -> list[ElementOutcomes]:
-    """Count the falls of each element in the study and its variants; empty for a single one-element scene."""
+    """Count the falls of each element of the study and of its variants.
+
+    Empty if all have the same scene of one element.
+    """
     study = results.study
     several = any("element" in cube.dims for cube in results.cubes.values())
     if not several and not any(variant.scene for variant in study.variants.values()):
@@ -238,26 +246,34 @@ def element_outcomes(results: StudyResults) -> list[ElementOutcomes]:
     return [
         _element_outcomes(name, variant_scene(study, name), row, "element" in cube.dims)
         for name, cube in results.cubes.items()
-        for row in results.element_falls[name]
+        for row in results.element_fall_counts_by_variant[name]
     ]
 
 
-def _element_outcomes(variant: str, scene: Scene, totals: ElementFalls, several_elements: bool) -> ElementOutcomes:
-    """Convert the fall counts of one element of a scene to findings."""
+def _element_outcomes(
+    variant: str, scene: Scene, fall_counts: ElementFallCounts, several_elements: bool
+) -> ElementOutcomes:
+    """Convert the fall counts of one element of a scene to a finding.
+
+    `several_elements` is True if the scene has several.
+    """
     return ElementOutcomes(
         variant=variant,
         scene=scene.name,
-        element=totals.name if several_elements else scene.free_names[0],
-        cases=totals.cases,
-        falls=totals.falls,
-        share_overturned=totals.share,
-        falls_first=totals.first,
-        median_fall_time_s=totals.median_time,
+        element=fall_counts.name if several_elements else scene.free_names[0],
+        cases=fall_counts.cases,
+        falls=fall_counts.falls,
+        share_overturned=fall_counts.share,
+        falls_first=fall_counts.first,
+        median_fall_time_s=fall_counts.median_time,
     )
 
 
 def site_fall_rates(results: StudyResults) -> list[SiteFallRates]:
-    """Compute the fall rate of the population on each soil column; empty without a soil variant or a population."""
+    """Compute the share of the population that falls, for each soil column and amplitude.
+
+    Empty without a variant that sets the soil, or without a population.
+    """
     sites: dict[str, Site | None] = {NOMINAL: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
@@ -271,7 +287,9 @@ def site_fall_rates(results: StudyResults) -> list[SiteFallRates]:
             angles = (
                 np.empty(0)
                 if site is None
-                else fall_axis_rotations(*(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL)))
+                else angles_between_fall_axes_deg(
+                    *(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL))
+                )
             )
             layers = site.layers if site is not None else ()
             found.append(
@@ -295,17 +313,20 @@ LEAST_FALLS = 0.05
 """Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
-def fall_axis_rotations(ground_rates: xr.Dataset, rock_rates: xr.Dataset) -> FloatArray:
-    """Return the angle, degrees, between the fall axes on soil and on rock, for each record that has both axes."""
-    apart = np.abs(wrap_axis_difference(ground_rates["fall_axis"].to_numpy() - rock_rates["fall_axis"].to_numpy()))
-    for found in (ground_rates, rock_rates):
+def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset) -> FloatArray:
+    """Return the angles between the fall axes on soil and on rock, for records with both axes.
+
+    Both arguments are results of `population_rates_by_record` at one amplitude.
+    """
+    apart = np.abs(wrap_axis_difference(soil_rates["fall_axis"].to_numpy() - rock_rates["fall_axis"].to_numpy()))
+    for found in (soil_rates, rock_rates):
         clear = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
         apart = np.where(clear, apart, np.nan)
     return np.asarray(apart[np.isfinite(apart)])
 
 
 def unconverged_soil_analyses(results: StudyResults) -> list[str]:
-    """Return labels of the soil computations that did not converge: variant, record and components."""
+    """Return a label for each soil computation that did not converge: variant, record and components."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:

@@ -6,17 +6,17 @@ import numpy as np
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
-from overturning.statistics.alignment_by_rule import RuleAlignment
+from overturning.statistics.alignment_by_rule import AlignmentUnderBlockRule
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import block_rule_of_model, count_flag_changes
+from overturning.statistics.falls import block_selection_rule_of_model, count_outcome_changes
 from overturning.statistics.space import planar_agreement_shares
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
 
 class EarthquakeAxis(Finding):
-    """Alignment and axis of the falls of an earthquake relative to its fault normal."""
+    """Mean axis of the falls of one earthquake, and their alignment with the fault normal."""
 
     event: str
     """Name of the earthquake."""
@@ -29,7 +29,7 @@ class EarthquakeAxis(Finding):
 
 
 class AlignmentUnderRule(Finding):
-    """Alignment of falls with the fault normal under one rule that selects the blocks whose falls count."""
+    """Alignment of falls with the fault normal, over the blocks that one rule selects."""
 
     rule: str
     """Rule that selects the blocks."""
@@ -44,7 +44,7 @@ class AlignmentUnderRule(Finding):
 
 
 class GroupDirection(Finding):
-    """Direction of the falls of a group of records."""
+    """Direction, relative to the fault normal, of the falls in a group of records."""
 
     group: str
     """Name of the group of records."""
@@ -79,7 +79,7 @@ class GroupDirection(Finding):
 
 
 class FallDirection(Finding):
-    """Direction of falls relative to the fault normal."""
+    """Direction of the falls of a study relative to the fault normal, by group of records."""
 
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
@@ -94,7 +94,7 @@ class FallDirection(Finding):
 
 
 class AlignmentWithReference(Finding):
-    """Alignment of the fall directions with one reference direction, such as the azimuth of the peak velocity."""
+    """Alignment of falls with one reference direction, such as the azimuth of peak velocity."""
 
     reference: str
     """Name of the reference direction, such as the fault normal."""
@@ -107,7 +107,7 @@ class AlignmentWithReference(Finding):
 
 
 class GroupReferenceAlignment(Finding):
-    """Alignment of the falls of a group of records with each reference direction, such as the fault normal."""
+    """Alignment of the falls in a group of records with each of several reference directions."""
 
     group: str
     """Name of the group of records."""
@@ -128,7 +128,7 @@ class GroupReferenceAlignment(Finding):
 
 
 class PlanarModelAgreement(Finding):
-    """Agreement of the 2-D model of the faces of a body with its 3-D outcome."""
+    """Agreement between the 2-D model of the faces of a body and its 3-D model."""
 
     cases: int
     """Number of cases with both outcomes."""
@@ -147,9 +147,12 @@ class PlanarModelAgreement(Finding):
 
 
 def _alignment_under_rule(
-    rule_alignment: RuleAlignment, direction_noun: str, is_study_rule: bool
+    rule_alignment: AlignmentUnderBlockRule, direction_noun: str, is_study_rule: bool
 ) -> AlignmentUnderRule:
-    """Convert the alignment of falls under one rule that selects blocks to findings."""
+    """Convert the alignment under one block selection rule to a finding.
+
+    `direction_noun`, such as "plane", completes the name of the rule.
+    """
     return AlignmentUnderRule(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,
@@ -160,7 +163,7 @@ def _alignment_under_rule(
 
 
 def _no_axis_reason(results: StudyResults) -> str:
-    """Return the reason why the falls have no axis that can be compared with a fault; empty if they have one."""
+    """Return why the falls have no axis that can be compared with a fault; "" if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
     if results.share_overturned <= 0:
@@ -172,16 +175,22 @@ def _no_axis_reason(results: StudyResults) -> str:
     return "" if results.has_known_fault_normal else "no fault normal"
 
 
-def fall_direction(results: StudyResults) -> FallDirection:
-    """Compute the direction of falls relative to the fault normal, by group of records."""
+def fall_direction_findings(results: StudyResults) -> FallDirection:
+    """Compute the direction of falls relative to the fault normal, for each group of records."""
     cube, groups = results.cube, []
-    lengths, own = results.mean_directions_by_record["axis_resultant"].to_numpy(), block_rule_of_model(cube)
+    lengths, own = (
+        results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
+        block_selection_rule_of_model(cube),
+    )
     members, word = record_groups(cube), "plane" if results.model.one_component else results.model.direction
     for name, summary in results.fall_axis_summaries.items():
         axes = results.fall_axes_by_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
-        agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.events)
-        rules = [_alignment_under_rule(one, word, one.rule is own) for one in results.alignment_by_rule.get(name, [])]
+        agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.record_events)
+        rules = [
+            _alignment_under_rule(one, word, one.rule is own)
+            for one in results.fault_normal_alignment_by_rule.get(name, [])
+        ]
         known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(
             GroupDirection(
@@ -210,9 +219,9 @@ def fall_direction(results: StudyResults) -> FallDirection:
         )
     changes = dict[str, Number]()
     for dim in (results.model.direction, "b_over_h"):
-        changed, pairs = count_flag_changes(cube, dim)
+        changed, pairs = count_outcome_changes(cube, dim)
         changes[dim] = changed / pairs if pairs else None
-    difference = results.alignment_difference
+    difference = results.first_minus_second_group_alignment
     return FallDirection(
         has_comparable_axis=results.has_comparable_axis,
         no_axis_because=_no_axis_reason(results),
@@ -224,11 +233,14 @@ def fall_direction(results: StudyResults) -> FallDirection:
     )
 
 
-def reference_alignments(results: StudyResults) -> list[GroupReferenceAlignment]:
-    """Compute the alignment of 3-D falls with reference directions, by group of records; empty for planar models."""
+def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenceAlignment]:
+    """Compute the alignment of falls with reference directions, for each group of records.
+
+    Empty for planar models, and without falls.
+    """
     if results.model.one_component or not results.share_overturned > 0:
         return []
-    found, ranges = results.reference_alignment
+    found, ranges = results.fall_alignment_by_reference
     groups = []
     for group, references in found.items():
         means = []
@@ -265,7 +277,7 @@ def reference_alignments(results: StudyResults) -> list[GroupReferenceAlignment]
 
 
 def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None:
-    """Compute the agreement of the 2-D model of the faces with the 3-D outcome; None without 2-D outcomes."""
+    """Compute how often the 2-D model of the faces agrees with the 3-D model; None without 2-D outcomes."""
     if "plane_overturned" not in results.cube:
         return None
     whole = {str(name): float(one) for name, one in planar_agreement_shares(results.planar_agreement_counts).items()}

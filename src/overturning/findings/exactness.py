@@ -6,20 +6,30 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from overturning.findings.comparison import ChangedCases, SecondComputation, second_computations, share_of_changed_cases
+from overturning.findings.comparison import (
+    ChangedCases,
+    SecondComputation,
+    comparisons_with_second_computations,
+    share_of_changed_cases,
+)
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
 from overturning.settings import Ensemble
 from overturning.statistics.by_record import apply_to_record_batches
-from overturning.statistics.space import summarise_twist, twist_angles
-from overturning.statistics.spread import Statistic, first_batch_estimate, runs_disagree, runs_fall_to_both_sides
+from overturning.statistics.space import standing_stone_twists_deg, summarise_twist
+from overturning.statistics.spread import (
+    Statistic,
+    runs_disagree_on_fall,
+    runs_fall_to_both_sides,
+    unbiased_first_batch_statistic,
+)
 from overturning.study.convergence import Convergence
 from overturning.study.ensemble import BATCH
 
 
 class EnsembleFindings(Finding):
-    """Share of the cells whose ensemble runs, with slightly changed motion and block, disagree."""
+    """Shares of cells whose ensemble runs disagree with each other; runs change motion and block slightly."""
 
     share_of_cells_repeated: Number
     """Share of all cells that lie near a change of outcome and were run again, several times."""
@@ -38,7 +48,10 @@ class EnsembleFindings(Finding):
 
 
 class ConvergenceFindings(Finding):
-    """Shares of the cases that change if computed again with finer steps, stiffer springs, or as exact rigid blocks."""
+    """Shares of the cases whose outcome changes in a second, more exact computation.
+
+    Second computations use finer steps, stiffer springs, or exact rigid blocks.
+    """
 
     result: Convergence
     """Counts of the convergence check (`convergence.json`)."""
@@ -55,7 +68,7 @@ class ConvergenceFindings(Finding):
 
 
 class FinalTwist(Finding):
-    """Rotation about the vertical of stones that moved and stand at the end, degrees."""
+    """Final rotation about the vertical, degrees, of stones that moved and stand."""
 
     stones: int
     """Number of stones that moved and stand."""
@@ -68,7 +81,7 @@ class FinalTwist(Finding):
 
 
 def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
-    """Return the results of the convergence check of a study; None if it has none."""
+    """Return the findings of the study's convergence check; None if the study has none."""
     found = results.convergence
     if found is None:
         return None
@@ -76,25 +89,25 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
     return ConvergenceFindings(
         result=found,
         is_sample=is_sample,
-        comparisons=second_computations(found),
+        comparisons=comparisons_with_second_computations(found),
         share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
         undecidable=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
         moved_by_amplitude=None if shift is None else share_of_changed_cases(shift.moved, shift.falls, is_sample),
     )
 
 
-def final_twist(results: StudyResults) -> FinalTwist | None:
-    """Summarise the final rotation about the vertical of stones that stand; None for planar models."""
+def final_twist_findings(results: StudyResults) -> FinalTwist | None:
+    """Summarise the final rotation about the vertical of standing stones; None for planar models."""
     if not results.model.twists:
         return None
-    found = summarise_twist(np.concatenate(list(twist_angles(results.cube).values())))
+    found = summarise_twist(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
     return FinalTwist(
         stones=found.stones, median_deg=found.median, percentile_90_deg=found.most, largest_deg=found.largest
     )
 
 
 def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
-    """Compute the shares of cells whose ensemble runs disagree; None for a study without an ensemble."""
+    """Compute the shares of cells whose ensemble runs disagree with each other; None without an ensemble."""
     cube, settings = results.cube, results.study.ensemble
     if "members" not in cube:
         return None
@@ -103,36 +116,41 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 
-    def share_of_sums(part: str, of: str) -> float:
-        return float(sums[part]) / float(sums[of]) if float(sums[of]) else float("nan")
+    def ratio_of_sums(part_name: str, whole_name: str) -> float:
+        return float(sums[part_name]) / float(sums[whole_name]) if float(sums[whole_name]) else float("nan")
 
     return EnsembleFindings(
-        share_of_cells_repeated=share_of_sums("run", "cells"),
+        share_of_cells_repeated=ratio_of_sums("run", "cells"),
         fewest_runs_per_cell=float(found["fewest"].min()),
         most_runs_per_cell=float(found["most"].max()),
-        mean_runs_per_cell=share_of_sums("members", "with_members"),
+        mean_runs_per_cell=ratio_of_sums("members", "with_members"),
         first_batch_runs=min(BATCH, settings.members),
-        share_disagreeing=share_of_sums("divided", "run"),
-        share_falling_both_ways=share_of_sums("apart", "agree"),
+        share_disagreeing=ratio_of_sums("divided", "run"),
+        share_falling_both_ways=ratio_of_sums("apart", "agree"),
     )
 
 
 def count_ensemble_cells(model: Model, ensemble_settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
-    """Count cells for each record: all, repeated, with runs that disagree, with falls to both sides; and their runs."""
+    """Count, for each record, cells: all, repeated, with runs that disagree, with falls to both sides.
+
+    The runs of repeated cells are counted, too.
+    """
     found, half = model.ensemble_disagreement(cube), cube.isel({model.direction: model.distinct_direction_index(cube)})
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def cell_statistic(statistic: Statistic) -> xr.DataArray:
-        said = first_batch_estimate(statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings)
+    def estimated_cell_statistic(run_statistic: Statistic) -> xr.DataArray:
+        said = unbiased_first_batch_statistic(
+            run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings
+        )
         return run.copy(data=np.nan_to_num(said))
 
     over = [name for name in run.dims if name != "record"]
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
-        "divided": cell_statistic(runs_disagree),
+        "divided": estimated_cell_statistic(runs_disagree_on_fall),
         "agree": found.get("agree", run),
-        "apart": found["apart"] if "apart" in found else cell_statistic(runs_fall_to_both_sides),
+        "apart": found["apart"] if "apart" in found else estimated_cell_statistic(runs_fall_to_both_sides),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

@@ -14,7 +14,7 @@ from overturning.study.scenes import variant_scene
 
 
 class StudyExtent(Finding):
-    """Number of records, earthquakes, blocks and azimuths of a study, and properties of its motions."""
+    """Numbers of records, earthquakes, blocks and directions of a study, and properties of its motions."""
 
     records: int
     earthquakes: int
@@ -49,7 +49,7 @@ class StudyExtent(Finding):
 
 
 class ChosenMap(Finding):
-    """Record whose map the report shows."""
+    """Record whose map the report shows, and the reason why it was chosen."""
 
     record: str
     station: str
@@ -61,7 +61,7 @@ class ChosenMap(Finding):
 
 
 class ReportMaps(Finding):
-    """Maps of the report, and the block that they show."""
+    """Records whose maps the report shows, and the height, friction and smallest B/H that the maps show."""
 
     height_m: Number
     friction: Number
@@ -70,14 +70,14 @@ class ReportMaps(Finding):
 
 
 class CellCount(Finding):
-    """Number of cells with one status."""
+    """Number of cells of the cube with one computation status, such as "simulated"."""
 
     status: str
     cells: int
 
 
 class RecordSource(Finding):
-    """Source and licence of the file of a record."""
+    """Source and licence of the file from which a record was read."""
 
     record: str
     source: str
@@ -85,7 +85,7 @@ class RecordSource(Finding):
 
 
 def study_extent(results: StudyResults) -> StudyExtent:
-    """Count records, blocks and azimuths of a study."""
+    """Return the numbers of records, earthquakes, blocks and directions of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
     steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))
@@ -106,17 +106,17 @@ def study_extent(results: StudyResults) -> StudyExtent:
         elements=len(variant_scene(study).free_names),
         element=element_of_cube(cube),
         square=plan is not None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
-        records_with_vertical=results.records_with_vertical,
-        vertical_left_out=results.records_with_unused_vertical,
+        records_with_vertical=results.applied_vertical_count,
+        vertical_left_out=results.unused_vertical_count,
         pulse_not_stated=[name.id for name, alone in zip(results.record_names, neither, strict=True) if alone],
         notes_on_earthquakes=earthquake_assignment_notes(cube),
         other_amplitudes=len(study.amplitude) - 1,
     )
 
 
-def report_maps(results: StudyResults) -> ReportMaps:
-    """Choose the records whose maps the report shows."""
-    cube, means = results.cube, results.mean_directions_by_record
+def choose_report_maps(results: StudyResults) -> ReportMaps:
+    """Choose the records whose maps the report shows, and the block that the maps show."""
+    cube, means = results.cube, results.mean_fall_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
@@ -140,12 +140,16 @@ def report_maps(results: StudyResults) -> ReportMaps:
 
 
 def cell_counts_by_status(results: StudyResults) -> list[CellCount]:
-    """Count the cells of each status."""
-    return [CellCount(status=name, cells=count) for name, (count, _) in results.status_counts.items() if count]
+    """Count the cells of the cube of each computation status; a status without cells is left out."""
+    return [
+        CellCount(status=name, cells=count)
+        for name, (count, _) in results.cell_and_unknown_counts_by_status.items()
+        if count
+    ]
 
 
 def sources_of_records(results: StudyResults) -> list[RecordSource]:
-    """Return source and licence of each record."""
+    """Return the source and the licence of the file of each record of the study."""
     return [
         RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))
         for row in record_sources(results.cube)

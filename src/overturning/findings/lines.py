@@ -18,7 +18,10 @@ _JSON_ONLY_FIELDS: Final = frozenset(
 
 
 def finding_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
-    """Yield a line "field, subfield: value" for each number of a finding and its parts."""
+    """Yield a line "field, subfield: value" for each value of a finding and its parts.
+
+    `field_path` is the text before the first field.
+    """
     for name in type(finding).model_fields:
         if name not in _JSON_ONLY_FIELDS:
             yield from _value_lines(
@@ -27,12 +30,15 @@ def finding_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
 
 
 def _field_label(field_name: str) -> str:
-    """Return the name of a field for printing: underscores are replaced by spaces."""
+    """Return the name of a field as printed: underscores are replaced by spaces."""
     return field_name.replace("_", " ")
 
 
 def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
-    """Yield the lines of the value of a field: one line, or one for each number of a model, dict or list."""
+    """Yield the lines of one field, which begin with `field_path`: one for each number it contains.
+
+    The value may be a model, dict or list.
+    """
     if isinstance(field_value, Estimate):
         yield f"{field_path}: {_format_estimate(field_value)}"
     elif isinstance(field_value, BaseModel):
@@ -51,7 +57,7 @@ def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
 
 
 def _format_value(field_value: Any) -> str:
-    """Format a number, flag, text or list for printing."""
+    """Format a number, flag, text or list of these for printing."""
     if isinstance(field_value, bool):
         return "yes" if field_value else "no"
     if isinstance(field_value, list | tuple):
@@ -60,7 +66,7 @@ def _format_value(field_value: Any) -> str:
 
 
 def _format_estimate(estimate: Estimate) -> str:
-    """Format an estimate with its interval and number of earthquakes for printing."""
+    """Format an estimate for printing: its value, its interval and its number of earthquakes."""
     if estimate.value is None:
         return f"not defined; {estimate.earthquakes} earthquakes"
     interval = (

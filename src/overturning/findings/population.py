@@ -12,7 +12,7 @@ from overturning.findings.values import Finding, Number
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, truncate_to_published_intensity
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
-from overturning.surveys.population import record_jma_intensities
+from overturning.surveys.population import jma_intensities_of_motions
 
 JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
 """Degrees of the JMA scale, with their range of instrumental intensity."""
@@ -25,7 +25,7 @@ StrArray = NDArray[np.str_]
 
 
 class MotionCount(Finding):
-    """Number of motions (records times factors), and of their records and earthquakes."""
+    """Number of motions (a record times a factor is one motion), of their records and earthquakes."""
 
     motions: int
     """Number of motions."""
@@ -36,7 +36,7 @@ class MotionCount(Finding):
 
 
 class ShareOfMotions(Finding):
-    """Share of motions with a property, with the 95 % interval over earthquakes."""
+    """Share of the motions that have a property, with its 95 % interval over earthquakes."""
 
     value: Number
     """Share."""
@@ -47,7 +47,7 @@ class ShareOfMotions(Finding):
 
 
 class FallRateAtIntensity(Finding):
-    """Share of the stones that fall at one degree of the JMA intensity scale."""
+    """Median share of the stones that falls under motions of one degree of the JMA scale."""
 
     jma_degree: str
     """Degree of the JMA intensity scale, such as "6 lower"."""
@@ -58,7 +58,7 @@ class FallRateAtIntensity(Finding):
 
 
 class SurveyRuleCheck(Finding):
-    """Check of the rule by which surveys infer the JMA intensity from the share of stones that fell."""
+    """Check of one rule that infers the JMA intensity from the share of stones that fell in a survey."""
 
     fall_rate_from: float
     """Lower end of the share of the stones that fall."""
@@ -79,7 +79,10 @@ class SurveyRuleCheck(Finding):
 
 
 class FragilityCurve(Finding):
-    """Lognormal fragility curve of a class of stones; values above (below) the range of the data are `inf` (0)."""
+    """Lognormal fragility curve of a class of stones for one intensity measure.
+
+    Values above (below) the range of the data are `inf` (0).
+    """
 
     stones: str
     """Name of the class of stones."""
@@ -106,7 +109,10 @@ class FragilityCurve(Finding):
 
 
 class RecordFallRate(Finding):
-    """Share of the stones of a population that fall under a record (amplitude 1), with its sampling interval."""
+    """Share of the population of stones that falls under one record (amplitude 1), with its interval.
+
+    The interval is that of a sample of as many stones.
+    """
 
     record: str
     """Identifier of the record."""
@@ -127,7 +133,7 @@ class RecordFallRate(Finding):
 
 
 class PopulationFindings(Finding):
-    """Falls of the study's population of stones."""
+    """Falls of the study's population of random stones, and its fragility curves."""
 
     stones: int
     """Number of stones of the population."""
@@ -166,12 +172,12 @@ class PopulationFindings(Finding):
 
 
 def population_findings(results: StudyResults) -> PopulationFindings | None:
-    """Compute fall rates and fragility of the population of stones; None if the study has no population."""
+    """Compute fall rates and fragility curves of the population of stones; None without a population."""
     stones = results.study.population
     if stones is None:
         return None
     found = results.populations[NOMINAL]
-    own, jma = found.sel(amplitude=1.0), record_jma_intensities(found, results.intensity)
+    own, jma = found.sel(amplitude=1.0), jma_intensities_of_motions(found, results.intensity)
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
     quantiles = np.quantile(rate, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist() if rate.size else [math.nan] * 5
@@ -201,19 +207,19 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         survey_rules=[
             _check_survey_rule(rule, known, rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _select_motions_of_rule(rule, known, rates).sum() >= FEWEST_MOTIONS
+            if _mask_of_motions_in_rule_range(rule, known, rates).sum() >= FEWEST_MOTIONS
         ],
         fragility_curves=[
             FragilityCurve(
                 stones=one.name,
                 measure=one.measure,
                 unit=one.unit,
-                median=one.within_data[0],
-                low=one.within_data[1].low,
-                high=one.within_data[1].high,
-                log_std=one.within_data[2],
-                log_std_between_records=one.spread_components[0],
-                log_std_within_record=one.spread_components[1],
+                median=one.median_and_spread_within_data[0],
+                low=one.median_and_spread_within_data[1].low,
+                high=one.median_and_spread_within_data[1].high,
+                log_std=one.median_and_spread_within_data[2],
+                log_std_between_records=one.record_and_stone_spread[0],
+                log_std_within_record=one.record_and_stone_spread[1],
                 data_minimum=one.least,
                 data_maximum=one.most,
             )
@@ -224,7 +230,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
 
 
 def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRate:
-    """Return the fall rate of the population under the record with the given index."""
+    """Return the share of the population that falls under record `record_index`, with its interval."""
     own = results.populations[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
@@ -241,25 +247,28 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
     )
 
 
-def _select_motions_of_rule(
-    survey_rule: tuple[float, float, float, float, str], known_mask: BoolArray, fall_rates: FloatArray
+def _mask_of_motions_in_rule_range(
+    survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
-    """Return a mask of the motions whose fall rate lies in the range of a survey rule, shape (records, amplitudes)."""
+    """Return True for known motions whose fall rate a survey rule covers, shape (records, amplitudes)."""
     low, high, *_ = survey_rule
-    return known_mask & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
+    return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 
 
 def _check_survey_rule(
     survey_rule: tuple[float, float, float, float, str],
-    known_mask: BoolArray,
+    known_motions: BoolArray,
     fall_rates: FloatArray,
     jma_intensity: FloatArray,
     lacks_vertical: BoolArray,
     record_events: StrArray,
 ) -> SurveyRuleCheck:
-    """Compare the JMA intensity that a survey rule infers with the intensity of the motions to which it applies."""
+    """Compare the JMA intensity that a survey rule infers with the intensity of the motions it covers.
+
+    Arrays have shape (records, amplitudes); `lacks_vertical` and `record_events` have shape (records,).
+    """
     low, high, least, most, text = survey_rule
-    selected = _select_motions_of_rule(survey_rule, known_mask, fall_rates)
+    selected = _mask_of_motions_in_rule_range(survey_rule, known_motions, fall_rates)
     more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & (one >= a) & (one < b)
@@ -272,14 +281,21 @@ def _check_survey_rule(
         inferred_jma_degree=text,
         median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity[selected]))),
         count=_count_motions(selected, record_events),
-        share_agreeing=share_of_motions(agreeing, selected, record_events),
-        share_higher=share_of_motions(above, selected, record_events) if math.isfinite(most) and most < 99 else None,
-        share_agreeing_with_vertical=share_of_motions(agreeing_more, selected, record_events) if lacking else None,
+        share_agreeing=share_of_agreeing_motions(agreeing, selected, record_events),
+        share_higher=share_of_agreeing_motions(above, selected, record_events)
+        if math.isfinite(most) and most < 99
+        else None,
+        share_agreeing_with_vertical=share_of_agreeing_motions(agreeing_more, selected, record_events)
+        if lacking
+        else None,
     )
 
 
 def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> MotionCount:
-    """Count the selected motions (mask of shape (records, amplitudes)), their records and their earthquakes."""
+    """Count the motions that are True in a mask, their records and their earthquakes.
+
+    The mask has shape (records, amplitudes), and `record_events` shape (records,).
+    """
     records = selected_motions.any(axis=1)
     return MotionCount(
         motions=int(selected_motions.sum()),
@@ -288,10 +304,13 @@ def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> Moti
     )
 
 
-def share_of_motions(
+def share_of_agreeing_motions(
     agreeing_motions: BoolArray, selected_motions: BoolArray, record_events: StrArray
 ) -> ShareOfMotions:
-    """Compute the share of the selected motions that agree with a rule, with its 95 % interval over earthquakes."""
+    """Return the share of the selected motions that agree with a rule, with its 95 % interval.
+
+    Both masks have shape (records, amplitudes). The interval is over earthquakes.
+    """
     records = selected_motions.any(axis=1)
     names, member = np.unique(record_events[records], return_inverse=True)
     counts = np.stack(

@@ -13,7 +13,7 @@ PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s",
 
 
 class PublishedPeak(Finding):
-    """Published peak of one component of a record, compared with the peak of the study's motion."""
+    """Published peak of a record's component, and that of the motion that the study uses."""
 
     component: str
     measure: str
@@ -28,7 +28,7 @@ class PublishedPeak(Finding):
 
 
 class PublishedAgreement(Finding):
-    """Number of blocks of a variant for which the study reproduces all published outcomes."""
+    """Number of blocks of one variant with which the study reproduces all published outcomes."""
 
     variant: str
     blocks: int
@@ -38,8 +38,8 @@ class PublishedAgreement(Finding):
     """Heights for which all published outcomes are found with at least one friction."""
 
 
-def published_peaks(results: StudyResults) -> list[PublishedPeak]:
-    """Compare the peaks of the study's motions with the published peaks in the same azimuths."""
+def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeak]:
+    """Compare peaks of the motions of the study with published peaks of the same azimuths."""
     ids, rows = [name.id for name in results.record_names], []
     for row in results.study.published:
         measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
@@ -63,8 +63,11 @@ def published_peaks(results: StudyResults) -> list[PublishedPeak]:
     return rows
 
 
-def published_agreement(results: StudyResults) -> list[PublishedAgreement]:
-    """Count, for each variant, the blocks for which the study reproduces all published outcomes."""
+def count_blocks_that_agree_with_published(results: StudyResults) -> list[PublishedAgreement]:
+    """Count, for each variant, the blocks with which the study reproduces all published outcomes.
+
+    A block is a height and friction.
+    """
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []
     for variant in results.cubes if wanted else ():

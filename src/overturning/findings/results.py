@@ -16,7 +16,7 @@ from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import EarthquakeMean
 from overturning.statistics.by_record import apply_to_record_batches
-from overturning.statistics.elements import ElementFalls, falls_by_element
+from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
 from overturning.statistics.falls import block_overturns, mean_fall_directions
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.space import planar_agreement_counts
@@ -24,14 +24,14 @@ from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.cube import open_records, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
-from overturning.surveys.comparison import SurveyResult, read_survey_result
-from overturning.surveys.population import fit_fragility_curves, population_rates
-from overturning.surveys.posterior import InversionResult, read_inversion
+from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
+from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
+from overturning.surveys.posterior import SurveyInversionResult, read_inversion_result
 
 
 @dataclass(frozen=True)
 class RecordName:
-    """Identifier of a record, and names of its station and earthquake, which may be empty."""
+    """Identifier of a record, and names of its station and its earthquake; a name may be empty."""
 
     id: str
     station: str
@@ -39,13 +39,13 @@ class RecordName:
 
     @property
     def heading(self) -> str:
-        """Heading of the record: station and earthquake, or its identifier."""
+        """Heading for the record: its station and earthquake, or its identifier if both are empty."""
         return ", ".join(text for text in (self.station, self.event) if text) or self.id
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResults:
-    """Results of a study: its files, opened once, and statistics that are computed on first use.
+    """Results of one study: its open files, and statistics that are computed when first used.
 
     Attributes
     ----------
@@ -59,11 +59,11 @@ class StudyResults:
         Intensity measures.
     convergence : Convergence or None
         Result of its convergence check; None if the study has none.
-    surveys : tuple of SurveyResult
+    surveys : tuple of StoredSurveyComparison
         Comparisons of surveys of stones with its predictions.
     populations : dict of xarray.Dataset
         Fall rates of the study's population, by the names of the cubes; empty if it has none.
-    inferred_motions : tuple of InversionResult
+    inferred_motions : tuple of SurveyInversionResult
         Motions inferred from the surveys with the key `backwards`.
     """
 
@@ -72,34 +72,34 @@ class StudyResults:
     cubes: dict[str, xr.Dataset]
     intensity: xr.Dataset
     convergence: Convergence | None
-    surveys: tuple[SurveyResult, ...]
+    surveys: tuple[StoredSurveyComparison, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
-    inferred_motions: tuple[InversionResult, ...] = ()
+    inferred_motions: tuple[SurveyInversionResult, ...] = ()
 
     @cached_property
     def record_names(self) -> tuple[RecordName, ...]:
-        """Identifier, station and earthquake of each record."""
+        """Identifier, station and earthquake of each record, in the order of the cube."""
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordName(*each) for each in zip(*texts, strict=True))
 
     @cached_property
-    def events(self) -> NDArray[np.str_]:
+    def record_events(self) -> NDArray[np.str_]:
         """Name of the earthquake of each record, shape (records,)."""
         return self.cube["event"].to_numpy().astype(str)
 
     @property
     def earthquake_count(self) -> int:
         """Number of earthquakes of the study."""
-        return len(set(self.events))
+        return len(set(self.record_events))
 
     @cached_property
-    def records_with_vertical(self) -> int:
-        """Number of records whose vertical motion was applied."""
+    def applied_vertical_count(self) -> int:
+        """Number of records whose vertical motion the study applies."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
     @property
-    def records_with_unused_vertical(self) -> int:
-        """Number of records with a vertical component that the study does not apply."""
+    def unused_vertical_count(self) -> int:
+        """Number of records whose vertical component the study does not apply."""
         return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 
     @cached_property
@@ -109,28 +109,34 @@ class StudyResults:
 
     @cached_property
     def has_single_motion_axis(self) -> bool:
-        """True if all motion is along one axis, so that falls can show no direction."""
+        """True if every motion is along the same axis, so that falls can show no direction."""
         axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
         return self.model.one_component and bool(np.ptp(axes) == 0.0)
 
     @cached_property
     def share_overturned(self) -> float:
-        """Share of all cases that overturn; NaN if no outcome is known."""
+        """Share of the cases with a known outcome that overturn; NaN if no outcome is known."""
         return float(block_overturns(self.cube).mean().compute())
 
     @cached_property
-    def element_fall_totals(self) -> tuple[ElementFalls, ...]:
-        """Fall counts of each element of the study's scene, and of the whole scene; empty for one free element."""
-        return self.element_falls[NOMINAL] if "element" in self.cubes[NOMINAL].dims else ()
+    def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:
+        """Fall counts of each element of the study's own scene, and of the scene as a whole.
+
+        Empty for a scene of one free element.
+        """
+        return self.element_fall_counts_by_variant[NOMINAL] if "element" in self.cubes[NOMINAL].dims else ()
 
     @cached_property
-    def element_falls(self) -> dict[str, tuple[ElementFalls, ...]]:
-        """Fall counts of each element, by variant; one row, "block", for a scene with one free element."""
-        return {name: tuple(falls_by_element(cube)) for name, cube in self.cubes.items()}
+    def element_fall_counts_by_variant(self) -> dict[str, tuple[ElementFallCounts, ...]]:
+        """Fall counts of each element of the scene, by name of the variant.
+
+        A scene of one free element has one row, "block".
+        """
+        return {name: tuple(count_falls_by_element(cube)) for name, cube in self.cubes.items()}
 
     @cached_property
-    def status_counts(self) -> dict[str, tuple[int, int]]:
-        """Number of cells of each status, and number of these cells without an outcome."""
+    def cell_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
+        """Number of cells, and of cells without an outcome, by name of the status."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
@@ -139,73 +145,91 @@ class StudyResults:
         return counts
 
     @property
-    def free_elements(self) -> tuple[str, ...]:
-        """Names of the free elements of the scene."""
+    def free_element_names(self) -> tuple[str, ...]:
+        """Names of the free elements of the study's own scene."""
         return variant_scene(self.study).free_names
 
     @cached_property
-    def mean_directions_by_record(self) -> xr.Dataset:
-        """Mean direction and axis of the falls under each record, with resultants; informative blocks only."""
+    def mean_fall_directions_by_record(self) -> xr.Dataset:
+        """Mean direction and mean axis of the falls under each record, with resultants.
+
+        Only informative blocks count.
+        """
         means = partial(mean_fall_directions, summed_dims=self.model.case_dims, informative_only=True)
         return apply_to_record_batches(means, self.cube, self.model.reads)
 
     @cached_property
     def fall_axes_by_group(self) -> dict[str, xr.Dataset]:
-        """Fall axis of each earthquake relative to its fault normal, by group of records."""
+        """Fall axis of each earthquake relative to its fault normal, by name of the group of records."""
         return earthquakes.fall_axes_by_group(self.cube)
 
     @cached_property
     def fall_axis_summaries(self) -> dict[str, earthquakes.FallAxisSummary]:
-        """Summary of the fall axes of the earthquakes relative to their fault normals, by group of records."""
+        """Mean fall axis over earthquakes, and alignment, by name of the group of records.
+
+        Axes are relative to the fault normals.
+        """
         return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_group.items()}
 
     @cached_property
-    def alignment_difference(self) -> EarthquakeMean | None:
-        """Alignment of falls in the first group of records minus that in the second; None if there is one group."""
+    def first_minus_second_group_alignment(self) -> EarthquakeMean | None:
+        """Alignment of falls in the first group of records minus that in the second.
+
+        The alignment is with the fault normal. None if there is one group.
+        """
         return (
-            earthquakes.alignment_difference(*self.fall_axes_by_group.values())
+            earthquakes.first_minus_second_alignment(*self.fall_axes_by_group.values())
             if len(self.fall_axes_by_group) == 2
             else None
         )
 
     @cached_property
-    def alignment_by_rule(self) -> dict[str, list[alignment_by_rule.RuleAlignment]]:
-        """Alignment of falls with the fault normal under each rule that selects blocks, by group of records."""
-        return alignment_by_rule.alignment_by_rule(self.cube)
+    def fault_normal_alignment_by_rule(self) -> dict[str, list[alignment_by_rule.AlignmentUnderBlockRule]]:
+        """Alignment of falls with the fault normal, by name of the group of records.
+
+        Each list has an entry for each rule that selects blocks.
+        """
+        return alignment_by_rule.fault_normal_alignment_by_rule(self.cube)
 
     @cached_property
-    def reference_alignment(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
-        """Alignment of falls with reference directions, for all and for ranges of B/H, and labels of the ranges."""
+    def fall_alignment_by_reference(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
+        """Alignment of falls with reference directions, by group of records; labels of B/H ranges.
+
+        The first alignment is over all B/H, those after it over the ranges with these labels.
+        """
         ratio = self.cube["b_over_h"].to_numpy()
         count, classes = ratio.size, min(B_OVER_H_RANGES, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
-        return earthquakes.alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
+        return earthquakes.fall_alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
 
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
-        """Fragility curves of the study's population of stones; empty without a population."""
-        return fit_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
+        """Fitted fragility curves of the study's population of stones; empty without a population."""
+        return fit_population_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 
     @cached_property
     def planar_agreement_counts(self) -> xr.Dataset:
-        """Numbers of cases in which 3-D and 2-D outcome agree; see `statistics.space.planar_agreement_counts`."""
+        """Numbers of cases in which the 2-D model of the faces agrees with the 3-D model.
+
+        See `statistics.space.planar_agreement_counts`.
+        """
         return planar_agreement_counts(self.cube)
 
     @property
     def has_known_fault_normal(self) -> bool:
-        """True if an earthquake has falls and a known fault normal."""
+        """True if at least one earthquake has both falls and a known fault normal."""
         return any(summary.alignment.n > 0 for summary in self.fall_axis_summaries.values())
 
     @property
     def every_case_overturns(self) -> bool:
-        """True if every block falls in every plane of a planar model, so that falls show no axis."""
+        """True if, in a planar model, every known case overturns, so that falls show no axis."""
         return self.model.one_component and self.share_overturned >= 1
 
     @property
     def has_comparable_axis(self) -> bool:
-        """True if the falls have an axis that can be compared with a fault."""
+        """True if falls have an axis, and a known fault normal with which to compare it."""
         return (
             self.has_known_fault_normal
             and self.share_overturned > 0
@@ -214,7 +238,7 @@ class StudyResults:
         )
 
     def reference_cube(self, variant: str) -> xr.Dataset:
-        """Return the cube of a variant for the reference element of its scene."""
+        """Return the cube of `variant`, for the reference element of its scene only."""
         return _reference_cube(self.study, variant, self.cubes[variant])
 
 
@@ -226,13 +250,15 @@ B_OVER_H_RANGES = 3
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
-    """Select the reference element of a variant's scene from the variant's cube."""
+    """Return the part of a variant's cube that belongs to the reference element of its scene."""
     return cube.sel(element=variant_scene(study, variant).default_element) if "element" in cube.dims else cube
 
 
 @contextmanager
-def open_results(folder: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
-    """Open the cubes, intensities, surveys and convergence of a study; `ResultError` if one is missing.
+def open_study_results(folder: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
+    """Open the cubes, intensities, surveys and convergence check of a study in `folder`.
+
+    A `ResultError` is raised if a file is missing.
 
     The keys `REPORT_KEYS` and the surveys are those of `study_override`, or of the study in the cube if it is None.
     """
@@ -267,7 +293,9 @@ def open_results(folder: Path, study_override: Study | None = None) -> Iterator[
             cubes=cubes,
             intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             convergence=read_convergence(folder / "convergence.json") if study.verification != "none" else None,
-            surveys=tuple(read_survey_result(file.with_suffix(".json")) for file in files),
-            populations={name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
-            inferred_motions=tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
+            surveys=tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
+            populations={name: population_rates_by_record(cube, stones) for name, cube in whole.items()}
+            if stones
+            else {},
+            inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
         )

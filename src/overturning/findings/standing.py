@@ -11,9 +11,9 @@ from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
     SurvivalByClass,
-    fall_rate_below_first_level,
+    annual_fall_rate_below_first_level,
     hazard_unit_warning,
-    upper_bound_of_fall_rate,
+    upper_bound_of_annual_fall_rate,
     upper_bound_of_hazard_factor,
 )
 from overturning.surveys.stones import Stone
@@ -23,7 +23,7 @@ NEGLIGIBLE: Final = 0.01
 
 
 class StoneClassSurvival(Finding):
-    """Survival of a class of stones under the hazard of one intensity measure."""
+    """Probability that a class of stones survives the hazard, for one intensity measure."""
 
     stones: str
     measure: str
@@ -47,7 +47,7 @@ class StoneClassSurvival(Finding):
 
 
 class StoneClassWithoutCurve(Finding):
-    """Class of stones whose survival is unknown, since the median of its fragility curve is not known."""
+    """Class of stones whose survival is unknown, because its fragility curve has no known median."""
 
     stones: str
     measure: str
@@ -56,7 +56,7 @@ class StoneClassWithoutCurve(Finding):
 
 
 class StandingStones(Finding):
-    """Stones of a survey that were exposed to the hazard: numbers that stand and that fell."""
+    """Numbers of stones of a survey that stand and that fell, and the bound on the rate of falls."""
 
     stood: int
     fell: int
@@ -71,7 +71,7 @@ class StandingStones(Finding):
 
 
 class SurvivalFindings(Finding):
-    """Survival of stones under a hazard during an exposure time."""
+    """Survival of each class of stones under a hazard during an exposure time, `years`."""
 
     years: float
     doubts: list[str]
@@ -82,7 +82,9 @@ class SurvivalFindings(Finding):
 
 
 def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
-    """Return the survival of each class of stones, and the bound from a survey of standing stones.
+    """Convert the survival of classes of stones to findings, with the bound from standing stones.
+
+    `survey_stones` are the stones of a survey; None without a survey.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
         If the unit of a hazard curve is doubtful and most falls come from levels beyond the records.
     """
     stood, fell = (sum(one.count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
-    bound = upper_bound_of_fall_rate(survival.years) if stood and not fell else math.nan
+    bound = upper_bound_of_annual_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
         years=survival.years,
         doubts=_hazard_unit_doubts(survival),
@@ -104,7 +106,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
 
 
 def _hazard_unit_doubts(survival: SurvivalByClass) -> list[str]:
-    """Return doubts about the units of hazard curves.
+    """Return a text for each hazard curve whose levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
     the records.
@@ -123,7 +125,7 @@ def _hazard_unit_doubts(survival: SurvivalByClass) -> list[str]:
 
 def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
     curve, hazard, one = survival.estimates[class_index]
-    weaker = fall_rate_below_first_level(curve, hazard)
+    weaker = annual_fall_rate_below_first_level(curve, hazard)
     counts = weaker > NEGLIGIBLE * one.rate
     return StoneClassSurvival(
         stones=one.stones,

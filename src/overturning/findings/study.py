@@ -12,12 +12,12 @@ from overturning.findings.values import Finding, Number
 from overturning.model.status import Status
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
-from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_normal
+from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_far_from_normal
 from overturning.units import CM, STANDARD_GRAVITY
 
 
 class StudyFacts(Finding):
-    """Question and grid of the study."""
+    """Question of a study, the model it uses, and the grid of its cases."""
 
     name: str
     """Name of the study."""
@@ -54,7 +54,7 @@ class StudyFacts(Finding):
 
 
 class CaseCounts(Finding):
-    """Number of cases and their outcomes."""
+    """Numbers of cases, and shares of the cases that overturn."""
 
     total: int
     """Number of cases."""
@@ -71,7 +71,7 @@ class CaseCounts(Finding):
 
 
 class RecordFacts(Finding):
-    """Peaks of a record and the falls under it; azimuths in degrees clockwise from north."""
+    """Peaks of one record and directions of the falls under it; azimuths clockwise from north."""
 
     id: str
     """Identifier of the record."""
@@ -121,7 +121,7 @@ class RecordFacts(Finding):
 
 
 class NumericalQuality(Finding):
-    """Energy error, contact penetration, content hash and software versions of the computation."""
+    """Energy error and contact penetration of the computation, hash of the cube, and software versions."""
 
     mean_energy_error: Number
     """Mean error of the energy balance over simulated cells, as a share of the input."""
@@ -136,11 +136,11 @@ class NumericalQuality(Finding):
 
 
 def study_facts(results: StudyResults) -> StudyFacts:
-    """Return the question and the grid of the study."""
+    """Return the question of a study, its model and the grid of its cases."""
     study, cube = results.study, results.cube
 
-    def coordinate_values(name: str) -> list[float]:
-        return [round(float(one), 9) for one in cube[name].to_numpy()]
+    def rounded_coordinate_values(coordinate_name: str) -> list[float]:
+        return [round(float(one), 9) for one in cube[coordinate_name].to_numpy()]
 
     return StudyFacts(
         name=study.name,
@@ -150,25 +150,27 @@ def study_facts(results: StudyResults) -> StudyFacts:
         primary_statistic=study.primary.statistic,
         primary_compared_with=study.primary.against,
         model="planes" if results.model.one_component else "space",
-        free_elements=list(results.free_elements),
+        free_elements=list(results.free_element_names),
         variants=list(study.variants),
-        height_m=coordinate_values("height"),
-        b_over_h=coordinate_values("b_over_h"),
-        friction=coordinate_values("friction"),
+        height_m=rounded_coordinate_values("height"),
+        b_over_h=rounded_coordinate_values("b_over_h"),
+        friction=rounded_coordinate_values("friction"),
         directions=int(cube.sizes[results.model.direction]),
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
-        vertical_motion=bool(results.records_with_vertical),
+        vertical_motion=bool(results.applied_vertical_count),
     )
 
 
 def count_cases(results: StudyResults) -> CaseCounts:
-    """Count the cases of a study by outcome."""
-    within, beyond = overturned_shares_near_normal(results.cube)
+    """Count the cases of a study, and those without an outcome; compute the shares that overturn."""
+    within, beyond = overturned_shares_near_and_far_from_normal(results.cube)
     return CaseCounts(
         total=int(results.cube["overturned"].size),
         computed=int((results.cube[results.model.copied] == 0).sum().compute()),
-        without_outcome={name: count for name, (_, count) in results.status_counts.items() if count},
+        without_outcome={
+            name: count for name, (_, count) in results.cell_and_unknown_counts_by_status.items() if count
+        },
         share_overturned=results.share_overturned,
         share_within_45_of_normal=within,
         share_beyond_45_of_normal=beyond,
@@ -176,8 +178,8 @@ def count_cases(results: StudyResults) -> CaseCounts:
 
 
 def record_facts(results: StudyResults) -> list[RecordFacts]:
-    """Return the peak motion and the mean fall direction of each record."""
-    cube, intensity, found = results.cube, results.intensity, results.mean_directions_by_record
+    """Return, for each record, its peaks and the mean direction and axis of the falls under it."""
+    cube, intensity, found = results.cube, results.intensity, results.mean_fall_directions_by_record
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_groups(cube)
     at_rest = cube["status"] == Status.AT_REST
@@ -222,7 +224,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
 
 
 def numerical_quality(results: StudyResults) -> NumericalQuality:
-    """Return energy error, contact penetration, content hash and software versions of the cube."""
+    """Return energy error and contact penetration of the cube, its hash, and software versions."""
     cube = results.cube
     simulated = cube["status"] == Status.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))

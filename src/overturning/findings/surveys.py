@@ -10,16 +10,16 @@ from overturning.findings.values import Finding, Number
 from overturning.settings import Population
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.surveys.comparison import SurveyResult
+from overturning.surveys.comparison import StoredSurveyComparison
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
-from overturning.surveys.posterior import LEVEL, InversionResult
+from overturning.surveys.posterior import LEVEL, SurveyInversionResult
 from overturning.surveys.prediction import SIDES
 from overturning.surveys.stones import OCTANTS, Stone
 from overturning.units import CM
 
 
 class StatisticalTestFinding(Finding):
-    """Result of a statistical test."""
+    """Name, sample size, statistic and p-value of a statistical test on a survey."""
 
     name: str
     """Name of the test."""
@@ -32,7 +32,10 @@ class StatisticalTestFinding(Finding):
 
 
 class ObservedShare(Finding):
-    """Share of the stones of a survey that fell, with its exact binomial interval (as if each fell independently)."""
+    """Share of the stones of a survey that fell, with its exact binomial interval.
+
+    Stones are taken to fall independently of each other.
+    """
 
     value: Number
     """Share, 0 to 1."""
@@ -45,7 +48,10 @@ class ObservedShare(Finding):
 
 
 class ComputedShare(Finding):
-    """Computed share of the stones of a survey that fall, over heights and frictions of the study's grid."""
+    """Computed share of the stones of a survey that fall: mean and range.
+
+    Mean and range are over heights and frictions of the grid of the study.
+    """
 
     value: Number
     """Mean over the grid; None if no outcome is known."""
@@ -56,7 +62,7 @@ class ComputedShare(Finding):
 
 
 class SurveyFindings(Finding):
-    """Comparison of a survey with the prediction for its site."""
+    """Comparison of the falls in a survey with the falls predicted for its site."""
 
     stones: str
     """Name of the survey file."""
@@ -128,7 +134,7 @@ class SurveyFindings(Finding):
 
 
 class InferredStrength(Finding):
-    """Credible interval of an intensity measure before (prior) and after (posterior) the survey."""
+    """Credible intervals of an intensity measure without the survey (prior) and with it (posterior)."""
 
     measure: str
     """Intensity measure, such as PGV."""
@@ -145,7 +151,7 @@ class InferredStrength(Finding):
 
 
 class LikelyMotion(Finding):
-    """Candidate motion with its probability after (posterior) and before (prior) the survey."""
+    """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
     motion: str
     probability: Number
@@ -153,14 +159,14 @@ class LikelyMotion(Finding):
 
 
 class SizeRange(Finding):
-    """Range of the height or width of stones, m."""
+    """Range of the heights or widths of stones, m."""
 
     low: float
     high: float
 
 
 class InferredMotion(Finding):
-    """Axis and strength of the motion inferred from a survey of stones."""
+    """Axis and strength of the motion that the stones of a survey imply."""
 
     stones: str
     """Name of the survey file."""
@@ -212,19 +218,19 @@ MOTIONS_LISTED = 12
 
 
 def all_survey_findings(results: StudyResults) -> list[SurveyFindings]:
-    """Return the comparison of each survey of a study with the prediction for its site."""
+    """Return, for each survey of a study, its comparison with the prediction for its site."""
     return [survey_findings(one) for one in results.surveys]
 
 
-def survey_findings(survey_result: SurveyResult) -> SurveyFindings:
-    """Convert the stored comparison of a survey with the prediction for its site to findings."""
+def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
+    """Convert the stored comparison of one survey with the prediction for its site to findings."""
     found, confusion = survey_result.comparison, survey_result.comparison.confusion
 
     def counts_by_octant(octant_counts: list[float]) -> dict[str, Number]:
         return dict(zip(OCTANTS, octant_counts, strict=True))
 
-    def test_finding(attribute: str) -> StatisticalTestFinding:
-        one = getattr(found, attribute)
+    def test_finding(test_attribute: str) -> StatisticalTestFinding:
+        one = getattr(found, test_attribute)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
@@ -235,7 +241,7 @@ def survey_findings(survey_result: SurveyResult) -> SurveyFindings:
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,
-        octant_falls=found.fallen_in_known_direction,
+        octant_falls=found.fallen_count_in_known_direction,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
         predicted_mean_direction_deg=(
@@ -255,7 +261,7 @@ def survey_findings(survey_result: SurveyResult) -> SurveyFindings:
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
         sides={} if confusion is None else dict(zip(SIDES, confusion.tolist(), strict=True)),
-        faces_known=found.turned_every_way < found.fallen_in_known_direction,
+        faces_known=found.turned_every_way < found.fallen_count_in_known_direction,
         turned_every_way=found.turned_every_way,
         never=found.never,
         stones_without_face=found.without_face,
@@ -271,15 +277,18 @@ def _observed_fall_share(fallen_count: int, standing_count: int) -> ObservedShar
     return ObservedShare(value=fallen_count / (fallen_count + standing_count), low=low, high=high)
 
 
-def inferred_motions(results: StudyResults) -> list[InferredMotion]:
-    """Return the motion inferred from each survey of a study."""
-    return [inferred_motion(one) for one in results.inferred_motions]
+def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
+    """Return the findings on the motion inferred from each survey of a study."""
+    return [inferred_motion_findings(one) for one in results.inferred_motions]
 
 
-def inferred_motion(inversion_result: InversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
-    """Convert the inversion of a survey to findings; `stones` are the stones of the survey file, if at hand."""
+def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
+    """Convert the result of the inversion of a survey to findings.
+
+    `stones` are the stones of the survey, of which those without sizes are counted; empty if they are not at hand.
+    """
     one, strengths = inversion_result.posterior, []
-    for name, values in inversion_result.pgv_and_pga.items():
+    for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
             InferredStrength(
@@ -291,12 +300,12 @@ def inferred_motion(inversion_result: InversionResult, stones: Sequence[Stone] =
                 prior_high=most,
             )
         )
-    middle, width = inversion_result.credible_axis_arc
-    weakest, strongest = (float(share) for share in one.outer_level_probabilities())
+    middle, width = inversion_result.credible_axis_arc_deg
+    weakest, strongest = (float(share) for share in one.weakest_and_strongest_level_probabilities())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
-    wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness[0]))
+    wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness_in_both_planes[0]))
     assumed = Population()
-    shares, prior = one.source_probabilities(), one.prior.sum(axis=(1, 2))
+    shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
         stones=inversion_result.name,
@@ -330,7 +339,7 @@ def inferred_motion(inversion_result: InversionResult, stones: Sequence[Stone] =
 
 
 class SurveyCommandResults(Finding):
-    """Results of the commands `overturning survey` and `overturning backwards`."""
+    """Findings that the commands `overturning survey` and `overturning backwards` print."""
 
     surveys: list[SurveyFindings] = Field(default_factory=list)
     inferred_motions: list[InferredMotion] = Field(default_factory=list)

@@ -9,14 +9,14 @@ from overturning.statistics.bootstrap import EarthquakeMean
 
 
 def _nan_to_none(value: Any) -> Any:
-    """Convert NaN to None, and a NumPy scalar to a Python number."""
+    """Convert NaN to None, "inf" to infinity, and a NumPy scalar to a Python number."""
     value = value.item() if hasattr(value, "item") else value
     value = float(value) if value in ("inf", "-inf") else value
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _infinity_to_text(value: float | None) -> float | str | None:
-    """Convert an infinite number to text, which JSON can hold."""
+    """Convert an infinite number to "inf" or "-inf", since JSON has no infinity."""
     return f"{value}" if value is not None and math.isinf(value) else value
 
 
@@ -25,13 +25,13 @@ Number = Annotated[float | None, BeforeValidator(_nan_to_none), PlainSerializer(
 
 
 class Finding(BaseModel):
-    """Base class of the parts of the findings of a study: numbers and names, without sentences."""
+    """Base class of all findings: parts of a result that hold numbers and names but no sentences."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 class Estimate(Finding):
-    """Estimate of a statistic with its confidence interval over earthquakes."""
+    """Estimate of a statistic, with its confidence interval over earthquakes and its unit."""
 
     statistic: str
     """Quantity that is estimated."""
@@ -50,7 +50,7 @@ class Estimate(Finding):
 
     @property
     def excludes_zero(self) -> bool:
-        """True if there is an interval and 0 lies outside."""
+        """True if the estimate has an interval, and 0 lies outside the interval."""
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
@@ -61,5 +61,5 @@ def negated(estimate: Estimate) -> Estimate:
 
 
 def estimate_from_mean(mean: EarthquakeMean, statistic: str, unit: str = "1") -> Estimate:
-    """Convert a mean over earthquakes to an `Estimate`; `statistic` names the quantity."""
+    """Convert a mean over earthquakes to an `Estimate` of the quantity that `statistic` names."""
     return Estimate(statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquakes=mean.n, unit=unit)

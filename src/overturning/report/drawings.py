@@ -25,8 +25,8 @@ from overturning.findings.values import Estimate
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.study.cube import first_shown_block
 from overturning.study.scenes import NOMINAL, variant_scene
-from overturning.surveys.population import record_intensities, record_jma_intensities
-from overturning.surveys.posterior import InversionResult
+from overturning.surveys.population import intensities_by_measure, jma_intensities_of_motions
+from overturning.surveys.posterior import SurveyInversionResult
 from overturning.surveys.stones import OCTANTS
 from overturning.translation.texts import ENGLISH
 
@@ -179,24 +179,26 @@ def _fall_rate(results: StudyResults) -> "Figure":
     """Draw the fall rates of the study's population by peak velocity and by JMA intensity."""
     found = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
-    rates, jma = found["fall_rate"].to_numpy(), record_jma_intensities(found, results.intensity)
-    return fall_rate_figure(rates, record_intensities(found, results.intensity)[MEASURE], curve, jma)
+    rates, jma = found["fall_rate"].to_numpy(), jma_intensities_of_motions(found, results.intensity)
+    return fall_rate_figure(rates, intensities_by_measure(found, results.intensity)[MEASURE], curve, jma)
 
 
-def posterior(found: InversionResult) -> "Figure":
+def posterior(found: SurveyInversionResult) -> "Figure":
     """Draw the posterior of a motion that was inferred from a survey."""
     from overturning.figures.backwards import motion_posterior_figure
 
     one, curves = found.posterior, {}
-    for name, values in found.pgv_and_pga.items():
+    for name, values in found.pgv_and_pga_by_motion_and_level.items():
         order = np.argsort(values.ravel(), kind="stable")
         below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
         curves[name] = (values.ravel()[order], *below, one.credible_interval(values))
-    shares = dict(zip(one.sources, one.source_probabilities().tolist(), strict=True))
-    return motion_posterior_figure(found.name, one.axis_probabilities(), found.credible_axis_arc, shares, curves)
+    shares = dict(zip(one.sources, one.motion_probabilities().tolist(), strict=True))
+    return motion_posterior_figure(
+        found.name, one.velocity_axis_probabilities(), found.credible_axis_arc_deg, shares, curves
+    )
 
 
-def draw_posterior(found: InversionResult, path: Path) -> None:
+def draw_posterior(found: SurveyInversionResult, path: Path) -> None:
     """Draw the posterior of a motion that was inferred from a survey into a file."""
     with style():
         save(posterior(found), path)

@@ -9,7 +9,7 @@ from overturning.figures.drawn_case import DrawnCase, read_cases
 from overturning.figures.page import film_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
-from overturning.findings.results import open_results
+from overturning.findings.results import open_study_results
 from overturning.report.drawings import chapters, draw_report_figures, study_figures, translate_figures
 from overturning.report.page import report_page
 from overturning.report.paper import report_paper
@@ -71,7 +71,7 @@ def write_report(
         If a result or a figure is missing, or if there are no templates of the language.
     """
     study = study or _study_of_results(results)
-    with open_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
+    with open_study_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found, language = read_findings(results / FINDINGS), language or opened.study.language
         check_language(language)
         figures = study_figures(results / "figures")

@@ -28,7 +28,7 @@ LEAST_BEYOND: Final = 10
 
 
 class ConfidenceInterval(NamedTuple):
-    """Lower and upper end of a confidence interval; NaN if there is none."""
+    """Lower and upper end of a confidence interval; both are NaN if there is no interval."""
 
     low: float = math.nan
     high: float = math.nan
@@ -36,7 +36,7 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class EarthquakeMean:
-    """Mean over ``n`` earthquakes, with the ends of its confidence interval; NaN if there is none."""
+    """Mean over ``n`` earthquakes and the ends of its confidence interval; an unknown number is NaN."""
 
     n: int
     value: float
@@ -45,7 +45,9 @@ class EarthquakeMean:
 
 
 def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Compute the mean over the records of each earthquake; earthquakes in the order of `earthquake_names`.
+    """Compute the mean of the records of each earthquake, shape (earthquakes, …).
+
+    Earthquakes are in the order of `distinct_earthquake_names`.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] 
         Earthquake of each record.
     """
     of_record, means = np.asarray(record_events), []
-    for name in earthquake_names(record_events):
+    for name in distinct_earthquake_names(record_events):
         own = record_values[of_record == name]
         known = np.isfinite(own)
         count = known.sum(axis=0)
@@ -63,21 +65,26 @@ def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] 
     return np.array(means).reshape(len(means), *record_values.shape[1:])
 
 
-def earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -> list[str]:
-    """Return the names of the earthquakes, each once, in order of first appearance."""
+def distinct_earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -> list[str]:
+    """Return the names in `record_events` without repetitions, in order of first appearance."""
     return list(dict.fromkeys(str(event) for event in record_events))
 
 
 @lru_cache(maxsize=4)
-def _bootstrap_indices(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
-    """Draw the earthquakes of each bootstrap sample, shape (draws, earthquakes); cached for other statistics."""
+def _earthquake_indices_of_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """Draw the indices of the earthquakes in each bootstrap sample, shape (draws, earthquakes).
+
+    The last results are cached, since many statistics use the same samples.
+    """
     return np.random.Generator(np.random.PCG64(seed)).integers(0, earthquake_count, size=(draws, earthquake_count))
 
 
-def bootstrap_values(
+def statistic_of_bootstrap_samples(
     statistic: Callable[[NDArray[Any]], FloatArray], earthquake_data: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
-    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); samples with NaN are left out.
+    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,).
+
+    Samples for which the statistic is NaN are left out.
 
     Parameters
     ----------
@@ -92,12 +99,12 @@ def bootstrap_values(
     n = len(earthquake_data)
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
-    values = statistic(earthquake_data[_bootstrap_indices(n, draws, seed)])
+    values = statistic(earthquake_data[_earthquake_indices_of_samples(n, draws, seed)])
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
 
-def expanded_tail_share(earthquake_count: int, level: float = 0.95) -> float:
+def tail_share_of_expanded_interval(earthquake_count: int, level: float = 0.95) -> float:
     """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom (Hesterberg 2015,
@@ -126,14 +133,15 @@ def bootstrap_interval(
     seed: int = 1,
     earthquake_count: int | None = None,
 ) -> ConfidenceInterval:
-    """Compute the bootstrap interval of a statistic over earthquakes, the expanded percentile interval.
+    """Compute the expanded percentile interval of a statistic from bootstrap samples of earthquakes.
 
-    See `expanded_tail_share` for the share of bootstrap samples beyond its ends.
+    See `tail_share_of_expanded_interval` for the share of bootstrap samples beyond its ends.
 
     Parameters
     ----------
     statistic, earthquake_data, draws, seed
-        See `bootstrap_values`. More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end.
+        See `statistic_of_bootstrap_samples`. More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an
+        end.
     level : float
         Probability of the interval.
     earthquake_count : int, optional
@@ -143,35 +151,43 @@ def bootstrap_interval(
     n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
     if n < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
-    tail = expanded_tail_share(n, level)
-    values = bootstrap_values(statistic, earthquake_data, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
+    tail = tail_share_of_expanded_interval(n, level)
+    values = statistic_of_bootstrap_samples(
+        statistic, earthquake_data, max(draws, math.ceil(LEAST_BEYOND / tail)), seed
+    )
     if not values.size:
         return ConfidenceInterval()
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
 
-def mean_of_each_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
-    """Compute the mean over the earthquakes of each bootstrap sample; a statistic for `bootstrap_interval`."""
+def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
+    """Average each sample over its earthquakes (axis 1), for use as a statistic in `bootstrap_interval`."""
     return np.asarray(bootstrap_samples.mean(axis=1))
 
 
 def mean_over_earthquakes(
     record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
 ) -> EarthquakeMean:
-    """Average the values of records over earthquakes, with a bootstrap interval."""
-    means = _known_means_by_earthquake(record_values, record_events)
+    """Average a value of each record over records of each earthquake, then over earthquakes.
+
+    The interval of the mean is that of `bootstrap_interval`.
+    """
+    means = _finite_means_by_earthquake(record_values, record_events)
     if means.size == 0:
         return EarthquakeMean(0, *(math.nan,) * 3)
-    ends = bootstrap_interval(mean_of_each_sample, means, draws=draws)
+    ends = bootstrap_interval(mean_of_each_bootstrap_sample, means, draws=draws)
     return EarthquakeMean(int(means.size), float(means.mean()), *ends)
 
 
 def mean_share_over_earthquakes(
     record_shares: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
 ) -> EarthquakeMean:
-    """Average the shares of records over earthquakes; the interval is exact if all shares are 0 or all are 1."""
-    means = _known_means_by_earthquake(record_shares, record_events)
+    """Average a share of each record, 0 to 1, over records of each earthquake, then over earthquakes.
+
+    The interval is exact if the shares of all earthquakes are 0, or all are 1; otherwise it is from the bootstrap.
+    """
+    means = _finite_means_by_earthquake(record_shares, record_events)
     if means.size == 0:
         return EarthquakeMean(0, *(math.nan,) * 3)
     return EarthquakeMean(int(means.size), float(means.mean()), *mean_share_interval(means, draws=draws))
@@ -191,12 +207,12 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
     """
     exact = unanimous_share_interval(earthquake_shares, level)
     if exact is None or earthquake_shares.size < FEWEST_EARTHQUAKES:
-        return bootstrap_interval(mean_of_each_sample, earthquake_shares, level=level, draws=draws)
+        return bootstrap_interval(mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws)
     return exact
 
 
 def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
-    """Return the exact interval of a share that is 0 (or 1) in every earthquake; None for other shares.
+    """Return the exact interval of the mean share if all earthquakes have 0, or all have 1; otherwise None.
 
     All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake
     has a share of 1 with probability p, all n earthquakes have it with probability pⁿ, and the mean share is at least
@@ -216,10 +232,12 @@ def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95)
     return None
 
 
-def exact_share_interval(case_count: int, total_count: int, level: float = 0.95) -> ConfidenceInterval:
-    """Return the exact interval of a share of independent cases (Clopper & Pearson 1934, Biometrika 26).
+def exact_share_interval(matching_count: int, total_count: int, level: float = 0.95) -> ConfidenceInterval:
+    """Return the exact binomial interval of the share `matching_count`/`total_count` of independent cases.
 
-    It is 0 to 1 if there are no cases.
+    The method is that of Clopper & Pearson (1934, Biometrika 26).
+
+    The interval is 0 to 1 if there are no cases.
 
     Parameters
     ----------
@@ -229,18 +247,18 @@ def exact_share_interval(case_count: int, total_count: int, level: float = 0.95)
         Probability of the interval.
     """
     tail = (1.0 - level) / 2.0
-    low = scipy.special.betaincinv(case_count, total_count - case_count + 1, tail) if case_count else 0.0
+    low = scipy.special.betaincinv(matching_count, total_count - matching_count + 1, tail) if matching_count else 0.0
     high = (
-        scipy.special.betaincinv(case_count + 1, total_count - case_count, 1.0 - tail)
-        if case_count < total_count
+        scipy.special.betaincinv(matching_count + 1, total_count - matching_count, 1.0 - tail)
+        if matching_count < total_count
         else 1.0
     )
     return ConfidenceInterval(float(low), float(high))
 
 
-def _known_means_by_earthquake(
+def _finite_means_by_earthquake(
     record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]
 ) -> FloatArray:
-    """Compute the mean over the records of each earthquake, without earthquakes that have no known value."""
+    """Average the finite values of the records of each earthquake, shape (earthquakes with a value,)."""
     known = np.isfinite(record_values)
     return means_by_earthquake(record_values[known], np.asarray(record_events)[known])

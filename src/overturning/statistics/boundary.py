@@ -16,8 +16,8 @@ from overturning.statistics.circular import mean_angle_and_resultant
 HALF = 0.5
 
 
-def last_crossing_of_one_half(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
-    """Return the largest B/H at which the fall probability crosses one half, and True if the last known block falls.
+def largest_b_over_h_with_even_chance(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
+    """Return the largest B/H where the fall probability crosses 1/2, and whether the last known block falls.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ def last_crossing_of_one_half(fall_probabilities: ArrayLike, b_over_h: ArrayLike
     return float(x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])), falls
 
 
-def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
-    """Compute the overturning boundary of each azimuth, and its values from the two halves of the ensemble.
+def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
+    """Compute, for each azimuth, the B/H above which no block falls, and its range over two half ensembles.
 
     Parameters
     ----------
@@ -60,23 +60,23 @@ def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
     if "b_over_h" not in cube.dims:
         raise ArgumentError("probability: no dimension b_over_h; the boundary is computed along it")
 
-    def boundary_of(fall_probabilities: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    def boundary_along_b_over_h(fall_probabilities: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
         lazy = (
             fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
         )
         found: tuple[xr.DataArray, xr.DataArray] = xr.apply_ufunc(
-            last_crossing_of_one_half, lazy, fall_probabilities["b_over_h"], input_core_dims=[["b_over_h"]] * 2,
+            largest_b_over_h_with_even_chance, lazy, fall_probabilities["b_over_h"], input_core_dims=[["b_over_h"]] * 2,
             output_core_dims=[[], []], vectorize=True, dask="parallelized", output_dtypes=[np.float64, np.bool_],
         )  # fmt: skip
         return found
 
     p = fall_probability(cube)
     falls = p["towards"] + p["away"]
-    middle, beyond = boundary_of(falls)
+    middle, beyond = boundary_along_b_over_h(falls)
     low = high = middle
     if "scramble_difference_towards" in cube:
         gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
-        ends = [boundary_of(falls + half)[0] for half in (gap / 2, -gap / 2)]
+        ends = [boundary_along_b_over_h(falls + half)[0] for half in (gap / 2, -gap / 2)]
         low, high = (xr.apply_ufunc(of, *ends, dask="allowed") for of in (np.fmin, np.fmax))
     named = {
         "boundary": (middle, "overturning boundary"),
@@ -89,14 +89,16 @@ def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({**made, "falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands})
 
 
-def easiest_azimuth(boundaries: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
-    """Compute the plane in which a block overturns most easily, and its boundary over that of the hardest plane.
+def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:
+    """Compute the axis of the planes in which a block overturns most easily.
+
+    The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
 
     Parameters
     ----------
-    boundaries : Dataset
-        From `overturning_boundary`.
-    b_over_h : array_like
+    azimuth_boundaries : Dataset
+        From `overturning_boundary_by_azimuth`.
+    grid_b_over_h : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
         falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.
 
@@ -107,25 +109,29 @@ def easiest_azimuth(boundaries: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
         falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: False if one of
         them is only a bound, so that the ratio is a lower bound.
     """
-    grid = np.asarray(b_over_h, dtype=np.float64)
-    period = azimuth_period_deg(boundaries)
-    index = distinct_plane_positions(boundaries["azimuth"].values, period)
+    grid = np.asarray(grid_b_over_h, dtype=np.float64)
+    period = azimuth_period_deg(azimuth_boundaries)
+    index = distinct_plane_positions(azimuth_boundaries["azimuth"].values, period)
     planes = (
-        boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
+        azimuth_boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]]
+        .isel(azimuth=index)
+        .compute()
     )
     weight = plane_weight(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
     edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
-    def easiest_axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:
-        if (standing | np.isnan(line)).all():
+    def axis_of_largest_boundary(azimuth_boundary: FloatArray, never_falls: NDArray[np.bool_]) -> float:
+        if (never_falls | np.isnan(azimuth_boundary)).all():
             return np.nan
-        ties = np.abs(line - np.nanmax(line)) < 1e-9
+        ties = np.abs(azimuth_boundary - np.nanmax(azimuth_boundary)) < 1e-9
         return mean_angle_and_resultant(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
 
     stands = planes["stands_throughout"]
-    easiest = xr.apply_ufunc(easiest_axis, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True)
+    easiest = xr.apply_ufunc(
+        axis_of_largest_boundary, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True
+    )
     never = (stands | edge.isnull()).all("azimuth")
     return xr.Dataset(
         {

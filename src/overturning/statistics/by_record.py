@@ -14,55 +14,57 @@ CELLS_PER_READ: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
-def load_record(cube: xr.Dataset, record_index: int | list[int], variables: Sequence[str] = ()) -> xr.Dataset:
-    """Load one record, or several, of a cube with a single read, which is faster than many small dask graphs.
+def load_records(cube: xr.Dataset, record_indices: int | list[int], variables: Sequence[str] = ()) -> xr.Dataset:
+    """Load one or several records of a cube into memory with a single read.
+
+    That is faster than many small dask graphs.
 
     Parameters
     ----------
     cube : Dataset
         In memory, or lazy as returned by `overturning.open_cube`.
-    record_index : int or list of int
-        Index of the record; with a list, the dimension ``record_index`` stays.
+    record_indices : int or list of int
+        Index of the record; with a list, the dimension ``record`` stays.
     variables : sequence of str
         Names of the variables to read, as far as the cube has them; not given: all.
     """
     chosen = cube[[name for name in variables if name in cube]] if variables else cube
-    return chosen.isel(record=record_index).load()
+    return chosen.isel(record=record_indices).load()
 
 
-def iterate_records(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
-    """Yield the records of a cube one by one, each as a cube with the named variables; see `load_record`."""
+def iterate_record_cubes(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
+    """Yield a cube of each single record, in order, with the variables named in `variables`."""
     for record in range(cube.sizes["record"]):
-        yield load_record(cube, [record], variables)
+        yield load_records(cube, [record], variables)
 
 
-def record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield batches of successive records with about `CELLS_PER_READ` cells: record indices, and cube of the batch."""
+def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
+    """Yield the record indices and the loaded cube of each batch of about `CELLS_PER_READ` cells."""
     count = cube.sizes["record"]
     few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
-        yield places, load_record(cube, places, variables)
+        yield places, load_records(cube, places, variables)
 
 
 def apply_to_record_batches(
     function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
 ) -> xr.Dataset:
-    """Apply a function to batches of records and concatenate the results along ``record``.
+    """Apply a function to successive batches of the records of a cube, and join its results by ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``variables`` (see `load_record`); all variables that it returns must have the dimension ``record``.
+    ``variables`` (see `load_records`); all variables that it returns must have the dimension ``record``.
     """
     if "record" not in cube.dims:
         return function(cube)
-    made = [function(some) for _, some in record_batches(cube, variables)]
+    made = [function(some) for _, some in iterate_record_batches(cube, variables)]
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 
 def record_groups(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, NDArray[np.bool_]]:
-    """Return a Boolean mask of the records for each group of records, by the name of the group.
+    """Return, by name of the group, a Boolean mask of the records in each group, shape (records,).
 
     A record without the grouping value is in no group.
 

@@ -34,7 +34,7 @@ ROTATIONS: Final = 4_999
 
 
 def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
-    """Return the index of the sector, out of equal ones, that contains an angle; sector 0 is centred on 0°.
+    """Return which of `sector_count` equal sectors contains each angle; sector 0 is centred on 0°.
 
     An angle on a border belongs to the sector with the larger index.
     """
@@ -43,16 +43,18 @@ def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
     return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % sector_count)
 
 
-def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, width_deg: float = 0.0) -> FloatArray:
-    """Compute the share of falls in each of `SECTORS` sectors from azimuths and weights (default 1); 0 without falls.
+def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, spread_width_deg: float = 0.0) -> FloatArray:
+    """Compute the share of the falls with azimuths `angle_deg` in each sector, shape (`SECTORS`,).
 
-    With ``width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
+    Falls have the weights `weight` (default 1). All shares are 0 without falls.
+
+    With ``spread_width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
     """
-    if width_deg > 0.0:
+    if spread_width_deg > 0.0:
         angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / SECTORS
         # Borders of three full circles: an interval that crosses north continues in the next circle.
         border = sector_wide * (np.arange(-SECTORS, 2 * SECTORS + 1) - 0.5)
-        below = np.clip((border - (angle % 360.0)[:, None]) / width_deg + 0.5, 0.0, 1.0)
+        below = np.clip((border - (angle % 360.0)[:, None]) / spread_width_deg + 0.5, 0.0, 1.0)
         parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
         counts = (np.ones_like(angle) if weight is None else weight) @ parts
     else:
@@ -64,7 +66,9 @@ def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, width_
 def mean_angle_and_resultant(
     angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False
 ) -> tuple[float, float]:
-    """Compute the mean of directions (or axes) and its resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
+    """Compute the mean of directions (or axes) and the mean resultant length, both of weighted angles.
+
+    Formulas: Mardia & Jupp (2000, eqs 2.2.2 to 2.2.4).
 
     Angles (degrees) and non-negative weights (default 1) have shape (n,); axes are averaged with doubled angles.
 
@@ -89,14 +93,16 @@ def mean_angle_and_resultant(
     return (0.0 if mean >= full else mean), min(length, 1.0)
 
 
-def wrap_axis_difference(angle_deg: ArrayLike) -> FloatArray:
-    """Wrap the difference of two axes, degrees, into (−90, 90]."""
-    return -((-np.asarray(angle_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
+def wrap_axis_difference(difference_deg: ArrayLike) -> FloatArray:
+    """Wrap angles between axes, degrees, into (−90, 90], since an axis repeats after 180°."""
+    return -((-np.asarray(difference_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
 
 
 @dataclass(frozen=True)
 class TestResult:
-    """Result of a test of ``n`` independent observations: name, statistic (as its source defines it) and p-value.
+    """Result of a statistical test of ``n`` independent observations: its name, statistic and p-value.
+
+    The statistic is defined as in the source of the test.
 
     The p-value is the probability of a statistic at least as extreme under the null hypothesis. Both are NaN for n = 0.
     """
@@ -110,15 +116,18 @@ class TestResult:
 
 
 @lru_cache(maxsize=4)
-def _random_unit_vectors(vector_count: int) -> NDArray[np.complex128]:
-    """Draw random unit vectors as complex numbers, shape (`ROTATIONS`, vectors)."""
+def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex128]:
+    """Draw uniformly distributed unit vectors as complex numbers, shape (`ROTATIONS`, `vector_count`)."""
     return np.exp(
         1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
     )
 
 
 def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> TestResult:
-    """Test whether vectors of different lengths have a common axis (or direction); the statistic is their resultant.
+    """Test the null hypothesis that vectors have independent uniform directions, with no common one.
+
+    The statistic is the length of the mean vector. Vectors may have different lengths; those of doubled angles test
+    axes.
 
     Under the null hypothesis each vector has a uniform direction, independent of its length and of the others. The
     p-value is simulated: each vector is rotated at random and keeps its length (a randomisation test, exact for any n;
@@ -134,13 +143,13 @@ def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> Test
     if n == 0:
         return TestResult("randomised Rayleigh", 0)
     statistic = math.hypot(x.mean(), y.mean())
-    drawn = np.abs((_random_unit_vectors(n) * np.hypot(x, y)).sum(axis=1)) / n
+    drawn = np.abs((_unit_vectors_of_random_rotations(n) * np.hypot(x, y)).sum(axis=1)) / n
     extreme = int((drawn >= statistic * (1 - 1e-12)).sum())
     return TestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 
 def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
-    """Test the fit of a distribution on the circle with Watson's U², not corrected for the number of values.
+    """Test whether angles follow a distribution on the circle, with Watson's U² (not corrected for n).
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
     (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
@@ -168,8 +177,8 @@ def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
     return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0) if n > 1 else 1.0)
 
 
-def _grouped_watson_u2(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
-    """Compute Watson's U² of counts in sectors of a circle; see `grouped_watson_test`."""
+def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
+    """Compute Watson's U² of counts in sectors, last axis, against probabilities of the sectors."""
     total = sector_counts.sum(axis=-1, keepdims=True)
     difference = np.cumsum(sector_counts - total * sector_probabilities, axis=-1)
     centre = (difference * sector_probabilities).sum(axis=-1, keepdims=True)
@@ -177,7 +186,7 @@ def _grouped_watson_u2(sector_counts: FloatArray, sector_probabilities: FloatArr
 
 
 def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> TestResult:
-    """Test the counts in successive sectors of a circle against given probabilities with Watson's U².
+    """Test counts in successive sectors of a circle against the sectors' probabilities, with Watson's U².
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
     (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so it
@@ -198,11 +207,11 @@ def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLik
         raise ArgumentError(
             f"sector_probabilities: sums to {expected.sum():.6g}; it must sum to 1 without negative values"
         )
-    return _test_with_simulated_p_value("grouped Watson U²", _grouped_watson_u2, observed, expected)
+    return _test_with_simulated_p_value("grouped Watson U²", _watson_u2_of_sector_counts, observed, expected)
 
 
 def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
-    """Compute Pearson's X² of counts in sectors against their probabilities."""
+    """Compute Pearson's X² of counts in sectors, last axis, against probabilities of the sectors."""
     expected = sector_counts.sum(axis=-1, keepdims=True) * sector_probabilities
     with np.errstate(divide="ignore", invalid="ignore"):  # expected 0: 0/0 or ∞
         parts = (sector_counts - expected) ** 2 / expected
@@ -210,7 +219,9 @@ def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: Float
 
 
 def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray) -> TestResult:
-    """Test counts in sectors against given probabilities with Pearson's X²; parameters as in `grouped_watson_test`.
+    """Test counts in sectors against the sectors' probabilities with Pearson's X².
+
+    The parameters are those of `grouped_watson_test`.
 
     The p-value is simulated because octants of a survey often have fewer than the five expected stones that the
     chi-square distribution needs (Mardia & Jupp 2000, section 6.3.3).
@@ -224,7 +235,9 @@ def _test_with_simulated_p_value(
     sector_counts: FloatArray,
     sector_probabilities: FloatArray,
 ) -> TestResult:
-    """Test counts in sectors against given probabilities; the p-value is simulated with random multinomial counts.
+    """Test sector counts against probabilities with `statistic_function` and a simulated p-value.
+
+    Random counts are drawn from the multinomial distribution.
 
     p = (1 + number of draws at least as extreme)/(1 + `SIMULATIONS`).
     """

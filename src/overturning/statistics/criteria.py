@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import EarthquakeMean, bootstrap_interval
-from overturning.statistics.logistic import overturning_rows
+from overturning.statistics.logistic import overturning_regression_rows
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
-def _check_positive(argument_name: str, argument_values: ArrayLike) -> FloatArray:
-    """Return the values of an argument as an array; an ArgumentError is raised unless all are positive and finite."""
+def _checked_positive_array(argument_name: str, argument_values: ArrayLike) -> FloatArray:
+    """Return `argument_values` as an array; an ArgumentError is raised unless all are positive and finite."""
     array = np.asarray(argument_values, dtype=np.float64)
     if not (np.isfinite(array).all() and (array > 0).all()):
         raise ArgumentError(
@@ -30,21 +30,21 @@ def _check_positive(argument_name: str, argument_values: ArrayLike) -> FloatArra
     return array
 
 
-def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
-    """Return the acceleration, m/s², at which a rigid block starts to rock: a = g B/H.
+def west_acceleration_limit(b_over_h: ArrayLike) -> FloatArray:
+    """Return the acceleration g B/H, m/s², above which a rigid block of width B and height H starts to rock.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
     """
-    return STANDARD_GRAVITY * _check_positive("b_over_h", b_over_h)
+    return STANDARD_GRAVITY * _checked_positive_array("b_over_h", b_over_h)
 
 
-def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Return the peak ground velocity, m/s, below which a rocking block does not overturn.
+def ishiyama_velocity_limit(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """Return the peak ground velocity, m/s, below which a rocking block of height H, m, does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake
     Engineering and Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
     """
-    tall, slenderness = _check_positive("height", height), _check_positive("b_over_h", b_over_h)
+    tall, slenderness = _checked_positive_array("height", height), _checked_positive_array("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)
     radius = tall * np.sqrt(1 + slenderness**2) / 2
     # 1 − cos α = 2 sin²(α/2), without cancellation for slender blocks.
@@ -53,58 +53,72 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     )
 
 
-def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA, m/s², above which g B/H and `ishiyama_velocity` over PGV/PGA are both exceeded (Ishiyama)."""
-    by_velocity = ishiyama_velocity(height, b_over_h) / _check_positive("pgv_over_pga", pgv_over_pga)
-    return np.maximum(west_acceleration(b_over_h), by_velocity)
+def ishiyama_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """Return the PGA, m/s², above which a block overturns according to Ishiyama's two criteria.
+
+    It is the larger of g B/H and of `ishiyama_velocity_limit` divided by PGV/PGA, s.
+    """
+    by_velocity = ishiyama_velocity_limit(height, b_over_h) / _checked_positive_array("pgv_over_pga", pgv_over_pga)
+    return np.maximum(west_acceleration_limit(b_over_h), by_velocity)
 
 
-def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Return the frequency F_b = 15.6/√H (1 + B/H)^−1.5, Hz, H in cm, between the branches of the criterion."""
-    tall, slenderness = _check_positive("height", height) / CM, _check_positive("b_over_h", b_over_h)
+def kaneko_hayashi_branch_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """Return the motion frequency F_b, Hz, at which the two branches of the Kaneko–Hayashi criterion meet.
+
+    F_b = 15.6/√H (1 + B/H)^−1.5 with H in cm; `height` is in m.
+    """
+    tall, slenderness = _checked_positive_array("height", height) / CM, _checked_positive_array("b_over_h", b_over_h)
     return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
 
 
-def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA, m/s², at which half of the blocks overturn (Kaneko & Hayashi).
+def kaneko_hayashi_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """Return the PGA, m/s², at which half of the blocks of height H, m, overturn (Kaneko & Hayashi).
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
     with the motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction
     Engineering, AIJ, 536). The paper was not available. The branches meet at F_b within 0.05 % (10 · 15.6 · 2π =
     980.2 cm/s², which is g), so the coefficients are consistent with each other.
     """
-    tall, slenderness = _check_positive("height", height) / CM, _check_positive("b_over_h", b_over_h)
-    frequency = 1 / (2 * np.pi * _check_positive("pgv_over_pga", pgv_over_pga))
+    tall, slenderness = _checked_positive_array("height", height) / CM, _checked_positive_array("b_over_h", b_over_h)
+    frequency = 1 / (2 * np.pi * _checked_positive_array("pgv_over_pga", pgv_over_pga))
     low = STANDARD_GRAVITY * slenderness * (1 + slenderness)
     high = 10 * slenderness * np.sqrt(tall) * (1 + slenderness) ** 2.5 * 2 * np.pi * frequency * GAL
-    return np.where(frequency > kaneko_hayashi_frequency(height, b_over_h), high, low)
+    return np.where(frequency > kaneko_hayashi_branch_frequency(height, b_over_h), high, low)
 
 
-def frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Return the frequency parameter p = √(3g/4R), rad/s, R half the diagonal of a rectangle of height H, m."""
-    tall, slenderness = _check_positive("height", height), _check_positive("b_over_h", b_over_h)
+def block_frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """Return p = √(3g/4R), rad/s, of a rectangular block whose half diagonal is R.
+
+    The height of the block is given in m.
+    """
+    tall, slenderness = _checked_positive_array("height", height), _checked_positive_array("b_over_h", b_over_h)
     return np.asarray(np.sqrt(1.5 * STANDARD_GRAVITY / (tall * np.sqrt(1 + slenderness**2))))
 
 
 def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return ω/p, the angular frequency of a pulse of one sine cycle over the frequency parameter of the block."""
+    """Return ω/p: angular frequency of a one-sine pulse, from PGV/PGA, over p of the block.
+
+    p is the `block_frequency_parameter`.
+    """
     # A one-sine pulse of amplitude a and angular frequency ω has the peak velocity 2a/ω.
-    return 2 / _check_positive("pgv_over_pga", pgv_over_pga) / frequency_parameter(height, b_over_h)
+    return 2 / _checked_positive_array("pgv_over_pga", pgv_over_pga) / block_frequency_parameter(height, b_over_h)
 
 
-def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA, m/s², at which a block overturns under a pulse of one sine cycle, after one impact.
+def pulse_acceleration_limit_with_impact(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """Return the PGA, m/s², at which a one-sine pulse overturns a block after one impact.
 
     a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for
     near-source pulses). The paper was not available. Compared with the rocking block, the formula is 0 to 11 % too
     high for ω/p of 1 to 4 and B/H = 0.1, and far too low for ω/p above 5.
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
-    return west_acceleration(b_over_h) * (1 + ratio / 6)
+    return west_acceleration_limit(b_over_h) * (1 + ratio / 6)
 
 
-def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA, m/s², at which a block overturns under a pulse of one sine cycle, without an impact.
+def pulse_acceleration_limit_without_impact(
+    height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
+) -> FloatArray:
+    """Return the PGA, m/s², at which a one-sine pulse overturns a block without any impact.
 
     a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches
     its unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
@@ -113,43 +127,50 @@ def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_p
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
 
-    def excess(factor: FloatArray) -> FloatArray:
-        length = (2 * np.pi - np.arcsin(1 / factor)) / ratio
-        return np.asarray(np.sqrt(factor**2 - 1) - factor * np.exp(-length) - ratio)
+    def amplitude_equation_excess(amplitude_factor: FloatArray) -> FloatArray:
+        length = (2 * np.pi - np.arcsin(1 / amplitude_factor)) / ratio
+        return np.asarray(np.sqrt(amplitude_factor**2 - 1) - amplitude_factor * np.exp(-length) - ratio)
 
     # The left side increases with A without bound, so bisection finds the root.
     low, high = np.ones_like(ratio), 2.0 + ratio + ratio**2
     for _ in range(60):
         middle = (low + high) / 2
-        above = excess(middle) > 0
+        above = amplitude_equation_excess(middle) > 0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return west_acceleration(b_over_h) * high
+    return west_acceleration_limit(b_over_h) * high
 
 
 @dataclass(frozen=True)
 class OverturningCriterion:
-    """Published criterion: name, rule in words, and limiting PGA (m/s²) as a function of height, B/H and PGV/PGA."""
+    """Published overturning criterion: name, rule in words, and function for its limit of PGA.
+
+    The function gives the limit in m/s² from height, B/H and PGV/PGA.
+    """
 
     name: str
     rule: str
     acceleration: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
 
 
-def _west_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    return west_acceleration(b_over_h) * np.ones(np.broadcast_shapes(np.shape(height), np.shape(pgv_over_pga)))
+def _west_limit_by_block_and_motion(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    return west_acceleration_limit(b_over_h) * np.ones(np.broadcast_shapes(np.shape(height), np.shape(pgv_over_pga)))
 
 
 CRITERIA: Final = (
-    OverturningCriterion("West", "PGA above g B/H", _west_limit),
+    OverturningCriterion("West", "PGA above g B/H", _west_limit_by_block_and_motion),
     OverturningCriterion(
-        "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration
+        "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration_limit
     ),
     OverturningCriterion(
-        "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration
+        "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration_limit
     ),
-    OverturningCriterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
     OverturningCriterion(
-        "pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration
+        "pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration_limit_with_impact
+    ),
+    OverturningCriterion(
+        "pulse, no impact",
+        "PGA above that of the one-sine pulse without impact",
+        pulse_acceleration_limit_without_impact,
     ),
 )
 """Criteria in the order of tables and figures."""
@@ -158,8 +179,8 @@ SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 """Criteria taken from secondary sources; the docstring of each function states how it was checked."""
 
 
-class PredictionScore(NamedTuple):
-    """Weighted numbers of hits, misses, false alarms and correct rejections of a rule that predicts falls.
+class FallPredictionCounts(NamedTuple):
+    """Weighted counts of hits, misses, false alarms and correct rejections of predicted falls.
 
     Each is a number or an array; a share is NaN if its denominator is 0.
     """
@@ -170,13 +191,13 @@ class PredictionScore(NamedTuple):
     rejections: Any
 
     @classmethod
-    def from_counts(cls, prediction_counts: FloatArray) -> "PredictionScore":
-        """Create a score from the numbers of hits, misses, false alarms and correct rejections, shape (…, 4)."""
+    def from_count_array(cls, prediction_counts: FloatArray) -> "FallPredictionCounts":
+        """Create the counts from an array whose last axis is (hits, misses, false alarms, rejections)."""
         return cls(*np.moveaxis(prediction_counts, -1, 0))
 
     @property
     def fall_share(self) -> Any:
-        """Share of all cases that fall."""
+        """Share of all cases in which the block falls, predicted or not."""
         return _divide_or_nan(self.hits + self.misses, sum(self))
 
     @property
@@ -205,18 +226,18 @@ SLENDERNESS_ONLY: Final = "B/H alone"
 """Name of the rule that ignores the motion."""
 
 PULSE_VALID: Final = 5.0
-"""Largest ω/p for which `pulse_acceleration` is valid; above it the limit is far too low."""
+"""Largest ω/p for which `pulse_acceleration_limit_with_impact` is valid; above it the limit is far too low."""
 
 
 @dataclass(frozen=True)
-class RuleScore:
-    """Score of one rule that predicts falls from the peaks of the motion and the block.
+class PredictionRuleScore:
+    """Score of one rule that predicts falls from height and B/H of the block and peaks of the motion.
 
     Attributes
     ----------
     name, rule : str
         Name and rule of the criterion, or of the rule that ignores the motion.
-    overall, skill : PredictionScore, Mean
+    overall, skill : FallPredictionCounts, Mean
         Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
     within : Mean
         Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
@@ -227,19 +248,19 @@ class RuleScore:
 
     name: str
     rule: str
-    overall: PredictionScore
+    overall: FallPredictionCounts
     skill: EarthquakeMean
     within: EarthquakeMean
     within_valid: float
 
 
 @dataclass(frozen=True)
-class CriteriaScores:
-    """Scores of all published criteria and of the rule that ignores the motion.
+class OverturningCriteriaScores:
+    """Scores of all published criteria, and of the rule that uses B/H only.
 
     Attributes
     ----------
-    rules : tuple of RuleScore
+    rules : tuple of PredictionRuleScore
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
     leads : dict of str to Mean
@@ -247,27 +268,29 @@ class CriteriaScores:
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     beyond : float
         Share of planes and blocks above `PULSE_VALID`.
-    blocks : dict of (float, float) to tuple of PredictionScore
+    blocks : dict of (float, float) to tuple of FallPredictionCounts
         Scores of `CRITERIA` by height, m, and B/H.
     """
 
-    rules: tuple[RuleScore, ...]
+    rules: tuple[PredictionRuleScore, ...]
     leads: dict[str, EarthquakeMean]
     beyond: float
-    blocks: dict[tuple[float, float], tuple[PredictionScore, ...]]
+    blocks: dict[tuple[float, float], tuple[FallPredictionCounts, ...]]
 
     @property
-    def best_criterion(self) -> RuleScore:
-        """Score of the criterion with the largest mean skill within blocks of one height and B/H."""
+    def best_criterion(self) -> PredictionRuleScore:
+        """Score of the published criterion with the largest mean skill within blocks of one size."""
         return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
 
-def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
-    """Score the published criteria on the outcomes of a cube; None if no outcome is known.
+def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> OverturningCriteriaScores | None:
+    """Score how well published criteria predict the outcomes of a cube; None if no outcome is known.
 
-    The data are those of `overturning_rows`. Nominal outcomes are used, not the probabilities of the ensemble.
+    `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
+
+    The data are those of `overturning_regression_rows`, with nominal outcomes instead of ensemble probabilities.
     """
-    predictors, falls, event, weight = overturning_rows(cube, intensity, ensemble=False)
+    predictors, falls, event, weight = overturning_regression_rows(cube, intensity, ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T
@@ -278,8 +301,8 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
     valid = _pulse_frequency_ratio(height, slender, ratio) <= PULSE_VALID
 
-    def count_predictions(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
-        """Count hits, misses, false alarms and correct rejections, shape (earthquakes, blocks, 4)."""
+    def count_hits_and_misses(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
+        """Count hits, misses, false alarms and rejections, shape (earthquakes, blocks, 4)."""
         columns = (
             falls * predicted_falls, falls * ~predicted_falls,
             (1 - falls) * predicted_falls, (1 - falls) * ~predicted_falls,
@@ -287,22 +310,22 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
         counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
 
-    def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> RuleScore:
-        counts = count_predictions(predicted_falls, weight)
+    def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> PredictionRuleScore:
+        counts = count_hits_and_misses(predicted_falls, weight)
         overall, statistics = (
-            PredictionScore.from_counts(counts.sum(axis=(0, 1))),
-            (_skill_of_all_blocks, _mean_skill_within_blocks),
+            FallPredictionCounts.from_count_array(counts.sum(axis=(0, 1))),
+            (_skill_over_all_blocks, _mean_skill_within_blocks),
         )
         skill, within = (
             EarthquakeMean(len(counts), float(of(counts)), *bootstrap_interval(of, counts)) for of in statistics
         )
-        return RuleScore(
+        return PredictionRuleScore(
             name,
             rule,
             overall,
             skill,
             within,
-            float(_mean_skill_within_blocks(count_predictions(predicted_falls, weight * valid))),
+            float(_mean_skill_within_blocks(count_hits_and_misses(predicted_falls, weight * valid))),
         )
 
     predictions = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
@@ -312,16 +335,21 @@ def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | 
     blind = [score_rule(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
     by_event = {
-        one.name: count_predictions(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)
+        one.name: count_hits_and_misses(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)
     }
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
-    blocks = {name: tuple(map(PredictionScore.from_counts, each)) for name, each in zip(of_block, counts, strict=True)}
+    blocks = {
+        name: tuple(map(FallPredictionCounts.from_count_array, each))
+        for name, each in zip(of_block, counts, strict=True)
+    }
     beyond = float((weight * ~valid).sum() / weight.sum())
-    return CriteriaScores(tuple(rules), _skill_differences(by_event), beyond, blocks)
+    return OverturningCriteriaScores(tuple(rules), _best_minus_other_skills(by_event), beyond, blocks)
 
 
-def _skill_differences(counts_by_criterion: dict[str, FloatArray]) -> dict[str, EarthquakeMean]:
-    """Compute the skill of the best criterion minus that of each other criterion (see `CriteriaScores.leads`).
+def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict[str, EarthquakeMean]:
+    """Compute the skill of the best criterion minus that of each other one, by name of the other.
+
+    See `OverturningCriteriaScores.leads`.
 
     The counts of each criterion have shape (earthquakes, blocks, 4).
     """
@@ -330,33 +358,37 @@ def _skill_differences(counts_by_criterion: dict[str, FloatArray]) -> dict[str, 
         return {}
     best = max(skills, key=lambda name: skills[name])
 
-    def skill_difference(counts: FloatArray) -> FloatArray:
-        return _mean_skill_within_blocks(counts[..., :4]) - _mean_skill_within_blocks(counts[..., 4:])
+    def first_minus_second_skill(paired_counts: FloatArray) -> FloatArray:
+        return _mean_skill_within_blocks(paired_counts[..., :4]) - _mean_skill_within_blocks(paired_counts[..., 4:])
 
     pairs = {
         name: np.concatenate([counts_by_criterion[best], counts], axis=-1)
         for name, counts in counts_by_criterion.items()
     }
     return {
-        name: EarthquakeMean(len(pair), float(skill_difference(pair)), *bootstrap_interval(skill_difference, pair))
+        name: EarthquakeMean(
+            len(pair), float(first_minus_second_skill(pair)), *bootstrap_interval(first_minus_second_skill, pair)
+        )
         for name, pair in pairs.items()
         if name != best
     }
 
 
-def _skill_of_all_blocks(prediction_counts: FloatArray) -> FloatArray:
-    """Compute the skill for all blocks taken together, from counts of shape (…, earthquakes, blocks, 4)."""
-    return np.asarray(PredictionScore.from_counts(prediction_counts.sum(axis=(-3, -2))).skill)
+def _skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
+    """Compute the skill over all blocks from counts of shape (…, earthquakes, blocks, 4), shape (…)."""
+    return np.asarray(FallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2))).skill)
 
 
 def _mean_skill_within_blocks(prediction_counts: FloatArray) -> FloatArray:
-    """Average the skills of the blocks with weights f(1 − f), from counts of shape (…, earthquakes, blocks, 4).
+    """Average the skills within each block, from counts of shape (…, earthquakes, blocks, 4), shape (…).
+
+    The weight of a block is f(1 − f).
 
     f is the share of cells of a block that fall. The skill of a block that nearly always falls, or stands, depends on a
     few cells. f(1 − f) is the variance of the outcome, so the mean is the slope of a regression of outcomes on
     predictions within blocks.
     """
-    score = PredictionScore.from_counts(prediction_counts.sum(axis=-3))
+    score = FallPredictionCounts.from_count_array(prediction_counts.sum(axis=-3))
     weight = np.where(np.isfinite(score.skill), score.fall_share * (1 - score.fall_share), 0.0)
     return np.asarray(
         _divide_or_nan((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1))

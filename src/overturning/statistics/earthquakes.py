@@ -19,12 +19,12 @@ from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import (
     EarthquakeMean,
     bootstrap_interval,
-    bootstrap_values,
-    earthquake_names,
-    expanded_tail_share,
-    mean_of_each_sample,
+    distinct_earthquake_names,
+    mean_of_each_bootstrap_sample,
     mean_over_earthquakes,
     means_by_earthquake,
+    statistic_of_bootstrap_samples,
+    tail_share_of_expanded_interval,
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
@@ -32,8 +32,11 @@ from overturning.statistics.falls import mean_cosine_and_sine_to_reference, sum_
 from overturning.units import EARTH_RADIUS_KM
 
 
-def fall_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Sum the fall vectors of the informative blocks of each record over all dimensions except ``kept_dims``."""
+def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+    """Sum falls and their unit vectors for each record, over its informative blocks and directions.
+
+    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`.
+    """
     model = model_of(cube)
     over = [name for name in model.case_dims if name not in kept_dims]
     made = apply_to_record_batches(
@@ -43,12 +46,12 @@ def fall_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 
 
 def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Compute the fall axis of each earthquake relative to the fault normal.
+    """Compute the mean fall axis of each earthquake, as an angle from the fault normal.
 
     The cube is read in batches of records.
 
-    All falls of the `informative_blocks` under a record have equal weight; an earthquake has the mean of the means of
-    its records.
+    All falls of the informative blocks (`informative_block_mask`) under a record have equal weight; an earthquake has
+    the mean of the means of its records.
 
     Parameters
     ----------
@@ -67,7 +70,7 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
         block falls or no fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
     """
-    sums = fall_sums_by_record(cube, *kept_dims)
+    sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]),
         np.atleast_1d(cube["event"].values).astype(str),
@@ -78,7 +81,7 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     axis = np.where(length >= LEAST_RESULTANT, wrap_axis_difference(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
-    names = earthquake_names(events)
+    names = distinct_earthquake_names(events)
     dims, counts = ("event", *kept_dims), [(events == one).sum() for one in names]
     found = {
         "cosine": (dims, cosine), "sine": (dims, sine), "axis": (dims, axis, about_axis),
@@ -91,7 +94,7 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 def fall_axes_by_group(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, xr.Dataset]:
-    """Compute the fall axes of the earthquakes of each group of records, by the name of the group.
+    """Compute the mean fall axis of each earthquake, for each group of records, by name of the group.
 
     For the arguments see `record_groups`; empty groups are left out.
     """
@@ -104,7 +107,7 @@ def fall_axes_by_group(
 
 @dataclass(frozen=True)
 class FallAxisSummary:
-    """Mean fall axis and alignment of several earthquakes relative to their fault normals.
+    """Mean axis of the falls of several earthquakes, and their mean alignment with the fault normal.
 
     Attributes
     ----------
@@ -119,7 +122,7 @@ class FallAxisSummary:
     half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
-        `expanded_tail_share`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
+        `tail_share_of_expanded_interval`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
     with_axis, closer_to_normal : int
         Number of earthquakes that have an axis (resultant at least `LEAST_RESULTANT`), and of these with an axis
         within 45° of the fault normal.
@@ -141,7 +144,10 @@ class FallAxisSummary:
 
 
 def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> FallAxisSummary:
-    """Average the fall axes of earthquakes (from `fall_axes_by_earthquake`): mean axis and alignment with intervals."""
+    """Average the fall axes of earthquakes: mean axis and alignment with the fault normal, with intervals.
+
+    `fall_axes` is a result of `fall_axes_by_earthquake`.
+    """
     vectors = np.column_stack([fall_axes["cosine"].values, fall_axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
@@ -149,14 +155,16 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= LEAST_RESULTANT
     mean = float(wrap_axis_difference(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
-    def axis_distances(drawn: FloatArray) -> FloatArray:
-        drawn_cosine, drawn_sine = drawn.mean(axis=1).T
+    def axis_distances_from_mean_deg(drawn_vectors: FloatArray) -> FloatArray:
+        drawn_cosine, drawn_sine = drawn_vectors.mean(axis=1).T
         away = np.abs(wrap_axis_difference(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
-    distances = bootstrap_values(axis_distances, vectors, draws) if has_axis else np.zeros(0)
-    ends = bootstrap_interval(mean_of_each_sample, vectors[:, 0], level=level, draws=draws)
-    within = 1 - 2 * expanded_tail_share(len(vectors), level) if distances.size else level
+    distances = (
+        statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, draws) if has_axis else np.zeros(0)
+    )
+    ends = bootstrap_interval(mean_of_each_bootstrap_sample, vectors[:, 0], level=level, draws=draws)
+    within = 1 - 2 * tail_share_of_expanded_interval(len(vectors), level) if distances.size else level
     half_width = float(np.quantile(distances, within)) if distances.size else math.nan
     known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
@@ -166,26 +174,26 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
-def alignment_difference(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> EarthquakeMean:
-    """Compute the alignment of falls with the fault normal in one set of records minus that in another set.
+def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> EarthquakeMean:
+    """Compute the alignment with the fault normal in a first set of records minus that in a second set.
 
     Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with
     records in both sets is drawn once for both, so that its own orientation does not count as a difference.
     ``n`` is the number of earthquakes with falls in the smaller set; there is no interval if it is below
     `FEWEST_EARTHQUAKES`.
     """
-    names = earthquake_names([*first_fall_axes["event"].values, *second_fall_axes["event"].values])
+    names = distinct_earthquake_names([*first_fall_axes["event"].values, *second_fall_axes["event"].values])
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
     n = int(np.isfinite(values).sum(axis=1).min())
 
-    def difference_of_samples(drawn: FloatArray) -> FloatArray:
-        counts = np.isfinite(drawn).sum(axis=1)
-        means = np.nansum(drawn, axis=1) / np.where(counts > 0, counts, np.nan)
+    def first_minus_second_mean(drawn_alignments: FloatArray) -> FloatArray:
+        counts = np.isfinite(drawn_alignments).sum(axis=1)
+        means = np.nansum(drawn_alignments, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    difference = float(difference_of_samples(values.T[None])[0])
+    difference = float(first_minus_second_mean(values.T[None])[0])
     return EarthquakeMean(
-        n, difference, *bootstrap_interval(difference_of_samples, values.T, draws=10_000, earthquake_count=n)
+        n, difference, *bootstrap_interval(first_minus_second_mean, values.T, draws=10_000, earthquake_count=n)
     )
 
 
@@ -194,7 +202,9 @@ LEAST_DISTANCE_KM: Final = 1.0
 
 
 def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the azimuth at the station of each record that points away from the epicentre: back azimuth + 180°.
+    """Compute the azimuth, at each record's station, of the direction away from its epicentre.
+
+    The result is the back azimuth + 180°.
 
     It follows the great circle on a sphere, which differs from that on the ellipsoid by at most 0.2°. The transverse
     axis is perpendicular to it.
@@ -227,8 +237,10 @@ _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth
 
 
 @dataclass(frozen=True)
-class ReferenceAlignment:
-    """Alignment of falls with reference directions, averaged over the earthquakes of a group, for each range of B/H.
+class FallAlignmentWithReferences:
+    """Alignment of the falls of a group of records with several reference directions, by range of B/H.
+
+    All values are means over the earthquakes of the group.
 
     Attributes
     ----------
@@ -247,10 +259,12 @@ class ReferenceAlignment:
     closer: list[EarthquakeMean]
 
 
-def alignment_with_references(
+def fall_alignment_with_references(
     cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
-) -> dict[str, ReferenceAlignment]:
-    """Compute the alignment of falls with peaks and pulse of motion, fault normal and epicentre, by group of records.
+) -> dict[str, FallAlignmentWithReferences]:
+    """Compute the alignment of falls with each reference direction, by name of the group of records.
+
+    References are the azimuths of PGA and PGV, the pulse axis, the fault normal and the direction from the epicentre.
 
     The transverse axis is perpendicular to the radial one, so its mean cos 2Δ is that of the radial one with the
     opposite sign. The radial direction is left out if no record has one.
@@ -262,7 +276,7 @@ def alignment_with_references(
     b_over_h_ranges : sequence of slice
         Ranges of positions along B/H; not given: each B/H separately.
     """
-    sums = fall_sums_by_record(cube, "b_over_h")
+    sums = fall_vector_sums_by_record(cube, "b_over_h")
     parts = b_over_h_ranges or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {name: intensity[of].drop_vars("record", errors="ignore") for name, of in _REFERENCES.items()}
@@ -275,25 +289,32 @@ def alignment_with_references(
             cosines[name, axial] = [
                 mean_cosine_and_sine_to_reference(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals
             ]
-    return {group: _average_group_alignment(cosines, members, events) for group, members in record_groups(cube).items()}
+    return {
+        group: _group_alignment_with_references(cosines, members, events)
+        for group, members in record_groups(cube).items()
+    }
 
 
-def _average_group_alignment(
+def _group_alignment_with_references(
     reference_cosines: dict[tuple[str, bool], list[FloatArray]],
     group_mask: NDArray[np.bool_],
     record_events: NDArray[np.str_],
-) -> ReferenceAlignment:
-    """Average the alignment with each reference over the earthquakes of a group of records, for each range of B/H."""
+) -> FallAlignmentWithReferences:
+    """Average the cosines for each reference and range of B/H over the earthquakes of a group.
 
-    def group_mean(values: FloatArray) -> EarthquakeMean:
-        return mean_over_earthquakes(np.where(group_mask, values, np.nan), record_events)
+    The lists of `reference_cosines` have one array of shape (records,) for each range of B/H; their keys are those of
+    `FallAlignmentWithReferences.means`.
+    """
 
-    means = {key: [group_mean(one) for one in values] for key, values in reference_cosines.items()}
+    def earthquake_mean_of_group(record_cosines: FloatArray) -> EarthquakeMean:
+        return mean_over_earthquakes(np.where(group_mask, record_cosines, np.nan), record_events)
+
+    means = {key: [earthquake_mean_of_group(one) for one in values] for key, values in reference_cosines.items()}
     counts = {
         name: int(np.isfinite(reference_cosines[name, True][0][group_mask]).sum()) for name, axial in means if axial
     }
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
     first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
     pairs = zip(reference_cosines[first, True], reference_cosines[others[0], True], strict=True) if others else ()
-    closer = [group_mean(one - other) for one, other in pairs]
-    return ReferenceAlignment(means, tuple([first, *others][:2]) if first else (), closer)
+    closer = [earthquake_mean_of_group(one - other) for one, other in pairs]
+    return FallAlignmentWithReferences(means, tuple([first, *others][:2]) if first else (), closer)

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import EarthquakeMean, mean_share_over_earthquakes
-from overturning.statistics.by_record import iterate_records
+from overturning.statistics.by_record import iterate_record_cubes
 
 
 @dataclass(frozen=True)
-class ElementFalls:
-    """Falls of one element of a scene, over the ``cases`` with a known outcome.
+class ElementFallCounts:
+    """Counts of falls of one element of a scene, over the ``cases`` with a known outcome.
 
     ``falls`` is the number of cases in which it falls to either side, ``first`` of those in which no other element of
     its scene falls before it. ``share`` is falls/cases, and ``median_time`` the median time of its falls, s; both are
@@ -30,8 +30,10 @@ class ElementFalls:
 
 
 @dataclass(frozen=True)
-class FallContrast:
-    """Comparison of the falls of two stones in the same cases, as means over earthquakes; each stone has its own cube.
+class TwoStoneFallContrast:
+    """Comparison of the falls of two stones, each with its own cube, in the same cases.
+
+    All values are means over earthquakes.
 
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
     this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within 45°
@@ -52,8 +54,10 @@ ANYTHING = "any element"
 """Label of the falls of a whole scene, which falls when its first element falls."""
 
 
-def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Count the falls of each element of a cube, in order; for several elements a last row counts falls of `ANYTHING`.
+def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
+    """Count the falls of each element of a cube, one row per element in the order of the cube.
+
+    For several elements a last row, `ANYTHING`, counts the cases in which any element falls.
 
     A cube without elements has one row, "block". The cube is read one record at a time. The times of all falls are
     kept in memory for the medians (four bytes each).
@@ -64,7 +68,7 @@ def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
     names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
     counts = np.zeros((3, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
-    for one in iterate_records(cube, _OUTCOME):
+    for one in iterate_record_cubes(cube, _OUTCOME):
         sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
         known = np.isfinite(sides)
         fell = known & (sides != 0)
@@ -79,12 +83,14 @@ def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
     rows = []
     for name, (cases, falls, earliest) in zip(names, counts.T.tolist(), strict=True):
         median = float(np.median(np.concatenate(moments.pop(name)), overwrite_input=True)) if falls else math.nan
-        rows.append(ElementFalls(name, cases, falls, earliest, falls / cases if cases else math.nan, median))
+        rows.append(ElementFallCounts(name, cases, falls, earliest, falls / cases if cases else math.nan, median))
     return rows
 
 
-def count_common_falls(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
-    """Count the cases of each record in which both, one or none of two stones fall.
+def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
+    """Count, for each record, the cases in which both stones, only one of them, or none falls.
+
+    Each stone has its own cube.
 
     Parameters
     ----------
@@ -99,11 +105,11 @@ def count_common_falls(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
         each other, and ``earlier``, in which the first stone falls before the other.
     """
     rows = []
-    for one, another in zip(iterate_records(cube, _FALL), iterate_records(other_cube, _FALL), strict=True):
+    for one, another in zip(iterate_record_cubes(cube, _FALL), iterate_record_cubes(other_cube, _FALL), strict=True):
         this, that = (c["overturned"].to_numpy().ravel() for c in (one, another))
         known = np.isfinite(this) & np.isfinite(that)
         fell, other_fell = known & (this != 0), known & (that != 0)
-        both, (way, other_way) = fell & other_fell, (_fall_azimuths(c) for c in (one, another))
+        both, (way, other_way) = fell & other_fell, (_fall_azimuths_deg(c) for c in (one, another))
         same = both & (np.abs((way - other_way + 180.0) % 360.0 - 180.0) <= 45.0)
         when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (one, another))
         counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, both & (when < other_when))
@@ -112,22 +118,30 @@ def count_common_falls(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
 
 
-def _fall_azimuths(cube: xr.Dataset) -> FloatArray:
-    """Return the azimuth of each fall, degrees; for planar models relative to the azimuth of the motion."""
+def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:
+    """Return the fall azimuth of each cell, degrees, shape (cells,).
+
+    For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.
+    """
     if "fall_azimuth" in cube:
         return np.asarray(cube["fall_azimuth"].to_numpy().ravel(), np.float64)
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> FallContrast:
-    """Average the counts of `count_common_falls` over earthquakes; `record_events` are the earthquakes of records."""
+def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> TwoStoneFallContrast:
+    """Average the results of `count_falls_of_two_stones` over earthquakes, as shares.
 
-    def mean_share(name: str, of: str) -> EarthquakeMean:
-        total = fall_counts[of].to_numpy().astype(np.float64)
+    `record_events` are the names of the earthquakes of the records, shape (records,).
+    """
+
+    def mean_share_of_counts(part_name: str, whole_name: str) -> EarthquakeMean:
+        total = fall_counts[whole_name].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
             return mean_share_over_earthquakes(
-                fall_counts[name].to_numpy() / np.where(total > 0, total, np.nan), record_events
+                fall_counts[part_name].to_numpy() / np.where(total > 0, total, np.nan), record_events
             )
 
-    this, other, both = (mean_share(name, "cases") for name in ("only_this", "only_other", "both"))
-    return FallContrast(this, other, both, mean_share("same_way", "both"), mean_share("earlier", "both"))
+    this, other, both = (mean_share_of_counts(name, "cases") for name in ("only_this", "only_other", "both"))
+    return TwoStoneFallContrast(
+        this, other, both, mean_share_of_counts("same_way", "both"), mean_share_of_counts("earlier", "both")
+    )

@@ -20,8 +20,10 @@ from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_
 from overturning.statistics.circular import NO_DIRECTION
 
 
-def extend_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Add the opposite of each azimuth to a cube of a planar model, or to data derived from it; azimuths ascend.
+def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
+    """Add the azimuth φ + 180° for each azimuth φ of a planar cube (or of data derived from one).
+
+    Azimuths are ascending in the result.
 
     Motions along φ and φ + 180° are one plane with one outcome. If the cube has one of them, the other is its mirror
     image; if it has both, they stay unchanged. For a scene without mirror symmetry they are two cases, and opposite
@@ -47,7 +49,7 @@ def extend_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
 
 
 def falls_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Return the number of falls (0 or 1) of each block towards each azimuth; NaN if the outcome is missing.
+    """Return 1 where a block falls towards an azimuth, 0 where not, NaN where the outcome is missing.
 
     Computed lazily if the cube is lazy.
 
@@ -65,10 +67,10 @@ def falls_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.Da
     Returns
     -------
     DataArray
-        Azimuths as from `extend_to_full_circle`; for a scene without mirror symmetry including all opposites.
+        Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
-    p = fall_probability(extend_to_full_circle(cube[used]), use_ensemble=ensemble)
+    p = fall_probability(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_deg(cube) != PLANE_PERIOD:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
@@ -78,7 +80,7 @@ def falls_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.Da
 
 
 def block_overturns(cube: xr.Dataset) -> xr.DataArray:
-    """Return 1 if the block falls to either side, 0 if it stands, NaN if the outcome is missing."""
+    """Return, for each cell, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
     overturned = cube["overturned"]
     return xr.where(is_known_flag(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
@@ -86,14 +88,17 @@ def block_overturns(cube: xr.Dataset) -> xr.DataArray:
 
 
 def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
-    """Compute the share of the known cases of each record that overturn; ``kept_dims`` are not averaged; in memory."""
+    """Compute, for each record, the share of its cases with a known outcome that overturn, in memory.
+
+    Dimensions in ``kept_dims`` are kept as well; all others are averaged over.
+    """
     falls = block_overturns(cube)
     shares = falls.mean([name for name in falls.dims if name not in ("record", *kept_dims)]).compute()
     return shares.transpose(..., "record").astype("float64")
 
 
-def overturned_shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
-    """Compute the share of cases that overturn at azimuths within 45° of the fault normal, and at other azimuths.
+def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float, float]:
+    """Return the shares of cases that overturn at azimuths below 45° from the fault normal, and at others.
 
     Unknown outcomes do not count. Both shares are NaN without azimuths of the motion (3-D) or without a known fault
     normal.
@@ -106,8 +111,10 @@ def overturned_shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
     return within, beyond
 
 
-def count_flag_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
-    """Count the pairs of neighbouring cells along a dimension with different flags (stands, falls to +1 or −1).
+def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
+    """Return how many pairs of neighbouring cells along a dimension differ in outcome, and how many exist.
+
+    Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes.
 
     Returns (number of changes, number of pairs with two known flags). For azimuths round the full circle the last and
     the first are neighbours.
@@ -121,8 +128,8 @@ def count_flag_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True)
-class BlockRule:
-    """Rule that selects the blocks whose falls count under a record.
+class BlockSelectionRule:
+    """Rule that selects the blocks of a record whose falls count in statistics of direction.
 
     Attributes
     ----------
@@ -138,37 +145,37 @@ class BlockRule:
     most: float
     otherwise_all: bool = False
 
-    def selects_blocks(self, overturned_share: xr.DataArray) -> xr.DataArray:
-        """Return True for selected blocks; the argument is the share of directions in which each block overturns."""
+    def selected_block_mask(self, share_of_directions: xr.DataArray) -> xr.DataArray:
+        """Return True for blocks that the rule selects, by their share of directions with a fall."""
         if self.most > 1.0:
-            return xr.ones_like(overturned_share, dtype=bool)
-        near = (overturned_share > 0) & (overturned_share <= self.most) & (overturned_share < 1.0)
+            return xr.ones_like(share_of_directions, dtype=bool)
+        near = (share_of_directions > 0) & (share_of_directions <= self.most) & (share_of_directions < 1.0)
         return near | ~near.any([name for name in near.dims if name != "record"]) if self.otherwise_all else near
 
 
-MARGINAL: Final = BlockRule("in at most half of the {}s, or all blocks of a record without such", 0.5, True)
+MARGINAL: Final = BlockSelectionRule("in at most half of the {}s, or all blocks of a record without such", 0.5, True)
 """Rule of planar models: marginal blocks."""
 
-EVERY_BLOCK: Final = BlockRule("all blocks", 2.0)
+EVERY_BLOCK: Final = BlockSelectionRule("all blocks", 2.0)
 """Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
 
 BLOCK_RULES: Final = (
     MARGINAL,
-    BlockRule("in at most half of the {}s", 0.5),
-    BlockRule("in at most a quarter of the {}s", 0.25),
-    BlockRule("in some {}s, but not in all", 1.0),
+    BlockSelectionRule("in at most half of the {}s", 0.5),
+    BlockSelectionRule("in at most a quarter of the {}s", 0.25),
+    BlockSelectionRule("in some {}s, but not in all", 1.0),
     EVERY_BLOCK,
 )
 """Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
-def block_rule_of_model(cube: xr.Dataset) -> BlockRule:
-    """Return the rule that selects the blocks whose falls count: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
+def block_selection_rule_of_model(cube: xr.Dataset) -> BlockSelectionRule:
+    """Return the block selection rule of the cube's model: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
     return MARGINAL if model_of(cube).one_component else EVERY_BLOCK
 
 
-def overturned_shares_of_directions(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the share of azimuths (3-D: orientations) in which each block overturns under a record.
+def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
+    """Compute, for each record and block, the share of azimuths (3-D: orientations) where it overturns.
 
     Each plane counts once; directions with a missing outcome do not count. The result is in memory.
     """
@@ -177,8 +184,8 @@ def overturned_shares_of_directions(cube: xr.Dataset) -> xr.DataArray:
     return block_overturns(cube).isel(once).mean(model.direction).compute()
 
 
-def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
-    """Return True for blocks whose falls show a direction: marginal blocks in 2-D, all blocks in 3-D.
+def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
+    """Return True for the blocks whose falls show a direction: marginal ones in 2-D, all in 3-D.
 
     The result has the dimensions of ``overturned`` without the direction.
 
@@ -187,12 +194,19 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     no marginal block, all blocks count. Each plane counts once; planes with a missing outcome do not count. In the 3-D
     model all blocks are informative.
     """
-    rule = block_rule_of_model(cube)
-    return xr.DataArray(True) if rule is EVERY_BLOCK else rule.selects_blocks(overturned_shares_of_directions(cube))
+    rule = block_selection_rule_of_model(cube)
+    return (
+        xr.DataArray(True)
+        if rule is EVERY_BLOCK
+        else rule.selected_block_mask(share_of_directions_with_overturning(cube))
+    )
 
 
-def fall_shares(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:
-    """Compute the share of planes (3-D: orientations) in which blocks overturn; unknown outcomes do not count."""
+def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:
+    """Compute, for each record and block, the weighted share of planes (3-D: orientations) with a fall.
+
+    Cells with an unknown outcome do not count.
+    """
     model = model_of(cube)
     falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *summed_dims)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
@@ -203,22 +217,24 @@ def fall_shares(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.Data
 def sum_fall_vectors(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Sum falls, and cosines and sines of their directions and doubled axes, over all directions of a cube.
+    """Sum falls, and cosines and sines of fall azimuths (once and doubled), over directions of a cube.
+
+    The sums are also over ``summed_dims``.
 
     The sums can be added further before an angle is computed. With ``informative_only`` they cover the
-    `informative_blocks` only; ``all_falls`` always counts the falls of all blocks.
+    `informative_block_mask` only; ``all_falls`` always counts the falls of all blocks.
     """
     model = model_of(cube)
     falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *summed_dims)
     weighted = falls.drop_vars("weight") * falls["weight"]
-    sums = (weighted.where(informative_blocks(cube)) if informative_only else weighted).sum(dims)
+    sums = (weighted.where(informative_block_mask(cube)) if informative_only else weighted).sum(dims)
     return sums.assign(all_falls=weighted["falls"].sum(dims))
 
 
 def mean_fall_directions(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Compute the mean direction and the mean axis of the falls of a cube.
+    """Compute the mean direction and the mean axis of falls over all directions of a cube.
 
     Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
     ``informative_only`` see `sum_fall_vectors`.
@@ -247,7 +263,9 @@ def mean_fall_directions(
 def mean_cosine_and_sine_to_reference(
     fall_sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True
 ) -> xr.Dataset:
-    """Compute the mean cosine and sine of the angle from a reference azimuth to falls (for axes, of twice the angle).
+    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls.
+
+    For axes the angle is doubled.
 
     Parameters
     ----------

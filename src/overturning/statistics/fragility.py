@@ -28,7 +28,9 @@ MAX_VALUES_PER_BATCH: Final = 50_000
 
 @dataclass(frozen=True)
 class FittedFragilityCurve:
-    """Lognormal fragility curve P(fall) = Φ(ln(x/median)/spread) of a class of stones, fitted to outcomes.
+    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/spread).
+
+    x is the intensity.
 
     Attributes
     ----------
@@ -44,7 +46,7 @@ class FittedFragilityCurve:
         Range of the fitted intensities; the curve is not valid outside.
     of_records : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
-    within_data : float, ConfidenceInterval, float
+    median_and_spread_within_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `most` are infinite, values
         below `least` are 0; the spread is NaN if the median lies outside.
     """
@@ -60,18 +62,18 @@ class FittedFragilityCurve:
     of_records: float = math.nan
 
     @property
-    def spread_components(self) -> tuple[float, float]:
-        """Spread between records, and spread between stones and orientations under one record; NaN if unknown."""
-        spread = self.within_data[2]
+    def record_and_stone_spread(self) -> tuple[float, float]:
+        """Spread between records, and between stones under one record; NaN if unknown."""
+        spread = self.median_and_spread_within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
-    def identifier(self) -> str:
-        """Identifier of the curve for OpenQuake: only letters, digits, _ and -."""
+    def openquake_identifier(self) -> str:
+        """Name of the class for OpenQuake: without characters other than letters, digits, _, -."""
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
-    def within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
+    def median_and_spread_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.most else 0.0 if one < self.least else one
             for one in (self.median, *self.median_interval)
@@ -79,15 +81,17 @@ class FittedFragilityCurve:
         return median, ConfidenceInterval(low, high), self.spread if self.least <= median <= self.most else math.nan
 
     def fall_probability(self, intensity: ArrayLike) -> FloatArray:
-        """Return the probability that a stone falls, for each intensity."""
+        """Return the probability that a stone falls at each value of `intensity`, in `unit`."""
         over = np.asarray(intensity, dtype=np.float64) / self.median
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
 
-def fit_lognormal_curve(
+def fit_lognormal_median_and_spread(
     intensity: ArrayLike, fall_share: ArrayLike, weight: ArrayLike | None = None
 ) -> tuple[float, float]:
-    """Fit a lognormal curve to shares of falls by maximum likelihood (Baker 2015, Earthquake Spectra 31, eq. 11).
+    """Fit median and spread of a lognormal curve to shares of falls by maximum likelihood.
+
+    Method: Baker (2015, Earthquake Spectra 31, eq. 11).
 
     Parameters
     ----------
@@ -114,19 +118,21 @@ def fit_lognormal_curve(
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
     if x.size < 2 or y.min() == y.max() or x[y > 0].min() >= x[y < 1].max():
         return math.nan, math.nan
-    (median,), (spread,) = _fit_lognormal_curves(np.log(x), y, w[None])
+    (median,), (spread,) = _fit_lognormal_medians_and_spreads(np.log(x), y, w[None])
     return float(median), float(spread)
 
 
-def _fit_lognormal_curves(
+def _fit_lognormal_medians_and_spreads(
     log_intensity: FloatArray,
     fall_share: FloatArray,
     weights: FloatArray,
-    start_values: tuple[float, float] | None = None,
+    start_median_and_spread: tuple[float, float] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit a lognormal curve for each row of weights, shape (m, n), with Newton's method; return medians and spreads.
+    """Fit m lognormal curves with Newton's method, one for each row of `weights`, shape (m, n).
 
-    ``start_values`` are a median and a spread. The log-likelihood is concave; a step that
+    Return m medians and m spreads, NaN without a fit. `log_intensity` and `fall_share` have shape (n,).
+
+    ``start_median_and_spread`` are a median and a spread. The log-likelihood is concave; a step that
     lowers it is halved, because otherwise the iteration can oscillate.
     """
     middle, width = float(log_intensity.mean()), max(float(log_intensity.std()), 1e-3)
@@ -134,8 +140,11 @@ def _fit_lognormal_curves(
     # Constant and slope of each row, their likelihood, the next step, and the rows that have not converged.
     first = (
         (0.0, 1.0)
-        if start_values is None
-        else ((middle - math.log(start_values[0])) / start_values[1], width / start_values[1])
+        if start_median_and_spread is None
+        else (
+            (middle - math.log(start_median_and_spread[0])) / start_median_and_spread[1],
+            width / start_median_and_spread[1],
+        )
     )
     found, moving = np.tile(first, (len(weights), 1)), np.ones(len(weights), bool)
     likelihood, trying = np.full(len(weights), -np.inf), np.zeros_like(found)
@@ -182,9 +191,9 @@ def variance_share_between_records(
     record: NDArray[np.generic],
     stone_count: int,
 ) -> float:
-    """Estimate the part of the variance of a fragility curve (spread²) that lies between records, as a share.
+    """Estimate which share of the variance (spread²) of a fragility curve lies between records.
 
-    It is 0 if equal intensities have equal shares of falls.
+    The share is 0 if equal intensities have equal shares of falls.
 
     A stone falls if ln(x/median) exceeds its capacity, the sum of two normal deviates: one common to all stones under
     a record, and one of the stone (probit model with a random intercept: Ochi & Prentice 1984, Biometrika 71, 531).
@@ -194,7 +203,7 @@ def variance_share_between_records(
     Parameters
     ----------
     median_and_spread : (float, float)
-        Median and spread from `fit_lognormal_curve`.
+        Median and spread from `fit_lognormal_median_and_spread`.
     intensity, fall_share, record : ndarray, shape (n,)
         Intensities, share of stones that fell, and the record of each share.
     stone_count : int
@@ -211,10 +220,10 @@ def variance_share_between_records(
     records = [(z[own, None], fall_share[own, None]) for own in (record == one for one in np.unique(record))]
     density = -0.5 * NODES**2
 
-    def negative_log_likelihood(between_share: float) -> float:
+    def negative_log_likelihood(record_variance_share: float) -> float:
         log_likelihoods = []
         for level, fell in records:
-            at = (level + math.sqrt(between_share) * NODES) / math.sqrt(1 - between_share)
+            at = (level + math.sqrt(record_variance_share) * NODES) / math.sqrt(1 - record_variance_share)
             each = stone_count * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
             log_likelihoods.append(each.sum(axis=0) + density)
         return -float(scipy.special.logsumexp(log_likelihoods, axis=1).sum())
@@ -226,7 +235,7 @@ def variance_share_between_records(
 
 
 def fit_fragility_curve(
-    class_name: str,
+    stone_class: str,
     measure_and_unit: tuple[str, str],
     intensity: FloatArray,
     fall_share: FloatArray,
@@ -235,30 +244,32 @@ def fit_fragility_curve(
     record: NDArray[np.generic] | None = None,
     stone_count: int = 0,
 ) -> FittedFragilityCurve:
-    """Fit the fragility curve of a class of stones, with the interval of its median; arrays have shape (n,).
+    """Fit the fragility curve of a class of stones, with the bootstrap interval of its median.
+
+    `intensity`, `fall_share`, `event` and `record` have one entry for each motion, shape (n,).
 
     With ``record`` and ``stone_count``, the number of stones of each share, the spread between records is separated.
     """
     known = np.isfinite(fall_share) & (intensity > 0)
     intensity, fall_share, event = intensity[known], fall_share[known], event[known]
-    median, spread = fit_lognormal_curve(intensity, fall_share)
+    median, spread = fit_lognormal_median_and_spread(intensity, fall_share)
     between = math.nan
     if record is not None:
         between = variance_share_between_records((median, spread), intensity, fall_share, record[known], stone_count)
     names, member = np.unique(event, return_inverse=True)
 
-    def medians(drawn: NDArray[np.intp]) -> FloatArray:
-        count = (drawn[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
-        parts = np.array_split(count, math.ceil(len(drawn) * fall_share.size / MAX_VALUES_PER_BATCH))
+    def medians_of_samples(drawn_earthquakes: NDArray[np.intp]) -> FloatArray:
+        count = (drawn_earthquakes[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
+        parts = np.array_split(count, math.ceil(len(drawn_earthquakes) * fall_share.size / MAX_VALUES_PER_BATCH))
         return np.concatenate(
             [
-                _fit_lognormal_curves(np.log(intensity), fall_share, part[:, member], (median, spread))[0]
+                _fit_lognormal_medians_and_spreads(np.log(intensity), fall_share, part[:, member], (median, spread))[0]
                 for part in parts
             ]
         )
 
     ends_of_median = ConfidenceInterval()
     if math.isfinite(median):
-        ends_of_median = bootstrap_interval(medians, np.arange(names.size))
+        ends_of_median = bootstrap_interval(medians_of_samples, np.arange(names.size))
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
-    return FittedFragilityCurve(class_name, *measure_and_unit, median, spread, ends_of_median, *ends, between)
+    return FittedFragilityCurve(stone_class, *measure_and_unit, median, spread, ends_of_median, *ends, between)

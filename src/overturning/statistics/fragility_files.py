@@ -18,27 +18,30 @@ LEVELS: Final = 25
 
 
 def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> None:
-    """Write fragility curves as CSV, one row per curve: median, interval, spread and its components, range of the data.
+    """Write fragility curves to a CSV file, one row per curve.
+
+    Columns: class of stones, measure and unit, median with its interval, spread with its components, range of the data,
+    and identifier.
 
     The spread is missing if the median lies outside the data, so that no curve can be drawn there.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
-        median, ends, spread = one.within_data
-        values = (median, *ends, spread, one.least, one.most, *one.spread_components)
+        median, ends, spread = one.median_and_spread_within_data
+        values = (median, *ends, spread, one.least, one.most, *one.record_and_stone_spread)
         numbers = ",".join(f"{value:.6g}" for value in values)
-        lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.identifier}')
+        lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
     with atomic_write(path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def openquake_file_name(measure: str) -> str:
-    """Return the file name of the OpenQuake model of an intensity measure, such as ``fragility-sa-0.5.xml``."""
+    """Return the name of the OpenQuake file for an intensity measure, such as ``fragility-sa-0.5.xml``."""
     return f"fragility-{measure.lower().replace('(', '-').rstrip(')')}.xml"
 
 
 def is_openquake_measure(measure: str) -> bool:
-    """True if OpenQuake has the intensity measure: PGA, PGV or SA(period)."""
+    """True if OpenQuake knows the intensity measure named `measure`: PGA, PGV or SA(period)."""
     return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 
@@ -47,7 +50,7 @@ def write_openquake_model(curves: Sequence[FittedFragilityCurve], path: Path, mo
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
     probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of
-    a function is the `FittedFragilityCurve.identifier` of its class, which an exposure model uses as taxonomy.
+    a function is `FittedFragilityCurve.openquake_identifier`, which an exposure model uses as taxonomy.
 
     Raises
     ------
@@ -73,7 +76,7 @@ def write_openquake_model(curves: Sequence[FittedFragilityCurve], path: Path, mo
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [
-            f'<fragilityFunction id={quoteattr(one.identifier)} format="discrete">',
+            f'<fragilityFunction id={quoteattr(one.openquake_identifier)} format="discrete">',
             f'<imls imt="{one.measure}" noDamageLimit="{one.least:.6g}">{intensities}</imls>',
             f'<poes ls="fallen">{probabilities}</poes>',
             "</fragilityFunction>",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.model.falls import model_of
 from overturning.model.model import Model
-from overturning.statistics.by_record import iterate_records, record_batches
+from overturning.statistics.by_record import iterate_record_batches, iterate_record_cubes
 from overturning.statistics.circular import wrap_axis_difference
 
 WHICH_SIDE: Final = "Falls, but to which side?"
@@ -30,7 +30,7 @@ MAX_CORNER_OFFSET_DEG: Final = 10.0
 
 
 class IllustrativeCase(NamedTuple):
-    """Case that illustrates a study (one panel or a few): title, rule, index of the record in the cube, and block."""
+    """Case that illustrates a study: title, rule, record index, block, and directions of its panels."""
 
     title: str
     rule: str
@@ -43,8 +43,11 @@ class IllustrativeCase(NamedTuple):
     """Variant of each panel; empty if all panels are of the study itself."""
 
 
-class BestCase(NamedTuple):
-    """Best case of a `CaseRule` under one record: its score (larger is better), block and directions."""
+class BestCaseOfRecord(NamedTuple):
+    """Best case of one record under an `IllustrativeCaseRule`: score, block and directions.
+
+    A larger score is better.
+    """
 
     score: tuple[float, ...]
     block: Sequence[int]
@@ -53,44 +56,49 @@ class BestCase(NamedTuple):
     """Position along the direction of each panel."""
 
 
-class CaseRule(NamedTuple):
-    """Rule that finds an illustrative case among the cells of one record (dimensions in the order of the model)."""
+class IllustrativeCaseRule(NamedTuple):
+    """Rule that finds an illustrative case in the cube of one record.
+
+    The dimensions of this cube are in the order of the model.
+    """
 
     title: str
     text: str
-    find: Callable[[xr.Dataset], BestCase | None]
+    find: Callable[[xr.Dataset], BestCaseOfRecord | None]
     needs: tuple[str, ...]
     """Variables that the rule needs; it is skipped for a cube without them."""
 
 
 def _case_with_largest_score(
-    record_cube: xr.Dataset, flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
-) -> BestCase | None:
-    """Return the case with the largest score among eligible cells with the outcome ``flag``; None without such cell."""
-    may = ((record_cube["overturned"] == flag) & eligible_cells).to_numpy()
+    record_cube: xr.Dataset, outcome_flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
+) -> BestCaseOfRecord | None:
+    """Return the eligible case of outcome `outcome_flag` with the largest score; None if there is none."""
+    may = ((record_cube["overturned"] == outcome_flag) & eligible_cells).to_numpy()
     if not may.any():
         return None
     values = score.broadcast_like(record_cube["overturned"]).transpose(*record_cube["overturned"].dims).to_numpy()
     place = int(np.where(may, values, -np.inf).argmax())
     at, *block = (int(index) for index in np.unravel_index(place, may.shape))
-    return BestCase((float(values.flat[place]),), block, (at,))
+    return BestCaseOfRecord((float(values.flat[place]),), block, (at,))
 
 
-def _standing_case_with_largest_value(record_cube: xr.Dataset, variable: str, min_value: float) -> BestCase | None:
+def _standing_case_with_largest_value(
+    record_cube: xr.Dataset, variable: str, min_value: float
+) -> BestCaseOfRecord | None:
     size = abs(record_cube[variable])
     return _case_with_largest_score(record_cube, 0, size, size >= min_value)
 
 
-def _broadest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCase | None:
+def _broadest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCaseOfRecord | None:
     return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_cells)
 
 
-def _find_fall_over_corner(record_cube: xr.Dataset) -> BestCase | None:
+def _find_fall_over_corner(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
     return _broadest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
-def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCase | None:
+def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(
         wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
@@ -106,10 +114,10 @@ def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCase | None:
     # Prefer a case that moves in both planes, then the broadest, the roughest and the lowest block.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(record_cube["b_over_h"].values[place[1]]), 9)
-    return BestCase((float(moves[place]), broad), place, (along, across))
+    return BestCaseOfRecord((float(moves[place]), broad), place, (along, across))
 
 
-def _find_falls_to_both_sides(record_cube: xr.Dataset) -> BestCase | None:
+def _find_falls_to_both_sides(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     model = model_of(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
@@ -119,11 +127,11 @@ def _find_falls_to_both_sides(record_cube: xr.Dataset) -> BestCase | None:
     score, place = max(
         ((bool(sure[at] and sure[at[0] + 1, *at[1:]]), int(at[broad])), at) for at in map(tuple, np.argwhere(turns))
     )
-    return BestCase(score, place[1:], (place[0], place[0] + 1))
+    return BestCaseOfRecord(score, place[1:], (place[0], place[0] + 1))
 
 
 RULES: Final = (
-    CaseRule(
+    IllustrativeCaseRule(
         "Falls normal to the fault, stands along it",
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
         "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
@@ -131,33 +139,33 @@ RULES: Final = (
         _find_normal_and_parallel_pair,
         ("peak_rotation",),
     ),
-    CaseRule(
+    IllustrativeCaseRule(
         WHICH_SIDE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
         _find_falls_to_both_sides,
         ("overturned",),
     ),
-    CaseRule(
+    IllustrativeCaseRule(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
         lambda record_cube: _standing_case_with_largest_value(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION),
         ("peak_rotation",),
     ),
-    CaseRule(
+    IllustrativeCaseRule(
         "Falls, though both planes of its faces say it stands",
         "the broadest block that does so",
         lambda record_cube: _broadest_falling_case(record_cube, record_cube["plane_overturned"] == 0),
         ("plane_overturned",),
     ),
-    CaseRule(
+    IllustrativeCaseRule(
         "Falls over a corner",
         f"the broadest block whose fall lies within {MAX_CORNER_OFFSET_DEG:g}° of the middle between the normals of "
         "two faces",
         _find_fall_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
-    CaseRule(
+    IllustrativeCaseRule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
         lambda record_cube: _standing_case_with_largest_value(record_cube, "residual_twist", MIN_VISIBLE_TWIST_DEG),
@@ -167,13 +175,16 @@ RULES: Final = (
 """Rules in the order in which their cases are shown."""
 
 
-def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """Find the illustrative cases of a study, at most one for each rule of `RULES`; the cube is read in batches."""
+def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
+    """Find the illustrative cases of a study: for each rule of `RULES` the best case of all records.
+
+    A rule without any case is left out. The cube is read in batches of records.
+    """
     model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
-    best: dict[str, tuple[BestCase, int]] = {}
-    for places, some in record_batches(cube, names):
+    best: dict[str, tuple[BestCaseOfRecord, int]] = {}
+    for places, some in iterate_record_batches(cube, names):
         half = some.isel({model.direction: cells})
         nominal = model.falls_in_distinct_cells(half, use_ensemble=False)[["direction_cosine", "direction_sine"]]
         candidates = half.assign(nominal.assign(sure=model.falls_in_distinct_cells(half)["falls"] > 0.99))
@@ -185,16 +196,21 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
                 if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
                     best[rule.title] = found, record
     return [
-        _illustrative_case(cube, rule, *best[rule.title], direction_indices=cells)
+        _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
         for rule in rules
         if rule.title in best
     ]
 
 
-def _illustrative_case(
-    cube: xr.Dataset, rule: CaseRule, best_case: BestCase, record_index: int, *, direction_indices: NDArray[np.intp]
+def _illustrative_case_from_best(
+    cube: xr.Dataset,
+    rule: IllustrativeCaseRule,
+    best_case: BestCaseOfRecord,
+    record_index: int,
+    *,
+    direction_indices: NDArray[np.intp],
 ) -> IllustrativeCase:
-    """Convert the best case of a rule to an illustrative case, with the sizes of its block.
+    """Convert the best case of a rule, found in a record, to an `IllustrativeCase` with its coordinates.
 
     `direction_indices` are the indices of the directions among which the case was found.
     """
@@ -204,7 +220,7 @@ def _illustrative_case(
     return IllustrativeCase(rule.title, rule.text, record_index, block, angles)
 
 
-FALLS_IN_ONE: Final = CaseRule(
+FALLS_IN_ONE: Final = IllustrativeCaseRule(
     "Falls in one setting, stands in the other",
     "a block and motion whose outcome differs between the two settings as in most of the cases that differ; among "
     "these one that rocks where it stands, then one whose neighbours in azimuth and slenderness differ likewise, then "
@@ -214,7 +230,7 @@ FALLS_IN_ONE: Final = CaseRule(
 )
 """Rule for a comparison of two settings; its cells have variables of the second setting, named ``other_…``."""
 
-OPPOSITE: Final = CaseRule(
+OPPOSITE: Final = IllustrativeCaseRule(
     "Falls to opposite sides in the two settings",
     "a block that falls in both settings, to azimuths more than 90° apart; first one whose neighbours in azimuth and "
     "slenderness do so, too, then the broadest",
@@ -224,8 +240,11 @@ OPPOSITE: Final = CaseRule(
 """Rule for a comparison in which the same blocks fall in both settings."""
 
 
-def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCase | None:
-    """Return the clearest of the cells that the Boolean variable `mark_variable` marks; None if it marks none."""
+def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
+    """Return the clearest case among the cells where `mark_variable` is True; None if there is none.
+
+    Clear means that the block rocks, then that neighbours are marked, too, then that it is broad.
+    """
     model = model_of(marked_cells)
     cells = marked_cells[mark_variable].to_numpy()
     if not cells.any():
@@ -238,16 +257,16 @@ def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestC
     broad = model.dims.index("b_over_h")
     score, place = max(((int(rocks[at]), int(alike[at]), int(at[broad])), at) for at in map(tuple, np.argwhere(cells)))
     ratio = round(float(marked_cells["b_over_h"].values[place[broad]]), 9)
-    return BestCase((*map(float, score[:2]), ratio), place[1:], (place[0],))
+    return BestCaseOfRecord((*map(float, score[:2]), ratio), place[1:], (place[0],))
 
 
-def contrasting_case(
+def case_with_differing_outcomes(
     cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
 ) -> IllustrativeCase | None:
-    """Return a case whose outcome differs between two settings, as in most of the cases that differ; None if none does.
+    """Return a case whose outcome differs between the cubes of two variants; None if no outcome differs.
 
-    It falls in one setting and stands in the other, the way most of the cases that differ do; if none does so, it falls
-    to opposite sides.
+    The case falls in one cube and stands in the other, the way most of the cases that differ do; if none does so, it
+    falls to opposite sides.
 
     Parameters
     ----------
@@ -258,34 +277,41 @@ def contrasting_case(
     """
     model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
     names = ["overturned", "fall_azimuth", "peak_rotation"]
-    best: dict[str, tuple[BestCase, int]] = {}
+    best: dict[str, tuple[BestCaseOfRecord, int]] = {}
     pairs = partial(zip, strict=True)
-    record_pairs = pairs(iterate_records(cube, names), iterate_records(second_cube, names))
+    record_pairs = pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))
     counts = [_count_falls_in_one_cube_only(*pair) for pair in record_pairs]
     only_this, only_other = np.sum(counts, axis=0)
-    for record, pair in enumerate(pairs(iterate_records(cube, names), iterate_records(second_cube, names))):
+    for record, pair in enumerate(pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))):
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
-        one = _differing_cells(model, this, that, is_fall_in_first=only_this >= only_other)
+        one = _mark_differing_cells(model, this, that, is_fall_in_first=only_this >= only_other)
         for rule in (FALLS_IN_ONE, OPPOSITE):
             found = rule.find(one)
             if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
                 best[rule.title] = found, record
     for rule in (FALLS_IN_ONE, OPPOSITE):
         if rule.title in best:
-            case = _illustrative_case(cube, rule, *best[rule.title], direction_indices=cells)
+            case = _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
             return case._replace(direction_deg=2 * case.direction_deg, settings=variant_names)
     return None
 
 
 def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
-    """Count the cases in which the block falls in the first cube only, and those in the second cube only."""
+    """Return the number of cases that fall in `cube` only, and the number that fall in `second_cube` only.
+
+    Cases with an unknown outcome in either cube do not count.
+    """
     one, another = (each["overturned"].to_numpy() for each in (cube, second_cube))
     known = np.isfinite(one) & np.isfinite(another)
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
-def _differing_cells(model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool) -> xr.Dataset:
-    """Mark cells whose outcome differs between two settings (``split``, ``opposite``) and cells that rock (``rocks``).
+def _mark_differing_cells(
+    model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool
+) -> xr.Dataset:
+    """Return masks of the cells whose outcomes differ between two cubes: ``split`` and ``opposite``.
+
+    A third mask, ``rocks``, marks cells in which the standing block rocks visibly.
 
     ``split`` holds only the cells in which the first setting falls, or only those in which it stands.
     """

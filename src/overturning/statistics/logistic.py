@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
-from overturning.statistics.by_record import record_batches
+from overturning.statistics.by_record import iterate_record_batches
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -32,7 +32,7 @@ MAX_LINEAR_PREDICTOR = 30.0
 
 @dataclass(frozen=True)
 class LogisticFit:
-    """Fitted logistic model of the probability of falling: coefficients with intervals, by predictor.
+    """Fitted logistic model of the fall probability: a coefficient, with its interval, per predictor.
 
     Attributes
     ----------
@@ -61,7 +61,10 @@ class LogisticFit:
     note: str = ""
 
     def fall_probability(self, predictors: ArrayLike) -> FloatArray:
-        """Return the fitted probability of falling; ``predictors`` has shape (…, k − 1) in the order of `names`."""
+        """Return the fitted fall probability, shape (…), for predictors of shape (…, k − 1).
+
+        Predictors are in the order of `names`, without the intercept.
+        """
         x = np.asarray(predictors, dtype=np.float64)
         return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))
 
@@ -75,7 +78,7 @@ def fit_logistic_model(
     names: Sequence[str] = (),
     intervals: bool = True,
 ) -> LogisticFit:
-    """Fit a logistic model to clustered data, with intervals from a jackknife over clusters.
+    """Fit a logistic model to outcomes in clusters, with intervals from the jackknife over clusters.
 
     Maximum likelihood by Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4) gives b
     from all G clusters and b_g without cluster g. The estimate is G b − (G − 1) b̄, with the bias of order 1/G
@@ -101,13 +104,13 @@ def fit_logistic_model(
         separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). There are no
         intervals with fewer than `FEWEST_EARTHQUAKES` clusters, or if the fit without one of them fails.
     """
-    x, y = _check_rows(predictors, outcome)
+    x, y = _checked_predictors_and_outcomes(predictors, outcome)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
     _, member = np.unique(np.asarray(cluster), return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
     coefficient = error = np.full(len(label), np.nan)
-    note = _no_fit_note(y)
+    note = _reason_for_no_fit(y)
     if not note:
         # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
@@ -116,13 +119,15 @@ def fit_logistic_model(
         beta, note = _fit_with_newton(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Return to the units of the predictors; a constant predictor gets no coefficient.
-        back = _unscaling_matrix(centre, scale, varies)
+        back = _coefficient_unscaling_matrix(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
         if intervals and groups >= FEWEST_EARTHQUAKES:
             without, note = _fit_without_each_cluster(design, y, w, beta, member)
             if not note:
-                coefficient, error = (one + given for one in _jackknife_estimate(coefficient, without @ back.T))
+                coefficient, error = (
+                    one + given for one in _jackknife_estimate_and_error(coefficient, without @ back.T)
+                )
         elif intervals:
             note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
     half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
@@ -141,8 +146,11 @@ def fit_logistic_model(
     )
 
 
-def _check_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return predictors, shape (n, k), and outcomes, shape (n,), as arrays; an ArgumentError if they are invalid."""
+def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return `predictors`, shape (n, k), and `outcome`, shape (n,), as arrays of floats.
+
+    An ArgumentError is raised if shapes do not match, or an outcome lies outside 0 to 1.
+    """
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
         raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
@@ -151,8 +159,8 @@ def _check_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, 
     return x, y
 
 
-def _no_fit_note(outcome: FloatArray) -> str:
-    """Return the reason why outcomes cannot be fitted (none, or all equal), or an empty text."""
+def _reason_for_no_fit(outcome: FloatArray) -> str:
+    """Return why no model can be fitted to outcomes (none known, or all equal); "" if one can."""
     if outcome.size == 0:
         return "no fit: no outcome is known"
     if outcome.min() == outcome.max():
@@ -160,10 +168,13 @@ def _no_fit_note(outcome: FloatArray) -> str:
     return ""
 
 
-def _unscaling_matrix(
+def _coefficient_unscaling_matrix(
     predictor_centres: FloatArray, predictor_scales: FloatArray, is_varying: NDArray[np.bool_]
 ) -> FloatArray:
-    """Return the matrix from coefficients of scaled to those of unscaled predictors, shape (k, varying + 1)."""
+    """Return the matrix that maps coefficients of scaled predictors to those of the original predictors.
+
+    The shape is (predictors + 1, varying predictors + 1); the first coefficient is the intercept.
+    """
     back = np.zeros((predictor_centres.size + 1, int(is_varying.sum()) + 1))
     back[0, 0] = 1.0
     back[0, 1:] = -predictor_centres[is_varying] / predictor_scales[is_varying]
@@ -174,7 +185,10 @@ def _unscaling_matrix(
 def _fit_with_newton(
     design_matrix: FloatArray, outcome: FloatArray, weight: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Fit logistic coefficients with Newton's method; return them with a note, which is empty unless the fit fails."""
+    """Fit logistic coefficients with Newton's method, from `start_coefficients`; return them and a note.
+
+    The note is the reason why the fit failed, or empty.
+    """
     for _ in range(MAX_ITERATIONS):
         p = 1 / (1 + np.exp(-np.clip(design_matrix @ start_coefficients, -700, 700)))
         information = (design_matrix * (weight * p * (1 - p))[:, None]).T @ design_matrix
@@ -197,7 +211,10 @@ def _fit_without_each_cluster(
     start_coefficients: FloatArray,
     cluster: NDArray[np.intp],
 ) -> tuple[FloatArray, str]:
-    """Fit logistic coefficients without each cluster in turn, shape (clusters, k); return also a note on failure."""
+    """Fit the coefficients without each cluster in turn, shape (clusters, coefficients); return a note, too.
+
+    If one fit fails, the array is empty and the note gives the reason; otherwise the note is empty.
+    """
     estimates = []
     for one in range(int(cluster.max()) + 1):
         kept = cluster != one
@@ -218,17 +235,24 @@ def _fit_without_each_cluster(
     return np.array(estimates), ""
 
 
-def _jackknife_estimate(full_estimate: FloatArray, partial_estimates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute the bias-corrected estimate and its standard error from estimates that each leave out one cluster."""
+def _jackknife_estimate_and_error(
+    full_estimate: FloatArray, partial_estimates: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Compute the estimate corrected for bias, and its standard error, from one estimate per left-out cluster.
+
+    `partial_estimates` has shape (clusters, coefficients).
+    """
     groups, mean = len(partial_estimates), partial_estimates.mean(axis=0)
     error = np.sqrt((groups - 1) / groups * ((partial_estimates - mean) ** 2).sum(axis=0))
     return groups * full_estimate - (groups - 1) * mean, error
 
 
-def overturning_rows(
+def overturning_regression_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
-    """Return predictors, outcome, earthquake and weight of the logistic fit, one row per plane, height and B/H.
+    """Return predictors, outcome, earthquake index and weight of each row of the logistic fit.
+
+    There is one row for each record, plane, height and B/H.
 
     The outcome is the share of friction coefficients for which the block falls. Planes without motion, such as
     perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
@@ -253,7 +277,7 @@ def overturning_rows(
     """
     model, parts = model_of(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
-    for places, some in record_batches(cube, model.reads):
+    for places, some in iterate_record_batches(cube, model.reads):
         planes = model.falls_in_distinct_cells(some, use_ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dims)
         try:
@@ -282,13 +306,19 @@ def overturning_rows(
 
 
 def fit_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
-    """Fit the probability of falling as a function of `PREDICTORS` to the outcomes of a cube."""
-    predictors, outcome, event, weight = overturning_rows(cube, intensity)
+    """Fit a logistic model of the fall probability, with the predictors `PREDICTORS`, to a cube.
+
+    `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
+    """
+    predictors, outcome, event, weight = overturning_regression_rows(cube, intensity)
     return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
 def coefficient_table(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Return for each coefficient: name, estimate, ends of its interval, and range of its predictor."""
+    """Return a row for each coefficient: name, estimate, ends of the interval, range of the predictor.
+
+    The range of the intercept is NaN.
+    """
     least, most = ((math.nan, *values.tolist()) for values in (logistic_fit.minimum, logistic_fit.maximum))
     estimates = (values.tolist() for values in (logistic_fit.coefficient, logistic_fit.low, logistic_fit.high))
     return list(zip(logistic_fit.names, *estimates, least, most, strict=True))

@@ -18,8 +18,8 @@ CLEAREST = "clearest axis"
 """Reason for the record whose falls agree best with each other, whatever the fault normal."""
 
 
-class ChosenRecord(NamedTuple):
-    """Record chosen for a map of the report: its index in the cube and the reason for the choice."""
+class ChosenMapRecord(NamedTuple):
+    """Record whose map the report shows: its index along ``record`` of the cube, and why it was chosen."""
 
     place: int
     reason: str
@@ -27,8 +27,8 @@ class ChosenRecord(NamedTuple):
 
 def choose_map_records(
     cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray
-) -> list[ChosenRecord]:
-    """Choose the records whose maps a report shows.
+) -> list[ChosenMapRecord]:
+    """Choose at most `MOST_MAPS` records whose maps a report shows.
 
     Parameters
     ----------
@@ -41,16 +41,16 @@ def choose_map_records(
 
     Returns
     -------
-    list of ChosenRecord
+    list of ChosenMapRecord
         All records of a study with few records; otherwise the record with the most, the median and the least
         aligned falls, and the one with the clearest axis, each of another earthquake; without fault normals the
         records with the clearest axes.
     """
     if record_alignment.size <= MOST_MAPS:
-        return [ChosenRecord(place, EVERY) for place in range(record_alignment.size)]
+        return [ChosenMapRecord(place, EVERY) for place in range(record_alignment.size)]
     members = next(iter(record_groups(cube).values()))
     events = cube["event"].to_numpy().astype(str)
-    by_alignment = _sort_known_records(record_alignment, members)
+    by_alignment = _record_indices_by_descending_value(record_alignment, members)
     wanted: list[tuple[str, list[int]]] = []
     if by_alignment:
         middle = len(by_alignment) // 2
@@ -60,18 +60,20 @@ def choose_map_records(
             (LEAST, by_alignment[::-1]),
             (MEDIAN, [by_alignment[rank] for rank in nearest]),
         ]
-    wanted += [(CLEAREST, _sort_known_records(axis_resultant, members))] * (MOST_MAPS - len(wanted))
-    chosen: list[ChosenRecord] = []
+    wanted += [(CLEAREST, _record_indices_by_descending_value(axis_resultant, members))] * (MOST_MAPS - len(wanted))
+    chosen: list[ChosenMapRecord] = []
     for reason, order in wanted:
         used = {events[one.place] for one in chosen}
         place = next((place for place in order if events[place] not in used), None)
         if place is not None:
-            chosen.append(ChosenRecord(place, reason))
+            chosen.append(ChosenMapRecord(place, reason))
     reasons = (MOST, MEDIAN, LEAST, CLEAREST)
     return sorted(chosen, key=lambda one: reasons.index(one.reason))
 
 
-def _sort_known_records(record_values: FloatArray, group_mask: "np.typing.NDArray[np.bool_]") -> list[int]:
-    """Return the indices of the records of a group that have a known value, in descending order of this value."""
+def _record_indices_by_descending_value(
+    record_values: FloatArray, group_mask: "np.typing.NDArray[np.bool_]"
+) -> list[int]:
+    """Return the indices of the records in `group_mask` that have a value, largest value first."""
     known = np.flatnonzero(group_mask & np.isfinite(record_values))
     return [int(place) for place in known[np.argsort(-record_values[known], kind="stable")]]

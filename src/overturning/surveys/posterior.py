@@ -39,7 +39,7 @@ _STORED: Final = {
 
 @dataclass(frozen=True)
 class MotionPosterior:
-    """Posterior and prior probability of candidate motion (s), level of peak velocity (l) and rotation (r).
+    """Posterior and prior probabilities of s candidate motions at l levels of peak velocity and r rotations.
 
     Attributes
     ----------
@@ -67,20 +67,27 @@ class MotionPosterior:
 
     @property
     def pgv(self) -> FloatArray:
-        """PGV of each motion at each level, m/s, shape (s, l)."""
+        """PGV, m/s, of s candidate motions at l levels of peak velocity, shape (s, l)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
-    def outer_level_probabilities(self) -> tuple[float, float]:
-        """Return the posterior probabilities of the weakest and of the strongest level of the motion."""
+    def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:
+        """Return the posterior probabilities of the weakest and the strongest level.
+
+        Levels are peak velocities.
+        """
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
 
-    def credible_interval(self, level_values: ArrayLike, *, use_prior: bool = False) -> tuple[float, float]:
-        """Compute the equal-tailed credible interval (`LEVEL`) of a quantity that increases with the level.
+    def credible_interval(
+        self, values_by_motion_and_level: ArrayLike, *, use_prior: bool = False
+    ) -> tuple[float, float]:
+        """Compute the credible interval, of probability `LEVEL`, of a quantity such as PGV.
+
+        Both tails have equal probability; the quantity increases with the level.
 
         Parameters
         ----------
-        level_values : array_like, shape (s, l)
+        values_by_motion_and_level : array_like, shape (s, l)
             The quantity for each motion and level, positive.
         use_prior : bool
             Use the prior.
@@ -93,7 +100,7 @@ class MotionPosterior:
             (infinite).
         """
         weight = (self.prior if use_prior else self.probability).sum(axis=2).ravel()
-        logs = np.log(np.asarray(level_values, dtype=np.float64)).ravel()
+        logs = np.log(np.asarray(values_by_motion_and_level, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
         # Each value represents the cell that reaches half way to its neighbours.
@@ -101,15 +108,18 @@ class MotionPosterior:
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
         below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - LEVEL) / 2
         low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
-        weakest, strongest = (0.0, 0.0) if use_prior else self.outer_level_probabilities()
+        weakest, strongest = (0.0, 0.0) if use_prior else self.weakest_and_strongest_level_probabilities()
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
-    def source_probabilities(self) -> FloatArray:
-        """Return the posterior probability of each candidate motion, shape (s,)."""
+    def motion_probabilities(self) -> FloatArray:
+        """Return the posterior probability of each of the s candidate motions, shape (s,)."""
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
-    def axis_probabilities(self) -> FloatArray:
-        """Return the posterior probability of each azimuth of largest velocity, 0 to 180° in steps of `TURN_DEG`."""
+    def velocity_axis_probabilities(self) -> FloatArray:
+        """Return the posterior probability of each azimuth of the largest velocity.
+
+        Azimuths are 0 to 180° in steps of `TURN_DEG`.
+        """
         place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
         below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
         # An axis between two steps is divided linearly between both.
@@ -117,18 +127,21 @@ class MotionPosterior:
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
         return np.asarray(shares[0] + shares[1])
 
-    def credible_axis_arc(self, *, everything_fell: bool = False) -> tuple[float, float]:
-        """Return middle (0 to 180) and width, degrees, of the credible arc of the axis of the largest velocity.
+    def credible_axis_arc_deg(self, *, everything_fell: bool = False) -> tuple[float, float]:
+        """Return middle (0 to 180°) and width of the credible arc of the axis of largest velocity.
 
         The credible arc is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the
         survey fell (`everything_fell`).
         """
-        middle, width = self._shortest_axis_arc()
+        middle, width = self._shortest_axis_arc_deg()
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
-    def _shortest_axis_arc(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the shortest arc that contains the axis with probability `LEVEL`."""
-        share = self.axis_probabilities()
+    def _shortest_axis_arc_deg(self) -> tuple[float, float]:
+        """Return middle and width of the shortest arc that holds the velocity axis with `LEVEL`.
+
+        `LEVEL` is the probability.
+        """
+        share = self.velocity_axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
             held = total[bins : bins + share.size] - total[: share.size]
@@ -139,8 +152,8 @@ class MotionPosterior:
 
 
 @dataclass(frozen=True)
-class InversionResult:
-    """Result of the inversion of a survey: posterior of the motion, and numbers of stones that fell and stood.
+class SurveyInversionResult:
+    """Result of the inversion of a survey: posterior of the motion, check of fit, and numbers of stones.
 
     Attributes
     ----------
@@ -165,22 +178,28 @@ class InversionResult:
 
     @property
     def everything_fell(self) -> bool:
-        """True if stones fell and none stood."""
+        """True if at least one stone fell and no stone stood."""
         return self.fell > 0 and self.stood == 0
 
     @property
-    def credible_axis_arc(self) -> tuple[float, float]:
-        """Middle and width, degrees, of the credible arc of the axis; see `MotionPosterior.credible_axis_arc`."""
-        return self.posterior.credible_axis_arc(everything_fell=self.everything_fell)
+    def credible_axis_arc_deg(self) -> tuple[float, float]:
+        """Middle and width, degrees, of the credible arc of the axis of largest velocity.
+
+        See `MotionPosterior.credible_axis_arc_deg`.
+        """
+        return self.posterior.credible_axis_arc_deg(everything_fell=self.everything_fell)
 
     @property
-    def pgv_and_pga(self) -> dict[str, FloatArray]:
-        """PGV in cm/s and PGA in g, largest over all azimuths, of each motion at each level, shape (s, l)."""
+    def pgv_and_pga_by_motion_and_level(self) -> dict[str, FloatArray]:
+        """PGV in cm/s and PGA in g of s motions at l levels, by name, each of shape (s, l).
+
+        Both are the largest over all azimuths.
+        """
         pgv = self.posterior.pgv
         return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
 
 
-def write_inversion(inversion_result: InversionResult, path: Path) -> None:
+def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the result of the inversion of a survey to a NetCDF file."""
     table = xr.Dataset(
         {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()},
@@ -194,14 +213,14 @@ def write_inversion(inversion_result: InversionResult, path: Path) -> None:
         table.to_netcdf(part, engine="netcdf4")
 
 
-def read_inversion(path: Path) -> InversionResult:
-    """Read the result of the inversion of a survey; a ResultError if the file is missing or of another kind."""
+def read_inversion_result(path: Path) -> SurveyInversionResult:
+    """Read the result of the inversion of a survey; a ResultError if the file cannot be read."""
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
         posterior = MotionPosterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
-        return InversionResult(str(about["survey"]), *numbers, posterior)
+        return SurveyInversionResult(str(about["survey"]), *numbers, posterior)
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None

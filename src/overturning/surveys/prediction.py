@@ -11,15 +11,15 @@ from overturning.model.edges import edge_probabilities
 from overturning.model.planes import fall_probability, plane_weight
 from overturning.model.symmetry import FULL_TURN, nearest_cells
 from overturning.statistics.circular import sector_index
-from overturning.statistics.falls import extend_to_full_circle, falls_towards_azimuths
+from overturning.statistics.falls import add_opposite_azimuths, falls_towards_azimuths
 from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
 
 
-class SitePrediction:
-    """Prediction for the stones of a site: fall probabilities by azimuth and slenderness, from the cube of its record.
+class SiteFallPrediction:
+    """Prediction, from the cube of one record, of whether and where stones at its site fall.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class SitePrediction:
         self._fall_probabilities: dict[str, FloatArray] = {}
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
-        site = extend_to_full_circle(site)
+        site = add_opposite_azimuths(site)
         p = fall_probability(site).transpose(*dims)
         self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
         times = site["overturning_time"].transpose(*dims) if "overturning_time" in site else p["towards"] * math.nan
@@ -68,10 +68,10 @@ class SitePrediction:
         start = (self.azimuth[0] + self.azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
-    def _interpolate_fall_probabilities(
+    def _interpolate_fall_probabilities_and_times(
         self, azimuth_deg: FloatArray, b_over_h: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Interpolate the probabilities of falling towards n azimuths and away; return them with times of the falls.
+        """Interpolate probabilities of falls towards and away from n azimuths; return fall times, too.
 
         Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H.
         """
@@ -85,21 +85,25 @@ class SitePrediction:
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
-        """True if a B/H of a stone lies outside the grid of the cube, whose nearest value is then used."""
+        """True if a B/H of a stone lies outside the B/H of the cube; the nearest B/H is then used."""
         least, most = self.b_over_h[[0, -1]].tolist()
-        return min(stone.slenderness) < least - 1e-9 or max(stone.slenderness) > most + 1e-9
+        return (
+            min(stone.slenderness_in_both_planes) < least - 1e-9 or max(stone.slenderness_in_both_planes) > most + 1e-9
+        )
 
     def nearest_azimuth_index(self, azimuth_deg: float) -> int:
-        """Return the index of the azimuth of the cube that is nearest to a given azimuth."""
+        """Return the position, in the azimuths of the cube, of the one nearest to `azimuth_deg`."""
         return int(nearest_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
-    def sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
-        """Return the probability of each azimuth sector for the fall of a stone of unknown orientation; sums to 1.
+    def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
+        """Return the probabilities that a falling stone's azimuth lies in each sector, shape (sectors,).
 
-        It is the mean of `side_probabilities` over all face azimuths. Without ``b_over_h`` all B/H of the cube have
-        equal weight, and without ``b_over_h_side`` the footprint is square.
+        The probabilities hold for a stone of unknown orientation, and sum to 1.
+
+        The probabilities are means of `fall_side_probabilities` over all face azimuths. Without ``b_over_h`` all B/H of
+        the cube have equal weight, and without ``b_over_h_side`` the footprint is square.
         """
-        of = _shape_key(b_over_h, b_over_h_side)
+        of = _slenderness_cache_key(b_over_h, b_over_h_side)
         if of in self._densities:
             return self._densities[of]
         shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
@@ -109,7 +113,7 @@ class SitePrediction:
         falls = [
             np.sum(
                 [
-                    self._side_probabilities_without_background(self.azimuth - 90.0 * turn, shape)[1 + turn]
+                    self._fall_side_probabilities_without_background(self.azimuth - 90.0 * turn, shape)[1 + turn]
                     for turn in range(4)
                 ],
                 axis=0,
@@ -131,21 +135,26 @@ class SitePrediction:
         return found
 
     def stone_never_falls(self, stone: Stone) -> bool:
-        """True if no stone of this shape falls in the cube, so that no direction of fall is predicted."""
-        if has_known_face(stone):
+        """True if no stone of this B/H, and face azimuth if known, falls in the cube.
+
+        The cube then predicts no direction of its fall.
+        """
+        if has_known_face_and_slenderness(stone):
             return bool(
                 (
-                    self._side_probabilities_without_background(np.array([stone.face_azimuth_deg]), stone.slenderness)[
-                        1:, 0
-                    ]
+                    self._fall_side_probabilities_without_background(
+                        np.array([stone.face_azimuth_deg]), stone.slenderness_in_both_planes
+                    )[1:, 0]
                     == 0
                 ).all()
             )
-        self.sector_probabilities(*stone.slenderness)
-        return _shape_key(*stone.slenderness) in self._never
+        self.fall_sector_probabilities(*stone.slenderness_in_both_planes)
+        return _slenderness_cache_key(*stone.slenderness_in_both_planes) in self._never
 
-    def side_probabilities(self, stone: Stone) -> FloatArray:
-        """Return the probabilities of `SIDES` for a stone with known face azimuth and B/H; they sum to 1.
+    def fall_side_probabilities(self, stone: Stone) -> FloatArray:
+        """Return the probabilities of the outcomes `SIDES` of a stone with known face and B/H.
+
+        The five probabilities sum to 1.
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
         with its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
@@ -154,23 +163,31 @@ class SitePrediction:
         2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
-        model = self._side_probabilities_without_background(np.array([stone.face_azimuth_deg]), stone.slenderness)[:, 0]
+        model = self._fall_side_probabilities_without_background(
+            np.array([stone.face_azimuth_deg]), stone.slenderness_in_both_planes
+        )[:, 0]
         if not np.isfinite(model).all():
             return blind
         return np.asarray((1 - self.background) * model + self.background * blind)
 
-    def _side_probabilities_without_background(
+    def _fall_side_probabilities_without_background(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for n face azimuths, shape (5, n), without background; NaN if unknown."""
-        return _mean_of_known_values(self._side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1)
+        """Return the probabilities of the outcomes `SIDES` for n face azimuths, shape (5, n).
 
-    def _side_probabilities_by_block(
+        The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
+        """
+        return _mean_of_known_values(self._fall_side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1)
+
+    def _fall_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` by block, for n face azimuths, shape (5, blocks, n); NaN if unknown."""
+        """Return the probabilities of `SIDES` for n face azimuths, shape (5, blocks, n).
+
+        A block is a height and friction of the cube. A probability is NaN if unknown.
+        """
         planes = [
-            self._interpolate_fall_probabilities(face_azimuth_deg + 90.0 * i, shape)
+            self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
             for i, shape in enumerate(slenderness)
         ]
         p = np.array([probability for probability, _ in planes])
@@ -184,8 +201,10 @@ class SitePrediction:
         stood, forwards, backwards, right, left = model
         return np.where(known, np.stack([stood, forwards, right, backwards, left]), math.nan)
 
-    def fall_probability(self, stone: Stone) -> FloatArray:
-        """Return the computed probability that a stone falls, for each block of the cube, without background.
+    def fall_probability_by_block(self, stone: Stone) -> FloatArray:
+        """Return the probability that a stone falls, for each height and friction of the cube.
+
+        Random falls, the share `background`, are not included.
 
         A stone of known height has the probability interpolated to it (outside the grid: that of the nearest height).
         A stone without face has the mean over all face azimuths. A stone without B/H has the mean over all B/H of the
@@ -196,14 +215,14 @@ class SitePrediction:
         ndarray, shape (heights, frictions)
             Probability, 0 to 1; NaN if unknown.
         """
-        shape, face = stone.slenderness, stone.face_azimuth_deg
-        key = f"{face} {_shape_key(*shape)}"
+        shape, face = stone.slenderness_in_both_planes, stone.face_azimuth_deg
+        key = f"{face} {_slenderness_cache_key(*shape)}"
         if key not in self._fall_probabilities:
             shapes = [(one, one) for one in self.b_over_h.tolist()] if math.isnan(shape[0]) else [shape]
             faces = np.array([face]) if math.isfinite(face) else self.azimuth
             weight = np.ones(1) if math.isfinite(face) else self.share
             # Shape (blocks, B/H, faces).
-            falls = 1.0 - np.stack([self._side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1)
+            falls = 1.0 - np.stack([self._fall_side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1)
             found = _mean_of_known_values(falls, axis=(1, 2), weight=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)
         found = self._fall_probabilities[key]
@@ -213,37 +232,40 @@ class SitePrediction:
         return np.asarray(np.broadcast_to(at_height, found.shape))
 
     def has_height_outside_grid(self, stone: Stone) -> bool:
-        """True if the height of a stone is known and lies outside the grid of the cube."""
+        """True if the height of a stone is known and lies outside the heights of the cube."""
         return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
 
-    def octant_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
-        """Convert probabilities of the azimuth sectors of the cube to those of the compass octants, shape (8,)."""
+    def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
+        """Convert probabilities of the azimuth sectors to those of compass octants, shape (8,)."""
         fine = np.zeros(8)
         for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probabilities, strict=True):
             np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
 
 
-def _shape_key(b_over_h: float, b_over_h_side: float) -> str:
-    """Return two B/H values as a text, a dictionary key; numbers would not do, since NaN does not equal itself."""
+def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:
+    """Return a dictionary key, as text, for two B/H values, each of which may be NaN.
+
+    NaN does not equal itself, so numbers would not do.
+    """
     return f"{b_over_h} {b_over_h_side}"
 
 
 def _mean_of_known_values(
     values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None
 ) -> FloatArray:
-    """Return the mean over array axes of the values that are not NaN, with weights along the last axis."""
+    """Return the mean, over `axis`, of the values that are not NaN; `weight` applies to the last axis."""
     known = np.isfinite(values)
     weights = known if weight is None else known * weight
     with np.errstate(invalid="ignore"):
         return np.asarray((np.where(known, values, 0.0) * weights).sum(axis=axis) / weights.sum(axis=axis))
 
 
-def has_known_face(stone: Stone) -> bool:
-    """True if the face azimuth and a B/H of a stone are known."""
-    return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness[0])
+def has_known_face_and_slenderness(stone: Stone) -> bool:
+    """True if the face azimuth and at least one B/H of a stone are known."""
+    return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness_in_both_planes[0])
 
 
 def observed_side_index(stone: Stone) -> int:
-    """Return the index into `SIDES` of the observed outcome of a stone."""
+    """Return the position in `SIDES` of what was observed: stood, or the side to which the stone fell."""
     return 1 + int(sector_index(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

@@ -69,7 +69,7 @@ DRAWS: Final = 64
 
 @dataclass(frozen=True)
 class StoneKind:
-    """Size and shape of a stone; unknown sizes are None.
+    """Height and shape by which stones are simulated; a height or B/H that is not known is None.
 
     Attributes
     ----------
@@ -85,8 +85,8 @@ class StoneKind:
 
     @classmethod
     def from_stone(cls, stone: Stone) -> "StoneKind":
-        """Return the size and shape of a stone; an `ArgumentError` if outside the simulated range."""
-        front, side = stone.slenderness
+        """Return the kind of a stone of a survey; an `ArgumentError` if outside the simulated range."""
+        front, side = stone.slenderness_in_both_planes
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
             if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
                 where = f"line {stone.line}: {name} {value:g}"
@@ -101,18 +101,21 @@ class StoneKind:
         return cls(height, front if stone.round else min(front, side), 0.0 if stone.round else nearest)
 
     @property
-    def orientations(self) -> FloatArray:
-        """Distinct face azimuths relative to the north of the motion, degrees; a round stone has one."""
+    def orientations_deg(self) -> FloatArray:
+        """Distinct face azimuths to simulate, degrees from the motion's north; [0] for round stones."""
         turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
         return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
 
-    def node_weights(self, population: Population) -> FloatArray:
-        """Return the weights of the simulated heights and B/H for this kind, shape (heights, shapes); they sum to 1."""
-        generator = np.random.Generator(np.random.PCG64(population.seed))
+    def size_grid_weights(self, size_population: Population) -> FloatArray:
+        """Return the weights of `HEIGHTS` and `SHAPES` for this kind, shape (heights, shapes).
+
+        The weights sum to 1. Unknown sizes are distributed as in `size_population`.
+        """
+        generator = np.random.Generator(np.random.PCG64(size_population.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
         height, width = (
             one.low + (one.high - one.low) * u
-            for one, u in zip((population.height, population.width), unit, strict=True)
+            for one, u in zip((size_population.height, size_population.width), unit, strict=True)
         )
         height = height if self.height is None else np.full(DRAWS, self.height)
         shape = width / height if self.b_over_h is None else np.full(DRAWS, self.b_over_h)
@@ -123,8 +126,11 @@ class StoneKind:
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / DRAWS)
 
 
-def stone_kinds_of_survey(stones: Sequence[Stone], file_name: str) -> list[StoneKind]:
-    """Return the kind of each stone of a survey; an ArgumentError lists all stones outside the simulated range."""
+def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[StoneKind]:
+    """Return the `StoneKind` of each stone of a survey, in the order of the stones.
+
+    An ArgumentError lists all stones outside the simulated range.
+    """
     kinds, faults = [], []
     for stone in stones:
         try:
@@ -136,8 +142,10 @@ def stone_kinds_of_survey(stones: Sequence[Stone], file_name: str) -> list[Stone
     return kinds
 
 
-class StoneResponses:
-    """Outcome probabilities of kinds of stones under candidate motions at all levels of peak velocity, with a cache.
+class StoneOutcomeProbabilities:
+    """Probabilities of the outcomes of stones under candidate motions, at each level of peak velocity.
+
+    Simulated outcomes are cached in files.
 
     Parameters
     ----------
@@ -169,8 +177,8 @@ class StoneResponses:
             )
         self.motions = tuple(motions)
         folder = folder or response_cache_folder()
-        self._weights = node_weights_by_kind(stone_kinds, population)
-        needed = needed_grid_nodes(self._weights)
+        self._weights = size_grid_weights_by_kind(stone_kinds, population)
+        needed = needed_size_grid_masks(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
             if progress:
@@ -182,7 +190,7 @@ class StoneResponses:
         self.table = lru_cache(64)(self._outcome_table)
 
     def _outcome_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
-        """Return the probability that a kind of stone falls in each direction bin (from the motion's north), or stands.
+        """Return probabilities of direction bins, from the north of the motion, and of standing.
 
         Shape (motions, levels, orientations, bins + 1).
         """
@@ -192,29 +200,37 @@ class StoneResponses:
 
 
 def response_cache_folder() -> Path:
-    """Return the folder of the user's cache that holds the simulated responses of stones."""
+    """Return the folder, in the user's cache, of files with simulated outcomes of stones."""
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
-def node_weights_by_kind(
-    stone_kinds: Sequence[StoneKind], population: Population | None = None
+def size_grid_weights_by_kind(
+    stone_kinds: Sequence[StoneKind], size_population: Population | None = None
 ) -> dict[StoneKind, FloatArray]:
-    """Return the weights of the simulated heights and B/H for each kind of stone; see `StoneKind.node_weights`."""
-    return {kind: kind.node_weights(population or Population()) for kind in dict.fromkeys(stone_kinds)}
+    """Return, for each kind of stone, the weights of simulated heights and B/H, shape (heights, shapes).
+
+    See `StoneKind.size_grid_weights`.
+    """
+    return {kind: kind.size_grid_weights(size_population or Population()) for kind in dict.fromkeys(stone_kinds)}
 
 
-def needed_grid_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
-    """Return a mask of the heights and B/H that must be simulated, for each D/B, shape (heights, shapes)."""
+def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
+    """Return, by D/B, a mask of the heights and B/H to simulate, shape (heights, shapes).
+
+    A pair is needed if its weight for some kind of stone with this D/B is positive.
+    """
     needed: dict[float, NDArray[np.bool_]] = {}
     for kind, weight in weights_by_kind.items():
         needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
     return needed
 
 
-def count_uncached_cases(
+def uncached_case_count_and_time(
     motions: Sequence[CandidateMotion], stone_kinds: Sequence[StoneKind], folder: Path | None = None
 ) -> tuple[int, float]:
-    """Count the cases that `StoneResponses` would compute, without cached ones, and estimate the computing time.
+    """Return the number of cases to simulate that are not in the cache, and an estimate of the time.
+
+    The cases are those that `StoneOutcomeProbabilities` would simulate.
 
     Returns
     -------
@@ -224,9 +240,9 @@ def count_uncached_cases(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in needed_grid_nodes(node_weights_by_kind(stone_kinds)).items():
+    for aspect, nodes in needed_size_grid_masks(size_grid_weights_by_kind(stone_kinds)).items():
         names = [f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()]
-        each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations.size
+        each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:
             kept: list[str] = []
             with (
@@ -240,11 +256,14 @@ def count_uncached_cases(
     return cases, seconds
 
 
-def _response_cache_path(candidate: CandidateMotion, aspect: float, folder: Path) -> Path:
-    """Return the path of the cache file of the responses to a motion; the file name is a hash of all inputs."""
+def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
+    """Return the path of the cache file for stones of one D/B (`aspect`) under one motion.
+
+    The file name is a hash of all inputs.
+    """
     grid = repr(
         (
-            candidate.pgv,
+            candidate_motion.pgv,
             BIN_WIDTH_DEG,
             LEVELS.tolist(),
             FRICTIONS,
@@ -254,19 +273,23 @@ def _response_cache_path(candidate: CandidateMotion, aspect: float, folder: Path
             aspect,
         )
     )
-    key = hashlib.sha256(f"{_source_hash()} {candidate.samples_sha256} {grid}".encode()).hexdigest()[:24]
+    key = hashlib.sha256(f"{_response_source_hash()} {candidate_motion.samples_sha256} {grid}".encode()).hexdigest()[
+        :24
+    ]
     return folder / f"{key}.npz"
 
 
 def load_or_compute_outcomes(
-    candidate: CandidateMotion, aspect: float, needed_nodes_mask: NDArray[np.bool_], folder: Path, threads: int
+    candidate_motion: CandidateMotion, aspect: float, needed_nodes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """Load the outcomes of stones under a motion from the cache; missing ones are simulated and cached.
+    """Return the outcomes of stones of one D/B (`aspect`) under a motion, from the cache if possible.
+
+    Missing outcomes are simulated and stored in the cache.
 
     Returns by key ``height-shape``, for the nodes that are True, shape (heights, shapes): direction bin of the fall,
     `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
     """
-    path, known = _response_cache_path(candidate, aspect, folder), dict[str, NDArray[np.int8]]()
+    path, known = _response_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}
@@ -277,7 +300,11 @@ def load_or_compute_outcomes(
     missing = [(h, b) for h, b in np.argwhere(needed_nodes_mask).tolist() if f"{h}-{b}" not in known]
     if missing:
         known |= dict(
-            zip((f"{h}-{b}" for h, b in missing), compute_outcomes(candidate, aspect, missing, threads), strict=True)
+            zip(
+                (f"{h}-{b}" for h, b in missing),
+                simulate_outcomes_at_nodes(candidate_motion, aspect, missing, threads),
+                strict=True,
+            )
         )
         # A cache that cannot be written costs time only.
         with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
@@ -286,61 +313,72 @@ def load_or_compute_outcomes(
 
 
 @cache
-def _source_hash() -> str:
-    """Return the hash of the source files with which the responses are computed."""
+def _response_source_hash() -> str:
+    """Return the hash of the source files that determine simulated outcomes."""
     return source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
-def compute_outcomes(
-    candidate: CandidateMotion, aspect: float, grid_nodes: Sequence[tuple[int, int]], threads: int
+def simulate_outcomes_at_nodes(
+    candidate_motion: CandidateMotion, aspect: float, grid_nodes: Sequence[tuple[int, int]], threads: int
 ) -> NDArray[np.int8]:
-    """Simulate stones at grid nodes of height and B/H; outcomes of shape (nodes, frictions, levels, orientations).
+    """Simulate stones of one D/B at pairs of height and B/H; return their outcomes.
+
+    `grid_nodes` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
+    orientations).
 
     An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
     """
     kind = StoneKind(aspect=aspect)
-    axes = (np.arange(len(grid_nodes)), np.array(FRICTIONS), LEVELS / candidate.pgv, kind.orientations)
+    axes = (np.arange(len(grid_nodes)), np.array(FRICTIONS), LEVELS / candidate_motion.pgv, kind.orientations_deg)
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = HEIGHTS[np.array(grid_nodes)[:, 0]], SHAPES[np.array(grid_nodes)[:, 1]]
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
-    found = run("rectangle" if aspect else "circle", candidate.motion, cases, Numerics(threads=threads))
+    found = run("rectangle" if aspect else "circle", candidate_motion.motion, cases, Numerics(threads=threads))
     way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
     outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])
 
 
 def _outcome_probabilities(
-    outcomes_by_node: dict[str, NDArray[np.int8]], node_weights: FloatArray
+    outcomes_by_node: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
 ) -> NDArray[np.float32]:
-    """Compute the probability of each direction bin and of standing, shape (levels, orientations, bins + 1).
+    """Return the probability of each direction bin, and of standing, of a kind of stone under a motion.
+
+    The shape is (levels, orientations, bins + 1).
 
     The outcomes under one motion (see `load_or_compute_outcomes`) are averaged over stones, with weights of
-    `StoneKind.node_weights`, and over the peak velocities at the site.
+    `StoneKind.size_grid_weights`, and over the peak velocities at the site.
     """
-    nodes = np.argwhere(node_weights > 0).tolist()
+    nodes = np.argwhere(size_grid_weights > 0).tolist()
     outcome = np.stack([outcomes_by_node[f"{h}-{b}"] for h, b in nodes])
     _, frictions, levels, orientations = outcome.shape
     place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN + 1) + outcome
-    mass = np.broadcast_to(node_weights[node_weights > 0][:, None, None, None] / frictions, outcome.shape)
+    mass = np.broadcast_to(size_grid_weights[size_grid_weights > 0][:, None, None, None] / frictions, outcome.shape)
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
     near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
     # Without known outcomes the probabilities are uninformative.
-    shares += 1e-6 * probabilities_without_information()
+    shares += 1e-6 * uninformed_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)
-    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_direction_probabilities()
+    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_by_simulated_direction_probabilities()
     return shares.astype(np.float32)
 
 
-def probabilities_without_information() -> FloatArray:
-    """Return the probability of each direction bin and of standing if nothing is known, shape (bins + 1,)."""
+def uninformed_outcome_probabilities() -> FloatArray:
+    """Return probabilities of the direction bins and of standing, shape (bins + 1,), if nothing is known.
+
+    Falling and standing are equally probable.
+    """
     return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
 
 
 @cache
-def observed_direction_probabilities() -> FloatArray:
-    """Return the probability that a fall simulated in one direction bin is observed in another, shape (bins, bins)."""
+def observed_by_simulated_direction_probabilities() -> FloatArray:
+    """Return the probability of each observed bin (columns) for each simulated one, shape (bins, bins).
+
+    A bin is a direction bin of a fall.
+    """
     angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
     row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BINS

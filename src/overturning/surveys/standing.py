@@ -39,7 +39,7 @@ one of this unit, and its name."""
 
 
 class FragilityCurveRow(BaseModel, extra="forbid"):
-    """Row of the fragility table ``fragility.csv``: the fragility curve of a class of stones."""
+    """Row of the table ``fragility.csv``: fragility curve of a class of stones for one intensity measure."""
 
     stones: str
     measure: str
@@ -56,7 +56,7 @@ class FragilityCurveRow(BaseModel, extra="forbid"):
 
 
 class HazardCurveRow(BaseModel, extra="forbid"):
-    """Row of a hazard table: annual rate at which the shaking exceeds an intensity level."""
+    """Row of a hazard table: an intensity level, and the annual rate at which shaking exceeds it."""
 
     measure: str
     unit: str
@@ -66,7 +66,7 @@ class HazardCurveRow(BaseModel, extra="forbid"):
 
 @dataclass(frozen=True)
 class HazardCurve:
-    """Hazard curve: annual rate of exceedance of intensity levels; a power law between levels.
+    """Hazard curve: annual rates at which shaking exceeds intensity levels; a power law between levels.
 
     Attributes
     ----------
@@ -81,14 +81,14 @@ class HazardCurve:
     level: FloatArray
     rate: FloatArray
 
-    def exceedance_rate(self, level: ArrayLike) -> FloatArray:
-        """Interpolate the annual rate, 1/year, at which the shaking exceeds given levels."""
+    def annual_exceedance_rate(self, level: ArrayLike) -> FloatArray:
+        """Interpolate the annual rates, 1/year, at which shaking exceeds the levels `level`."""
         return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
 
-    def fall_rate(
+    def annual_fall_rate(
         self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
     ) -> FloatArray:
-        """Compute the annual rate of falls, 1/year, from shaking between two intensity levels.
+        """Compute the annual rates of falls, 1/year, due to shaking between two intensity levels.
 
         ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
         is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
@@ -114,7 +114,7 @@ class HazardCurve:
         level = np.concatenate(
             [[min_level], self.level[(self.level > min_level) & (self.level < max_level)], [max_level]]
         )
-        x, rate = np.log(level), np.log(self.exceedance_rate(level))
+        x, rate = np.log(level), np.log(self.annual_exceedance_rate(level))
         m, log_spread = np.log(np.atleast_1d(median))[:, None], max(log_spread, MIN_SPREAD)
         k = -np.diff(rate) / np.diff(x)
         below, above = ((x[part] - m) / log_spread + k * log_spread for part in (slice(None, -1), slice(1, None)))
@@ -127,7 +127,7 @@ class HazardCurve:
 
 @dataclass(frozen=True)
 class SurvivalEstimate:
-    """Survival of a class of stones under a seismic hazard during an exposure time.
+    """Probability that the stones of a class survive a seismic hazard for an exposure time, T years.
 
     Attributes
     ----------
@@ -158,44 +158,55 @@ class SurvivalEstimate:
     first: float
 
 
-def estimate_survival(fragility: FragilityCurveRow, hazard: HazardCurve, years: float) -> SurvivalEstimate:
-    """Compute the probability that stones with a fragility curve (known median) stand after years of a hazard."""
-    last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
+def estimate_survival(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float) -> SurvivalEstimate:
+    """Compute the probability that stones with a fragility curve stand after `years` of a hazard.
+
+    The median of the curve is known.
+    """
+    last, seldom = float(hazard_curve.level[-1]), float(hazard_curve.rate[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
-        """Return the probability that a stone falls at an intensity level."""
+        """Return the probabilities that stones fall at an intensity level, by median."""
         return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
 
-    def fall_rates(median: ArrayLike, spread: float) -> FloatArray:
-        """Return the annual rate of falls, 1/year."""
-        return np.asarray(hazard.fall_rate(median, spread) + seldom * fall_probability(last, median, spread))
+    def annual_fall_rates(median: ArrayLike, spread: float) -> FloatArray:
+        """Return the annual rates of falls, 1/year, of stones with the medians `median`."""
+        return np.asarray(
+            hazard_curve.annual_fall_rate(median, spread) + seldom * fall_probability(last, median, spread)
+        )
 
-    spread = fragility.log_spread
+    spread = fragility_curve.log_spread
     # An end outside the data is 0 or infinite: all shaking overturns the stone, or none.
     medians = np.clip(
-        [fragility.median, fragility.median_low, fragility.median_high],
-        1e-9 * hazard.level[0],
+        [fragility_curve.median, fragility_curve.median_low, fragility_curve.median_high],
+        1e-9 * hazard_curve.level[0],
         1e9 * last,
     )
-    rate, strong, weak = (float(one) for one in fall_rates(medians, spread))
+    rate, strong, weak = (float(one) for one in annual_fall_rates(medians, spread))
     strong += seldom * float(1 - fall_probability(last, medians[1], spread)[0])
-    known = float(hazard.fall_rate(fragility.median, spread, fragility.least, fragility.most)[0])
-    if fragility.least <= last <= fragility.most:  # above the last level, with the probability there
-        known += seldom * float(fall_probability(last, fragility.median, spread)[0])
+    known = float(
+        hazard_curve.annual_fall_rate(fragility_curve.median, spread, fragility_curve.least, fragility_curve.most)[0]
+    )
+    if fragility_curve.least <= last <= fragility_curve.most:  # above the last level, with the probability there
+        known += seldom * float(fall_probability(last, fragility_curve.median, spread)[0])
     share = math.nan
-    if math.isfinite(fragility.other_spread):
-        each = fall_rates(fragility.median * np.exp(CAPACITIES * fragility.other_spread), fragility.record_spread)
+    if math.isfinite(fragility_curve.other_spread):
+        each = annual_fall_rates(
+            fragility_curve.median * np.exp(CAPACITIES * fragility_curve.other_spread), fragility_curve.record_spread
+        )
         weight = np.exp(-0.5 * CAPACITIES**2)
         share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
-    first = float(fall_probability(float(hazard.level[0]), fragility.median, spread)[0])
+    first = float(fall_probability(float(hazard_curve.level[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
-    return SurvivalEstimate(fragility.stones, fragility.measure, rate, stands, low, high, share, beyond, first)
+    return SurvivalEstimate(
+        fragility_curve.stones, fragility_curve.measure, rate, stands, low, high, share, beyond, first
+    )
 
 
 @dataclass(frozen=True)
 class SurvivalByClass:
-    """Survival of all classes of stones of a fragility table under the hazard of a hazard table.
+    """Survival of each class of stones in a fragility table, under the hazard of a hazard table.
 
     Attributes
     ----------
@@ -222,14 +233,16 @@ def survival_by_class(
     fragility_curves: Sequence[FragilityCurveRow],
     hazard_curves: dict[str, HazardCurve],
     years: float,
-    file_names: tuple[str, str],
+    fragility_and_hazard_file_names: tuple[str, str],
 ) -> SurvivalByClass:
-    """Compute the survival of all classes of stones for whose intensity measure there is a hazard curve.
+    """Compute the survival of each class of stones for whose intensity measure there is a hazard curve.
 
-    `file_names` are those of the fragility and the hazard table; a ResultError names them if a unit differs, or if they
-    have no measure in common.
+    `hazard_curves` are by intensity measure.
+
+    A ResultError with `fragility_and_hazard_file_names` is raised if a unit differs between the two tables, or if the
+    tables have no measure in common.
     """
-    fragility, hazard = file_names
+    fragility, hazard = fragility_and_hazard_file_names
     units = {one.measure: one.unit for one in fragility_curves}
     for measure in hazard_curves.keys() & units.keys():
         own = hazard_curves[measure].unit
@@ -249,67 +262,79 @@ def survival_by_class(
     )
 
 
-def hazard_unit_warning(hazard: HazardCurve) -> str:
-    """Return a warning if the levels of a hazard curve are implausible in its unit, with the likely cause; else "".
+def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
+    """Return a warning if the highest level of a hazard curve is implausible in its unit; otherwise "".
+
+    The warning names the likely unit.
 
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
-    low, high, factor, other = PLAUSIBLE_TOPS.get(hazard.unit, (0.0, math.inf, 1.0, ""))
-    top = float(hazard.level[-1])
+    low, high, factor, other = PLAUSIBLE_TOPS.get(hazard_curve.unit, (0.0, math.inf, 1.0, ""))
+    top = float(hazard_curve.level[-1])
     if low <= top <= high:
         return ""
     meant = f"; are they in {other}? Divide them by {factor:g}" if low <= top / factor <= high else ""
     return (
-        f"{hazard.measure}: levels of {hazard.level[0]:g} to {top:g} {hazard.unit}, of which the highest is expected "
-        f"between {low:g} and {high:g} {hazard.unit}{meant}"
+        f"{hazard_curve.measure}: levels of {hazard_curve.level[0]:g} to {top:g} {hazard_curve.unit}, of which the "
+        f"highest is expected between {low:g} and {high:g} {hazard_curve.unit}{meant}"
     )
 
 
-def upper_bound_of_fall_rate(years: float) -> float:
-    """Return an upper bound (`BOUND_PROBABILITY`) of the annual rate of falls, 1/year, after years without a fall.
+def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
+    """Return an upper bound of the annual rate of falls, 1/year, after `years_without_fall` years.
+
+    The rate lies below it with the probability `BOUND_PROBABILITY`.
 
     The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
     their earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a
     rate).
     """
-    return -math.log1p(-BOUND_PROBABILITY) / years
+    return -math.log1p(-BOUND_PROBABILITY) / years_without_fall
 
 
 def upper_bound_of_hazard_factor(
-    fragility: FragilityCurveRow, hazard: HazardCurve, years: float, fall_rate_bound: float
+    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float, fall_rate_bound: float
 ) -> float:
-    """Compute an upper bound of a factor on the hazard: that under which only 5 % of a class would still stand.
+    """Return the factor on the hazard under which only 5 % of a class of stones would still stand.
+
+    The factor is an upper bound, found from stones that still stand.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
     larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
     spread are unknown. NaN without a bound.
     """
-    rate = estimate_survival(fragility, hazard, years).rate
+    rate = estimate_survival(fragility_curve, hazard_curve, years).rate
     if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
-    def excess_fall_rate(log_factor: float) -> float:
-        """Return the share of the class that stands under a scaled hazard, minus 5 %."""
-        return estimate_survival(fragility, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
+    def excess_standing_share(log_hazard_factor: float) -> float:
+        """Return the share that stands under exp(`log_hazard_factor`) times the hazard, minus 5 %."""
+        return estimate_survival(fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)).share - (
+            1 - BOUND_PROBABILITY
+        )
 
     # Twice the time has the same effect as twice the hazard.
     first, last = math.log(fall_rate_bound / rate), math.log(LARGEST_FACTOR * max(1.0, fall_rate_bound / rate))
-    if math.isnan(excess_fall_rate(first)) or excess_fall_rate(first) <= 0:
+    if math.isnan(excess_standing_share(first)) or excess_standing_share(first) <= 0:
         return fall_rate_bound / rate
-    return math.exp(brentq(excess_fall_rate, first, last)) if excess_fall_rate(last) < 0 else math.nan
+    return math.exp(brentq(excess_standing_share, first, last)) if excess_standing_share(last) < 0 else math.nan
 
 
-def fall_rate_below_first_level(fragility: FragilityCurveRow, hazard: HazardCurve) -> float:
-    """Extrapolate the annual rate of falls, 1/year, from shaking below the first level of a hazard curve."""
-    steepness = np.log(hazard.rate[0] / hazard.rate[1]) / np.log(hazard.level[1] / hazard.level[0])
-    level = hazard.level[0] * np.array([0.1, 1.0])
-    below = HazardCurve(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
-    return float(below.fall_rate(fragility.median, fragility.log_spread)[0])
+def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
+    """Extrapolate the annual rate of falls, 1/year, that shaking below the first hazard level causes."""
+    steepness = np.log(hazard_curve.rate[0] / hazard_curve.rate[1]) / np.log(
+        hazard_curve.level[1] / hazard_curve.level[0]
+    )
+    level = hazard_curve.level[0] * np.array([0.1, 1.0])
+    below = HazardCurve(
+        hazard_curve.measure, hazard_curve.unit, level, hazard_curve.rate[0] * (level / level[1]) ** -steepness
+    )
+    return float(below.annual_fall_rate(fragility_curve.median, fragility_curve.log_spread)[0])
 
 
 def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
-    """Read a table of fragility curves (``fragility.csv``); a ResultError if it is invalid."""
+    """Read the rows of a fragility table (``fragility.csv``); a ResultError if it is invalid."""
     return [
         row
         for _, row in read_rows(
@@ -319,7 +344,10 @@ def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
 
 
 def read_hazard_curves(path: Path) -> dict[str, HazardCurve]:
-    """Read hazard curves, by intensity measure; a ResultError if levels or rates are not monotonic."""
+    """Read a hazard table into hazard curves, by intensity measure.
+
+    A ResultError is raised if levels do not ascend, or rates grow with the level.
+    """
     rows: dict[str, list[tuple[int, HazardCurveRow]]] = {}
     for line, row in read_rows(path, HazardCurveRow, delimiter=",", error_class=ResultError, table_kind="hazard table"):
         rows.setdefault(row.measure, []).append((line, row))

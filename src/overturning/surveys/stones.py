@@ -26,7 +26,7 @@ _YES, _NO = {"yes", "fell", "true", "1", "y"}, {"no", "stood", "false", "0", "n"
 
 @dataclass(frozen=True)
 class Stone:
-    """Stone of a survey, or a group of equal stones: one row of the survey table.
+    """Stone of a survey, or a group of equal stones: one row of the survey table, as observed.
 
     Attributes
     ----------
@@ -65,39 +65,42 @@ class Stone:
     round: bool = False
 
     @property
-    def has_direction(self) -> bool:
+    def fell_in_known_direction(self) -> bool:
         """True if the stone fell in a known direction."""
         return self.fell and math.isfinite(self.azimuth_deg)
 
     @property
-    def slenderness(self) -> tuple[float, float]:
-        """B/H in the plane of the face normal and in the plane across; if one is not given, the footprint is square."""
+    def slenderness_in_both_planes(self) -> tuple[float, float]:
+        """B/H in the plane of the face normal, and in the plane across; NaN if both are unknown.
+
+        If only one is given, the footprint is taken as square.
+        """
         front, side = self.b_over_h, self.b_over_h_side
         return (side if math.isnan(front) else front), (front if math.isnan(side) else side)
 
     @property
-    def narrow_face_deg(self) -> float:
-        """Azimuth, degrees, of the face normal along which B/H is smaller; NaN if no face is given."""
-        front, side = self.slenderness
+    def slender_face_azimuth_deg(self) -> float:
+        """Azimuth of the face normal, degrees, in whose plane B/H is smaller; NaN without a face."""
+        front, side = self.slenderness_in_both_planes
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 
 
 def _parse_yes_or_no(text: str) -> bool:
-    """Parse a table cell: True for "yes", False for "no", and their synonyms."""
+    """Convert the text of a table cell to True for "yes", False for "no", or synonyms of these."""
     if text.lower() not in _YES | _NO:
         raise ValueError("write yes or no")
     return text.lower() in _YES
 
 
-def _parse_octant(text: str) -> int:
-    """Parse the name of a compass octant to its number: 0 for north, clockwise."""
+def _parse_octant_index(text: str) -> int:
+    """Convert the name of a compass octant to its index, clockwise from 0 for north."""
     if text.upper() not in OCTANTS:
         raise ValueError(f"use one of {' '.join(OCTANTS)}")
     return OCTANTS.index(text.upper())
 
 
 def _refuse_azimuth_in_gon(azimuth_text: str | float) -> str | float:
-    """Raise a ValueError for an azimuth that is probably in gon."""
+    """Return `azimuth_text` unchanged; a ValueError is raised for a number that is probably in gon."""
     try:
         azimuth = float(azimuth_text)
     except ValueError:
@@ -112,11 +115,11 @@ _Slenderness = Annotated[float, Field(ge=0.01, le=5)]
 
 
 class SurveyRow(BaseModel):
-    """Row of the table of a survey, with its columns."""
+    """Validated row of a survey table; the fields are its columns."""
 
     fell: Annotated[bool | None, BeforeValidator(_parse_yes_or_no)] = None
     azimuth_deg: _Degrees = math.nan
-    octant: Annotated[int | None, BeforeValidator(_parse_octant)] = None
+    octant: Annotated[int | None, BeforeValidator(_parse_octant_index)] = None
     count: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     b_over_h: _Slenderness = math.nan
     b_over_h_side: _Slenderness = math.nan
@@ -146,7 +149,10 @@ class SurveyRow(BaseModel):
         return self
 
     def to_stone(self, line_number: int) -> Stone:
-        """Convert this row of a survey to a stone, with directions from true north."""
+        """Convert this row, from line `line_number` of the file, to a stone.
+
+        Azimuths are turned from magnetic to true north.
+        """
         azimuth, north = self.azimuth_deg if self.octant is None else 45.0 * self.octant, self.magnetic_declination_deg
         return Stone(
             fell=self.fell is not False,
@@ -187,7 +193,9 @@ _NEAR: Final = 0.75
 
 
 def _is_misspelling(column_name: str, known_column: str) -> bool:
-    """True if a column name is a misspelling of a known short one: letters swapped, omitted, doubled, or an s added.
+    """True if `column_name` is a misspelling of the short column name `known_column`.
+
+    Letters may be swapped, omitted or doubled, or an s added.
 
     Words of their own are as near: county, country, ground.
     """
@@ -198,7 +206,7 @@ def _is_misspelling(column_name: str, known_column: str) -> bool:
 
 
 def _intended_column_name(column_name: str) -> str:
-    """Return the known column name that an unknown column name probably means; "" if there is none."""
+    """Return the known column name that `column_name` probably means; "" if it resembles none."""
     plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", column_name).strip()).strip("_?.")
     long = [one for one in (*COLUMNS, *_SYNONYMS) if len(one) > _SHORT]
     near = [one for one in COLUMNS if len(one) <= _SHORT and _is_misspelling(plain, one)]
@@ -208,7 +216,7 @@ def _intended_column_name(column_name: str) -> str:
 
 
 def azimuth_unit_warnings(survey_rows: Sequence[SurveyRow], file_name: str) -> list[str]:
-    """Return warnings that the azimuths of a survey may be in another unit (radians, gon), with the name of its file.
+    """Return a warning for each azimuth column of a survey that may be in radians or gon, with `file_name`.
 
     Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
     above 360, which `SurveyRow` refuses, or are the half and full quarters of 400.
@@ -232,12 +240,15 @@ def azimuth_unit_warnings(survey_rows: Sequence[SurveyRow], file_name: str) -> l
 
 
 def read_survey(path: Path) -> list[Stone]:
-    """Read the stones of a survey file, in the order of its rows; see `read_survey_with_notes`."""
+    """Read the stones of a survey file, in the order of its rows; notes and warnings are dropped.
+
+    See `read_survey_with_notes`.
+    """
     return read_survey_with_notes(path)[0]
 
 
 def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
-    """Read a survey file: its stones in order, notes on unused columns, and warnings about its units.
+    """Read a survey file: return its stones in order, notes on unused columns, and warnings about units.
 
     A CSV with a header, UTF-8 with or without byte order mark; columns as `COLUMNS`. ``magnetic_declination_deg`` (east
     positive) is added to the stone's directions, so leave it empty where they were taken from true north. Lines that
@@ -250,11 +261,11 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
     """
     one_of, others = ("azimuth_deg", "octant", "fell"), list[str]()
 
-    def refuse_column(column: str) -> str:
-        """Return the reason to refuse an unknown column; empty if it is only skipped."""
-        if meant := _intended_column_name(column):
+    def reason_to_refuse_column(column_name: str) -> str:
+        """Return why an unknown column is refused; "" if the column is only ignored."""
+        if meant := _intended_column_name(column_name):
             return f"did you mean {meant}? A column for something else needs a name that is less like it"
-        others.append(column or "without a name")
+        others.append(column_name or "without a name")
         return ""
 
     rows = read_rows(
@@ -264,7 +275,7 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
         error_class=RecordError,
         table_kind="survey",
         required_alternatives=one_of,
-        unknown_column_message=refuse_column,
+        unknown_column_message=reason_to_refuse_column,
     )
     found = list(rows)
     if not found:

@@ -22,7 +22,7 @@ from overturning.dem.block.rigid import rocking
 from overturning.dem.block.state import ROWS, TICKS
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.time_step import Scheme
+from overturning.dem.time_step import IntegrationScheme
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
@@ -107,7 +107,7 @@ def measure_throughput() -> list[MeasuredFigure]:
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
     for scheme in ("centred", "cundall"):
-        constants, loops = SCHEMES[Scheme[scheme.upper()]]
+        constants, loops = SCHEMES[IntegrationScheme[scheme.upper()]]
         advance = python_callable_loop(loops(with_vertical=False, with_friction=True))
         advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()

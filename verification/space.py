@@ -15,9 +15,9 @@ from unittest import mock
 import numpy as np
 import typer
 
-from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_until_balanced
+from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_cases_until_energy_balances
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_cases
+from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -114,10 +114,10 @@ def measure_memory() -> Iterator[MeasuredFigure]:
 
 def prism_outcomes(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
-    plan = plan_cases(Body(RectangularPrism()), motion, cases, numerics)
+    plan = plan_simulation(Body(RectangularPrism()), motion, cases, numerics)
     found: Outcome = {}
-    for group in np.unique(plan.queue_group):
-        chosen = np.flatnonzero(plan.queue_group == group)
+    for group in np.unique(plan.queue_numbers):
+        chosen = np.flatnonzero(plan.queue_numbers == group)
         computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.size, np.nan))[chosen] = values
@@ -171,9 +171,9 @@ def measure_study() -> Iterator[MeasuredFigure]:
             again.append(rows.size if finer == RERUN_REFINEMENT else 0)
             run(rows, finer)
 
-        rerun_until_balanced(noted, *more)
+        rerun_cases_until_energy_balances(noted, *more)
 
-    with mock.patch("overturning.dem.plan.rerun_until_balanced", counted):
+    with mock.patch("overturning.dem.plan.rerun_cases_until_energy_balances", counted):
         found, seconds = time_run(partial(run_grid_under_motions, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
     yield MeasuredFigure(f"{about}: cases", status.size)

@@ -18,7 +18,7 @@ from overturning.dem.block.rigid import rocking
 from overturning.dem.faces import simulate_with_face_planes
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.dem.simulate import create_grid
+from overturning.dem.simulate import create_case_grid
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
@@ -77,7 +77,9 @@ def of_rigid(up: bool, order: int) -> dict[str, Any]:
 
 def of_faces() -> dict[str, Any]:
     model = Body(RectangularPrism())
-    grid = create_grid(model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6])
+    grid = create_case_grid(
+        model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6]
+    )
     return simulate_with_face_planes(model, ground(), grid, Numerics())
 
 

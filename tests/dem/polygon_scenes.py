@@ -66,7 +66,7 @@ def set_state(how: PolygonSimulationPlan, element: int, **values: float) -> None
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
     def put_number(path: str, number: float) -> None:
-        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(ElementState, path) // k.COLUMNS
+        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row_start(ElementState, path) // k.COLUMNS
         how.arrays.initial[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}

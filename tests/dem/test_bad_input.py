@@ -7,7 +7,7 @@ import pytest
 
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
-from overturning.dem.run import plan_cases, run, run_cases
+from overturning.dem.run import plan_simulation, run, run_cases
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
@@ -148,7 +148,7 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
     numerics = Numerics(budget=budget, **step)
     stones, steps = (
         run(scene, MOTION, cases, numerics),
-        plan_cases(PlanarModel(scene), MOTION, cases, numerics).steps.item(),
+        plan_simulation(PlanarModel(scene), MOTION, cases, numerics).steps.item(),
     )
     assert stones.status.tolist() == [Status.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
@@ -156,7 +156,7 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
         run(RectangularPrism(), MOTION, body, numerics),
-        plan_cases(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
+        plan_simulation(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
     )
     assert solid.status.tolist() == [Status.OVER_BUDGET]
     assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps

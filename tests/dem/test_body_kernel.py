@@ -10,9 +10,9 @@ from overturning.dem.body.statics import largest_unit_spring_eigenvalue
 from overturning.dem.body.tables import ROW
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_cases
+from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.time_step import Scheme, stable_step
+from overturning.dem.time_step import IntegrationScheme, longest_stable_step
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body, Start
 from overturning.model.cases import Cases
@@ -113,7 +113,7 @@ def test_steps_above_the_stable_limit_are_unstable(
     body = shape.solid(0.6, ratio, aspect)
     normal, _, dashpot = SOFT.constants_per_mass(body)
     mode = largest_unit_spring_eigenvalue(body)
-    limit = float(stable_step(Scheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
+    limit = float(longest_stable_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base * normal)
     for share, grows in ((0.95, False), (1.05, True)):
         # One step per sample, since a plan would refuse a longer step; all contacts stay closed.
@@ -124,7 +124,7 @@ def test_steps_above_the_stable_limit_are_unstable(
             (0.0, 0.0, body.centre_height - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning
         )
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
-        plan = plan_cases(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
+        plan = plan_simulation(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.compute_cases(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
         moves = sum(

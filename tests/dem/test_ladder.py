@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block.commit import CornerSolution, CornerSolutions, block_step_findings, compute_corner_forces
+from overturning.dem.block.commit import (
+    CornerSolution,
+    CornerSolutionPair,
+    block_step_contact_changes,
+    compute_corner_forces,
+)
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AssumedCornerContact,
@@ -20,15 +25,15 @@ from overturning.dem.kernel.clock import (
     BODY,
     MAX_SLIP_ONSET_STEP,
     SCENE,
-    Clock,
+    CaseStepControl,
+    KernelStepControl,
     StepAttempt,
-    StepControl,
-    StepFindings,
-    choose_next_attempt,
+    StepContactChanges,
+    choose_next_step_attempt,
 )
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_cases, run_cases
-from overturning.dem.time_step import block_highest_eigenvalue, shortest_contact_time
+from overturning.dem.run import plan_simulation, run_cases
+from overturning.dem.time_step import block_highest_eigenvalue_bound, shortest_contact_time
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
@@ -57,8 +62,8 @@ def blocks() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
-        plan_cases(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(), blocks(),
-        Numerics(time_step=step)).steps
+        plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(),
+        blocks(), Numerics(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
     for steps in made[1:]:
@@ -70,11 +75,11 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = blocks()
-    made = plan_cases(PlanarModel(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
+    made = plan_simulation(PlanarModel(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.constants_per_mass(width, cases.height, 2650.0)
     square, rate = (
-        block_highest_eigenvalue(one, other, 0.5 * width, 0.5 * cases.height)
+        block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
     ticks = made.table["finest"]
@@ -84,39 +89,44 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
     assert (finest > 0.49 * BLOCK.finest * shortest_contact_time(square, rate)).all()
 
 
-NOTHING = StepFindings(False, False, False, False, False, False, False, False)
+NOTHING = StepContactChanges(False, False, False, False, False, False, False, False)
 
 
-def clock_of(pace: StepControl, standing: float | None = None) -> Clock:
+def clock_of(pace: KernelStepControl, standing: float | None = None) -> CaseStepControl:
     """Return the clock of a case whose finest step is 64 ticks."""
-    return Clock(64.0, standing or pace.whole, 8.0, pace.settled)
+    return CaseStepControl(64.0, standing or pace.whole, 8.0, pace.settled)
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 @pytest.mark.parametrize("steps", [1, 3, 4])
-def test_every_step_lies_within_a_sample(pace: StepControl, steps: int) -> None:
+def test_every_step_lies_within_a_sample(pace: KernelStepControl, steps: int) -> None:
     whole, random = pace.whole, np.random.default_rng(1)
     sample = steps * whole
-    clock = clock_of(pace, sample)
-    attempt, tick, change, stands = StepAttempt(clock.finest, clock.dwell, 0.0), 0.0, 0.6 * whole, True
+    case_step_control = clock_of(pace, sample)
+    attempt, tick, change, stands = (
+        StepAttempt(case_step_control.finest, case_step_control.dwell, 0.0),
+        0.0,
+        0.6 * whole,
+        True,
+    )
     lengths, changes = {True: set[float](), False: set[float]()}, 0
     while tick < 400 * sample:
         length, end = attempt.length, tick + attempt.length
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, _, attempt = choose_next_attempt.py_func(
-            pace, clock, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
+        again, _, attempt = choose_next_step_attempt.py_func(
+            pace, case_step_control, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
         )
-        assert again == (changed and length > clock.finest)
+        assert again == (changed and length > case_step_control.finest)
         if not again:
             tick = end
             lengths[stands].add(attempt.length)
             if changed:
                 changes += 1
-                assert attempt.length == clock.finest
+                assert attempt.length == case_step_control.finest
                 change, stands = tick + random.exponential(3 * sample), not stands
     assert changes > 50
-    ladder = {2.0**power for power in range(6, pace.max_halvings + 1)}
+    ladder = {2.0**power for power in range(6, pace.max_step_halvings + 1)}
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
@@ -139,10 +149,19 @@ def corrected(before: float, after: float) -> CornerSolution:
 
 def rejected(steps: float, left: CornerSolution, right: CornerSolution, gentle: float = 1e-6) -> bool:
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
-    clock, block = clock_of(BLOCK), BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle})
-    length = steps * clock.finest
-    found = block_step_findings.py_func(block, clock, length, False, CornerSolutions(left, right), False)
-    return bool(choose_next_attempt.py_func(BLOCK, clock, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
+    case_step_control, block = (
+        clock_of(BLOCK),
+        BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle}),
+    )
+    length = steps * case_step_control.finest
+    found = block_step_contact_changes.py_func(
+        block, case_step_control, length, False, CornerSolutionPair(left, right), False
+    )
+    return bool(
+        choose_next_step_attempt.py_func(BLOCK, case_step_control, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[
+            0
+        ]
+    )
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
@@ -163,14 +182,14 @@ def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> Non
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: StepControl) -> None:
+def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: KernelStepControl) -> None:
     """Each repetition assumes other sliding points; earlier steps do not matter."""
-    clock, length = clock_of(pace), 0.5 * pace.whole
+    case_step_control, length = clock_of(pace), 0.5 * pace.whole
     attempt, tries, lengths = StepAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = choose_next_attempt.py_func(
-            pace, clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE
+        again, _, attempt = choose_next_step_attempt.py_func(
+            pace, case_step_control, attempt, NOTHING._replace(wrong=wrong), length, WHOLE
         )
         tries.append(attempt.tries)
         lengths.append(attempt.length)
@@ -180,20 +199,22 @@ def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: StepControl
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: StepControl) -> None:
+def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: KernelStepControl) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
-    clock, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
+    case_step_control, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
     attempt, lengths = StepAttempt(pace.whole, 8.0, 0.0), []
     while attempt.tries == 0.0:
-        again, as_before, attempt = choose_next_attempt.py_func(pace, clock, attempt, begins, pace.whole, pace.whole)
+        again, as_before, attempt = choose_next_step_attempt.py_func(
+            pace, case_step_control, attempt, begins, pace.whole, pace.whole
+        )
         assert again
         assert as_before == (attempt.tries == 0.0)
         lengths.append(attempt.length)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
     # Sliding that was assumed is accepted in steps of any length.
     slides = NOTHING._replace(slides=True)
-    assert not choose_next_attempt.py_func(
-        pace, clock, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
+    assert not choose_next_step_attempt.py_func(
+        pace, case_step_control, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
     )[0]
 
 
@@ -201,9 +222,9 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
 def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
     soft, rigid = (
-        plan_cases(PlanarModel(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts
+        plan_simulation(PlanarModel(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts
     )
-    usual = plan_cases(PlanarModel(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
+    usual = plan_simulation(PlanarModel(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
     assert (soft.table["standing"] == WHOLE).all()
     standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from overturning.dem.kernel import mechanics
-from overturning.dem.kernel.lanes import OPTIONS, LaneAccess, RowLayout, aligned_zeros
+from overturning.dem.kernel.lanes import OPTIONS, LaneTupleAccess, TupleRowLayout, aligned_zeros
 
 
 class Memory(NamedTuple):
@@ -25,10 +25,10 @@ class Other(NamedTuple):
     mass: float
 
 
-def compiled(access: LaneAccess) -> LaneAccess:
+def compiled(access: LaneTupleAccess) -> LaneTupleAccess:
     """Return the access functions compiled so that Python can call them."""
     load, store, store_unless = access
-    return LaneAccess(
+    return LaneTupleAccess(
         njit(lambda array, j: load(array, j)),
         njit(lambda array, j, value: store(array, j, value)),
         njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
@@ -40,9 +40,9 @@ unit_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
 rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
-ROWS = RowLayout(4, Other, Pair)
-PAIR, TWO = compiled(ROWS.access(Pair)), compiled(ROWS.access(Pair, "two"))
-NO_SPRINGS = compiled(ROWS.access(Pair, unused_fields=["spring"]))
+ROWS = TupleRowLayout(4, Other, Pair)
+PAIR, TWO = compiled(ROWS.lane_access(Pair)), compiled(ROWS.lane_access(Pair, "two"))
+NO_SPRINGS = compiled(ROWS.lane_access(Pair, unused_fields=["spring"]))
 
 
 def lanes() -> np.ndarray:
@@ -51,9 +51,13 @@ def lanes() -> np.ndarray:
 
 def test_rows_follow_the_fields() -> None:
     assert (ROWS.count, ROWS.size) == (6, 24)
-    assert [ROWS.row(Other, "mass"), ROWS.row(Pair, "depth"), ROWS.row(Pair, "two.spring")] == [0, 4, 16]
+    assert [ROWS.row_start(Other, "mass"), ROWS.row_start(Pair, "depth"), ROWS.row_start(Pair, "two.spring")] == [
+        0,
+        4,
+        16,
+    ]
     with pytest.raises(KeyError):
-        ROWS.row(Pair, "three")
+        ROWS.row_start(Pair, "three")
     assert PAIR.load(lanes(), 1) == Pair(5.0, Memory(9.0, 13.0), Memory(17.0, 21.0))
     assert TWO.load(lanes(), 3) == Memory(19.0, 23.0)
 

@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
-from overturning.dem.kernel.ground import LEAD, REST_CHECK_BLOCK, REST_CHECKS_PER_BLOCK, largest_acceleration_ahead
+from overturning.dem.kernel.ground import (
+    LEAD,
+    REST_CHECK_BLOCK,
+    REST_CHECKS_PER_BLOCK,
+    largest_acceleration_ahead_of_samples,
+)
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import dynamic_overshoot_bound
@@ -43,7 +48,7 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Skipping whole cases, and their quiet beginning and end, changes nothing; skipping within a case is off here."""
-    monkeypatch.setattr(block_plan, "rest_threshold", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(block_plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
     motion = record_of(number, pulse)
     short = simulate_arrays(motion, **BLOCKS)
     full = simulate_arrays(motion, **BLOCKS, leave_out=False)
@@ -140,7 +145,7 @@ def test_skipping_rest_of_a_body_does_not_change_its_fall(
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
     motion = quiet_then_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = run(model, motion, cases)
-    monkeypatch.setattr(plan, "rest_threshold", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
     full = run(model, motion, cases)
     assert (full.samples_left_out == 0).all()
     assert short.samples_left_out.mean() > 100
@@ -193,7 +198,7 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     """Compared with the plain maximum; infinite if the block ends after the record."""
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
-    found = largest_acceleration_ahead(size, interval)
+    found = largest_acceleration_ahead_of_samples(size, interval)
     assert found.shape == (2, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
         at = REST_CHECK_BLOCK * leap + look

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from overturning.dem.kernel.lanes import borrowed
-from overturning.dem.kernel.queue import allocate_workspace, load_sample_motion, start_case
+from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.plan import plan_scene_simulation
@@ -21,7 +21,7 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import block, scene, shaken
 
-CHANGE = rows.ELEMENT.row(ElementState, "trial.change.x")
+CHANGE = rows.ELEMENT.row_start(ElementState, "trial.change.x")
 
 
 @njit
@@ -93,7 +93,7 @@ def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     for lane in range(rows.COLUMNS):
         start_case(inputs, workspace, lane, 0)
     for sample in range(samples):
-        load_sample_motion(inputs, workspace, cases, rows.COLUMNS)
+        load_motion_of_next_sample(inputs, workspace, cases, rows.COLUMNS)
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
                 resume_pairs(state, scene, workspace.pairs, np.inf)
@@ -118,7 +118,7 @@ def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tupl
         PlanarModel(made), motion, Cases([0.0], *reference_element_size(made), 0.6), Numerics(leave_out=False)
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = steps_of(planned.kernel_input(chosen, planned.result_tables(1), 1), samples, sleep)
+    most, found, _ = steps_of(planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep)
     return most, found
 
 
@@ -139,8 +139,8 @@ def test_suspended_pairs_do_not_change_the_collapse_of_a_tower() -> None:
     most, state = pairs_looked_at(made, 12.0, 200, True)
     every, expected = pairs_looked_at(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
-    poses = [rows.ELEMENT.row(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
-    speeds = [rows.ELEMENT.row(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
+    poses = [rows.ELEMENT.row_start(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
+    speeds = [rows.ELEMENT.row_start(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
     found, full = (
         values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
     )

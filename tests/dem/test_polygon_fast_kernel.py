@@ -8,7 +8,7 @@ import pytest
 from overturning.dem.block.tables import ROW
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.polygon.plan import plan_scene_simulation
-from overturning.dem.run import plan_cases, run, run_cases
+from overturning.dem.run import plan_simulation, run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -67,7 +67,9 @@ def test_same_motion_until_the_second_impact() -> None:
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.size - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
-        _, fast = plan_cases(model, motion, one, numerics).compute_cases(first, counter, np.zeros(motion.samples, ROW))
+        _, fast = plan_simulation(model, motion, one, numerics).compute_cases(
+            first, counter, np.zeros(motion.samples, ROW)
+        )
         tilted = np.where(np.abs(fast["angle"]) < 1e-3, 0.0, np.sign(fast["angle"]))
         sides = np.flatnonzero((tilted[1:] != 0) & (np.abs(np.diff(tilted)) > 0))
         # A fall has no second impact; beyond the critical angle rounding errors grow with the fall.

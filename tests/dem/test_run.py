@@ -14,8 +14,8 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
 from overturning.dem.polygon.plan import PolygonSimulationPlan
-from overturning.dem.run import plan_cases, run, run_cases
-from overturning.dem.simulate import create_grid, simulate_arrays, simulate_grid
+from overturning.dem.run import plan_simulation, run, run_cases
+from overturning.dem.simulate import create_case_grid, simulate_arrays, simulate_grid
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -52,7 +52,7 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     ],
 )
 def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
-    assert type(plan_cases(PlanarModel(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
+    assert type(plan_simulation(PlanarModel(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
 
 
 def test_the_gravestone_is_the_default_of_every_function() -> None:
@@ -109,7 +109,7 @@ def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
     model = PlanarModel(scene)
-    grid = create_grid(model, azimuth_deg=[0.0, 180.0])
+    grid = create_case_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
     arrays = simulate_grid(model, MOTION, grid.replace_values(friction=np.array([0.1, 0.9])), Numerics())
     with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):

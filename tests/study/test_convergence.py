@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 from overturning.commands import workflow
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import plan_cases, run, run_cases
+from overturning.dem.run import plan_simulation, run, run_cases
 from overturning.errors import ResultError
 from overturning.findings.comparison import comparisons_with_second_computations
 from overturning.model.cases import Cases
@@ -129,7 +129,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
     def whole(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
         numerics = Numerics(time_step="0.01 stable", **changed)
-        return plan_cases(
+        return plan_simulation(
             model or PlanarModel(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics
         ).steps
 
@@ -322,7 +322,8 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
         for name, again in rerun_functions(settings).items()
     }
     finer, nominal = (
-        plan_cases(PlanarModel(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
+        plan_simulation(PlanarModel(settings.scene), motion, cases, Numerics(refinement=refinement))
+        for refinement in (8, 1)
     )
     assert rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them

@@ -26,7 +26,7 @@ from overturning.dem.body.base_contact import (
     landing_time_at_touch,
     update_base_contacts,
 )
-from overturning.dem.body.centred import centre_acceleration, flat_landing_slip, rim_point_position
+from overturning.dem.body.centred import centre_acceleration, flat_landing_friction, rim_point_position
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
     COLUMNS,
@@ -58,12 +58,12 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
 )
 from overturning.dem.kernel.cache import cache_compiled_kernel
-from overturning.dem.kernel.ground import motion_at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, RowLayout, aligned_zeros, tuple_arithmetic
-from overturning.dem.kernel.mechanics import clamp_friction, updated_maximum
+from overturning.dem.kernel.ground import base_acceleration_at_tick
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, TupleRowLayout, aligned_zeros, tuple_arithmetic
+from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
-from overturning.dem.time_step import Scheme, parse_scheme, steps_per_sample
+from overturning.dem.time_step import IntegrationScheme, parse_scheme, steps_per_sample
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
@@ -170,11 +170,11 @@ def apply_contact_law(
         -(body.tangential * tx) - dashpot_rate * contact_point.slip_x,
         -(body.tangential * ty) - dashpot_rate * contact_point.slip_y,
     )
-    drift_x, drift_y, drifts, tilting = flat_landing_slip(
+    drift_x, drift_y, drifts, tilting = flat_landing_friction(
         body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, _ = clamp_friction(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
+    fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
     landing = (history.landing if was else begun) - body.step * WHOLE
     landing = landing if inside else 0.0
     force = Vector(fx, fy, n)
@@ -230,9 +230,9 @@ def advance_body_one_step(
     t, dt = contact_totals.wrench, body.step * WHOLE
     half = 0.5 * dt
     push = Vector(
-        motion_at_tick(shaking.push_x, body_state.tick),
-        motion_at_tick(shaking.push_y, body_state.tick),
-        motion_at_tick(shaking.lift, body_state.tick),
+        base_acceleration_at_tick(shaking.push_x, body_state.tick),
+        base_acceleration_at_tick(shaking.push_y, body_state.tick),
+        base_acceleration_at_tick(shaking.lift, body_state.tick),
     )
     a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
@@ -274,19 +274,25 @@ def advance_body_one_step(
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, BodyState, Matrix))
-load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-ACTING: Final = RowLayout(COLUMNS, ContactTotals)
+load_body, load_state, load_frame = (ROWS.lane_access(of).load for of in (Constants, BodyState, Matrix))
+load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
+ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
-load_acting, store_acting, _ = ACTING.access(ContactTotals)
+load_acting, store_acting, _ = ACTING.lane_access(ContactTotals)
 no_wrench = tuple_arithmetic(ContactWrench).zero
-load_shaking = ROWS.access(BodyShaking, unused_fields=UNUSED).load
-load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyBalanceAccount, unused_fields=UNUSED).load
-store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
-store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyBalanceAccount, unused_fields=UNUSED).store
+load_shaking = ROWS.lane_access(BodyShaking, unused_fields=UNUSED).load
+load_peaks, load_account = (
+    ROWS.lane_access(BodyPeaks).load,
+    ROWS.lane_access(BodyBalanceAccount, unused_fields=UNUSED).load,
+)
+store_state, store_frame = (ROWS.lane_access(of).store for of in (BodyState, Matrix))
+store_peaks, store_account = (
+    ROWS.lane_access(BodyPeaks).store,
+    ROWS.lane_access(BodyBalanceAccount, unused_fields=UNUSED).store,
+)
 load_vertex, (load_memory, store_memory, _) = (
-    VERTEX.access(BodyVertex).load,
-    VERTEX.access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
+    VERTEX.lane_access(BodyVertex).load,
+    VERTEX.lane_access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
 
@@ -495,13 +501,13 @@ def enable_cundall() -> Iterator[None]:
     plan_centred = body_plan.plan_body_simulation
 
     def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodySimulationPlan:
-        if parse_scheme(numerics.scheme) != Scheme.CUNDALL:
+        if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
         modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[planned.table["body"]]
         square = np.maximum(planned.table["stiffness"], planned.table["tangential"]) * modes
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
-        steps = steps_per_sample(Scheme.CUNDALL, numerics.time_step, square, rate, interval)
+        steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.table["finest"] = planned.table["dwell"] = 1.0
         planned.table["standing"] = WHOLE
         return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})

@@ -15,10 +15,10 @@ from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run, run_cases
 from overturning.dem.time_step import (
-    block_highest_eigenvalue,
+    block_highest_eigenvalue_bound,
+    longest_stable_step,
     parse_scheme,
-    rocking_time,
-    stable_step,
+    rocking_time_constant,
     steps_per_sample,
 )
 from overturning.errors import ArgumentError
@@ -146,12 +146,12 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
 def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
     normal, tangential, dashpot = contact.constants_per_mass(width, height, case.density)
-    square = block_highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
-    rate = block_highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
+    square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
+    rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
     groups = (
         static_penetration(case) / float(width[0]),
         float(dashpot[0]) / (2.0 * np.sqrt(0.5 * float(normal[0]))),
-        _step_ratio(case, square, rate, motion.sampling_interval, rocking_time(width, height)),
+        _step_ratio(case, square, rate, motion.sampling_interval, rocking_time_constant(width, height)),
         case.peak / (STANDARD_GRAVITY * case.b_over_h),
         case.friction / case.b_over_h,
     )
@@ -167,7 +167,7 @@ def _step_ratio(
         per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])
     except ArgumentError:
         return case.step_fraction
-    return interval / per_sample / float(stable_step(scheme, square, rate, period)[0])
+    return interval / per_sample / float(longest_stable_step(scheme, square, rate, period)[0])
 
 
 def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:

@@ -16,7 +16,7 @@ MIN_CASES_PER_TASK: Final = 256
 """Smallest number of cases in a task; fewer would not fill the kernel's lanes."""
 
 
-def run_on_cluster(
+def simulate_cases_on_cluster(
     simulate_cases: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics
 ) -> Any:
     """Simulate cases on the dask cluster of ``numerics.client``; the results are bit-equal to those of a local run.
@@ -71,5 +71,5 @@ def _return_motion(motion: Motion) -> Motion:
 
 
 def _select_cases(cases: Any, case_numbers: Any) -> Any:
-    """Return the cases with the given numbers."""
+    """Return those of the cases whose indices are in `case_numbers`, in this order."""
     return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[case_numbers] for item in fields(cases)})

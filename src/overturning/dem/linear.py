@@ -7,7 +7,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 
 
-def solve_positive_definite(matrix: FloatArray, right_side: FloatArray) -> FloatArray | None:
+def solve_positive_definite_system(matrix: FloatArray, right_side: FloatArray) -> FloatArray | None:
     """Solve a symmetric positive definite system by elimination with the largest remaining pivot on the diagonal.
 
     Parameters
@@ -85,6 +85,6 @@ def highest_eigenvalue(matrix: FloatArray) -> float:
 
 def lowest_eigenvalue(matrix: FloatArray) -> float:
     """Compute the smallest eigenvalue of a symmetric positive definite matrix; 0 for an empty or singular one."""
-    columns = [solve_positive_definite(matrix, unit) for unit in np.eye(len(matrix))]
+    columns = [solve_positive_definite_system(matrix, unit) for unit in np.eye(len(matrix))]
     inverse = np.array([column for column in columns if column is not None])
     return 1.0 / highest_eigenvalue(0.5 * (inverse + inverse.T)) if len(inverse) == len(matrix) > 0 else 0.0

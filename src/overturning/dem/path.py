@@ -21,8 +21,11 @@ POSES: Final = {
 }
 
 
-def variable_spec(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
-    """Return a variable of a dataset as a tuple: dimensions, values, and attributes `units` and `long_name`."""
+def dataset_variable_tuple(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
+    """Return a variable of a dataset as the tuple of its dimensions, its values and its attributes.
+
+    `dimensions` are names separated by spaces; the attributes are `units` and `long_name`.
+    """
     return dimensions.split(), values, {"units": units, "long_name": long_name}
 
 
@@ -41,7 +44,7 @@ class PlanarTrajectory:
     contacts: list[tuple[str, str]]  # names of the two elements of each contact
 
     def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the dataset of a case, including its results."""
+        """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
         vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
         for item, row in zip(self.placed, vertices, strict=True):
             row[: len(item.shape.vertices)] = item.shape.vertices
@@ -52,34 +55,36 @@ class PlanarTrajectory:
         aside = np.mean(vertices[:, :, 0], axis=1, where=side)
         slip = x - [item.x for item in self.placed] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
         variables = {
-            name: variable_spec("time element", self.poses[:, :, column], *about)
+            name: dataset_variable_tuple("time element", self.poses[:, :, column], *about)
             for column, (name, about) in enumerate(POSES.items())
         }
         mean = "mean from this time to the next"
         variables |= {
-            "base_slip": variable_spec("time element", slip, "m", "displacement of the middle of the lower side"),
-            "ground_acceleration": variable_spec(
+            "base_slip": dataset_variable_tuple(
+                "time element", slip, "m", "displacement of the middle of the lower side"
+            ),
+            "ground_acceleration": dataset_variable_tuple(
                 "time", self.ground, "m s-2", "acceleration of the base towards the azimuth"
             ),
-            "contact_force": variable_spec("time contact xz", self.force, "N", f"force on contact_on, {mean}"),
-            "contact_place": variable_spec("time contact xz", self.place, "m", f"where it acts, {mean}"),
+            "contact_force": dataset_variable_tuple("time contact xz", self.force, "N", f"force on contact_on, {mean}"),
+            "contact_place": dataset_variable_tuple("time contact xz", self.place, "m", f"where it acts, {mean}"),
             "contact_on": ("contact", [on for on, _ in self.contacts]),
             "contact_by": ("contact", [by for _, by in self.contacts]),
             "kind": ("element", [item.element.kind for item in self.placed]),
-            "critical_angle": variable_spec("element", self.critical, "rad", "critical angle"),
-            "fallen_angle": variable_spec(
+            "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
+            "fallen_angle": dataset_variable_tuple(
                 "element side",
                 [(np.nan, np.nan) if item.fixed else item.fallen_rotations for item in self.placed],
                 "rad",
                 "rotation to a side at which it has fallen",
             ),
-            "vertices": variable_spec(
+            "vertices": dataset_variable_tuple(
                 "element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"
             ),
         }
         variables |= self._outcome_variables(results)
         coordinates = {
-            "time": variable_spec("time", self.time, "s", "time after the record's start"),
+            "time": dataset_variable_tuple("time", self.time, "s", "time after the record's start"),
             "element": ("element", [item.element.name for item in self.placed]),
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
@@ -87,7 +92,7 @@ class PlanarTrajectory:
         return variables, coordinates, {"reference": self.scene.default_element, "weight": weight}
 
     def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
-        """Return the outcome variables of a case by name; those per element are missing for fixed elements."""
+        """Return the outcome variables of a case by name; those per element have missing values for fixed elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed) if not item.fixed]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import rerun_until_balanced
-from overturning.dem.kernel.ground import GroundMotion, largest_acceleration_ahead
+from overturning.dem.kernel.balance import rerun_cases_until_energy_balances
+from overturning.dem.kernel.ground import GroundMotion, largest_acceleration_ahead_of_samples
 from overturning.dem.kernel.queue import QueueSettings, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
@@ -26,7 +26,7 @@ MAX_PATH_NUMBERS: Final = 100_000_000
 
 
 def check_trajectory_size(value_count: int) -> None:
-    """Raise an `ArgumentError` if a trajectory of `value_count` values or more exceeds `MAX_PATH_NUMBERS`."""
+    """Raise an `ArgumentError` if `value_count`, the least size of a trajectory, exceeds `MAX_PATH_NUMBERS`."""
     if value_count > MAX_PATH_NUMBERS:
         raise ArgumentError(
             f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
@@ -38,11 +38,11 @@ class Trajectory(Protocol):
     """Motion of a model over time in one case."""
 
     def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the dataset of a case, including its results."""
+        """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
 
 
-def group_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:
-    """Return a group number for each of n cases, shape (n,), the same for cases that are equal in all columns."""
+def group_numbers_of_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:
+    """Return a number for each of n cases, shape (n,), the same for cases that are equal in all columns."""
     return np.asarray(np.unique(np.stack(case_columns), axis=1, return_inverse=True)[1]).ravel()
 
 
@@ -83,7 +83,7 @@ class SimulationPlan(ABC):
     table: NDArray[np.void]  # shape (n,): the kernel's table of cases
 
     @property
-    def queue_group(self) -> NDArray[np.int64]:
+    def queue_numbers(self) -> NDArray[np.int64]:
         """Queue number of each case, shape (n,); cases with the same number share a queue."""
         return self.steps
 
@@ -94,7 +94,7 @@ class SimulationPlan(ABC):
 
     @cached_property
     def largest_accelerations_ahead(self) -> tuple[FloatArray, FloatArray]:
-        """Largest horizontal and vertical base accelerations still to come, m/s²; see `GroundMotion.loudest`."""
+        """Largest horizontal and vertical base accelerations after each sample, m/s²; see `GroundMotion.loudest`."""
         across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
         up = (
             np.zeros(self.ground.shape[-1])
@@ -102,10 +102,12 @@ class SimulationPlan(ABC):
             else np.abs(self.vertical_base_acceleration)
         )
         interval = self.motion.sampling_interval
-        return largest_acceleration_ahead(across, interval), largest_acceleration_ahead(up, interval)
+        return largest_acceleration_ahead_of_samples(across, interval), largest_acceleration_ahead_of_samples(
+            up, interval
+        )
 
     def initial_results(self) -> CaseResults:
-        """Return results for all cases before the simulation: at rest, or missing if the contact is too soft."""
+        """Return results for all cases before the simulation: at rest, or missing where the contact is too soft."""
         results = CaseResults.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
@@ -113,7 +115,7 @@ class SimulationPlan(ABC):
     def compute_cases(
         self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], trajectory: NDArray[Any] | None = None
     ) -> tuple[dict[str, Any], NDArray[Any]]:
-        """Simulate cases of one group; those whose energy does not balance are rerun with finer steps.
+        """Simulate cases with the same queue number; rerun with finer steps those whose energy does not balance.
 
         Parameters
         ----------
@@ -127,11 +129,11 @@ class SimulationPlan(ABC):
         Returns
         -------
         outcomes : dict of ndarray, shape (m, …)
-            Variables by name; see `case_variables`.
+            Variables by name; see `case_outcome_variables`.
         trajectory : ndarray, shape (rows, …)
             Trajectory of the first case; no rows if `trajectory` was not given.
         """
-        tables = self.result_tables(case_numbers.size)
+        tables = self.create_result_tables(case_numbers.size)
         results, buffer = (
             tables["results"],
             self.create_trajectory_buffer(is_recorded=False) if trajectory is None else trajectory,
@@ -148,11 +150,14 @@ class SimulationPlan(ABC):
                 check_trajectory_size(2 * len(recorded) * self.values_per_trajectory_row)
             recorded = recorded[:count]
 
-        rerun_until_balanced(run_case_rows, results["status"], results["energy_error"])
-        return self.case_variables(case_numbers, tables), recorded
+        rerun_cases_until_energy_balances(run_case_rows, results["status"], results["energy_error"])
+        return self.case_outcome_variables(case_numbers, tables), recorded
 
     def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
-        """Simulate the only case of the plan; return its results, and its trajectory for `aftermath` s longer."""
+        """Simulate the only case of the plan; return its results and its trajectory.
+
+        The trajectory goes on for `aftermath` seconds after the outcome is known.
+        """
         results, path, only = (
             self.initial_results(),
             self.create_trajectory_buffer(is_recorded=True),
@@ -167,13 +172,15 @@ class SimulationPlan(ABC):
             results.store_outcomes(only, outcomes)
             path = self.continue_trajectory(path, aftermath) if aftermath > 0.0 else path
         rest = self.trajectory_rows_at_rest(self.motion.samples)
-        return results, self.convert_trajectory(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
+        return results, self.convert_trajectory_rows(
+            self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
+        )
 
     def continue_trajectory(self, trajectory: NDArray[Any], aftermath: float) -> NDArray[Any]:  # noqa: ARG002
-        """Return a trajectory continued for `aftermath` s after its end; unchanged for a single block or body."""
+        """Return a trajectory continued for `aftermath` seconds after its end; unchanged for a single block or body."""
         return trajectory
 
-    def fill_skipped_samples(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:
+    def insert_skipped_sample_rows(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:
         """Return the rows of a trajectory, with rows inserted for the samples that were skipped at rest.
 
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rows_at_rest`
@@ -191,7 +198,7 @@ class SimulationPlan(ABC):
             filled[column] = np.where(new, ground, filled[column])
         return filled
 
-    def common_kernel_input(
+    def common_kernel_input_fields(
         self,
         case_numbers: NDArray[np.int64],
         result_tables: dict[str, NDArray[np.void]],
@@ -219,8 +226,8 @@ class SimulationPlan(ABC):
         )
         return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
 
-    def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the empty tables, by name, that the kernel fills for `case_count` cases: ``results`` and others."""
+    def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
+        """Return the empty tables, by name, that the kernel fills for `case_count` cases; all have ``results``."""
         return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod
@@ -233,13 +240,16 @@ class SimulationPlan(ABC):
         """
 
     @abstractmethod
-    def case_variables(
+    def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of some cases, and ``block_steps``, by name, from the tables of the kernel."""
+        """Return the outcome variables of the cases by name, read from the tables that the kernel filled.
+
+        One of the names is ``block_steps``: number of time steps times number of stones.
+        """
 
     def create_trajectory_buffer(self, is_recorded: bool) -> NDArray[Any]:
-        """Return a buffer for a trajectory, with a row per sample, or without rows if none `is_recorded`."""
+        """Return a buffer for a trajectory: with a row per sample, or without rows if no trajectory is recorded."""
         rows = self.motion.samples if is_recorded else 0
         check_trajectory_size(rows * self.values_per_trajectory_row)
         return np.zeros(rows, self.trajectory_dtype)
@@ -251,14 +261,14 @@ class SimulationPlan(ABC):
         return rows
 
     @abstractmethod
-    def convert_trajectory(self, trajectory_rows: NDArray[Any]) -> Trajectory:
-        """Convert the rows of the only case to its trajectory."""
+    def convert_trajectory_rows(self, trajectory_rows: NDArray[Any]) -> Trajectory:
+        """Convert the trajectory rows of the plan's only case to its trajectory."""
 
 
-def base_motions_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the base acceleration along each distinct azimuth, m/s², preceded by the row of each case in it.
+def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+    """Return, for n cases, the row of each case in the base accelerations, and these accelerations, m/s².
 
-    Shapes (azimuths, samples + 3), with three zeros after the record, and (n,).
+    The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.
     """
     if (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle of the 3-D model has one")
@@ -269,7 +279,7 @@ def base_motions_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.in
     return row, ground
 
 
-def evaluate_rounded(function: np.ufunc, angles: FloatArray) -> FloatArray:
-    """Evaluate a function of angles, rounded to 12 decimals, since its last digit differs between processors."""
-    distinct, where = np.unique(angles, return_inverse=True)
+def evaluate_rounded(function: np.ufunc, arguments: FloatArray) -> FloatArray:
+    """Return a function of each of the `arguments`, rounded: the last digit differs between processors."""
+    distinct, where = np.unique(arguments, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

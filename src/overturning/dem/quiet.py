@@ -35,7 +35,7 @@ def find_quiet_windows(
     ground: FloatArray,
     motion_threshold: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Find, for each case, the samples at the start and the end in which the motion cannot move the block.
+    """Find, for each case, the samples at the start and at the end of the motion in which it cannot move the block.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
@@ -91,14 +91,14 @@ def find_quiet_windows(
     return first, calm, stays_at_rest
 
 
-def rest_threshold(
+def rest_acceleration_threshold(
     lift_threshold: FloatArray,
     slip_threshold: FloatArray,
     unload_threshold: FloatArray,
     dynamic_overshoot: FloatArray,
     max_threshold_share: float,
 ) -> FloatArray:
-    """Return the horizontal acceleration over g up to which a body at rest is not simulated (docs/method.md).
+    """Return the horizontal base acceleration over g up to which a body at rest is not simulated (docs/method.md).
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def rest_threshold(
 def dynamic_overshoot_bound(
     squared_frequency: FloatArray, damping_delay: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
-    """Return an upper bound of the ratio of dynamic to static contact force, for any base motion of the same peak.
+    """Return an upper bound of the ratio of dynamic to static contact force, over all base motions of one peak.
 
     The lower of two bounds: the integral of |h|, where h is the force after an impulse of the base, for any motion; and
     for a motion that is linear between samples, the vibration that its kinks excite: 4/x each, x = ω Δt, with decay

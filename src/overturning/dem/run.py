@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cluster import run_on_cluster
+from overturning.dem.cluster import simulate_cases_on_cluster
 from overturning.dem.numerics import Numerics
 from overturning.errors import suggest_keywords
 from overturning.model.body import Body
@@ -28,8 +28,8 @@ MAX_QUEUE_LENGTH: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
 
 
-def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "SimulationPlan":
-    """Check the arguments and return the simulation plan of a model in some cases.
+def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "SimulationPlan":
+    """Check the arguments and return the plan of the simulation of a model in the cases.
 
     Parameters and exceptions are those of `run`.
     """
@@ -51,7 +51,7 @@ def plan_cases(model: "Model", motion: Motion, cases: Cases, numerics: Numerics)
 def run(
     model: "Model | Scene | Shape | str | int | None", motion: Motion, cases: Cases, numerics: Numerics | None = None
 ) -> CaseResults:
-    """Simulate cases of a model under one motion.
+    """Simulate cases of a model under one motion; return the results in the order of the cases.
 
     Parameters
     ----------
@@ -78,20 +78,20 @@ def run(
     """
     model, numerics = as_model(model), numerics or Numerics()
     if numerics.client is not None:
-        distributed: CaseResults = run_on_cluster(partial(run, model), motion, cases, numerics)
+        distributed: CaseResults = simulate_cases_on_cluster(partial(run, model), motion, cases, numerics)
         return distributed
-    plan = plan_cases(model, motion, cases, numerics)
+    plan = plan_simulation(model, motion, cases, numerics)
     results = plan.initial_results()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
     length = plan.steps[moving] * np.maximum(motion.samples - plan.first[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
-    order = moving[np.lexsort((-length, plan.queue_group[moving]))]
+    order = moving[np.lexsort((-length, plan.queue_numbers[moving]))]
 
     def compute_queue(case_numbers: NDArray[np.int64]) -> None:
         results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
 
-    queues = split_into_queues(order, plan.queue_group, plan.split_long_queues)
+    queues = split_into_queues(order, plan.queue_numbers, plan.split_long_queues)
     run_queues_in_threads(compute_queue, queues, numerics, counter, int(length.sum()) * len(model.elements))
     return results
 
@@ -127,15 +127,15 @@ def run_cases(
 
 
 def split_into_queues(
-    ordered_cases: NDArray[np.int64], queue_group: NDArray[np.int64], split_long_groups: bool
+    ordered_cases: NDArray[np.int64], queue_numbers: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases into queues, each with cases of one group.
+    """Split cases into queues, each with cases of one queue number, at most `MAX_QUEUE_LENGTH` long.
 
-    The cases are ordered by their group number in `queue_group`. Queues are at most `MAX_QUEUE_LENGTH` long. If
-    `split_long_groups`, a group of 128 or more cases makes at least two queues, so that two threads share it.
+    `ordered_cases` are indices of cases, ordered by their number in `queue_numbers`. If `split_long_groups`, 128 or
+    more cases of one number make at least two queues, so that two threads share them.
     """
     queues = []
-    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_group[ordered_cases])) + 1):
+    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_numbers[ordered_cases])) + 1):
         if chosen.size:
             count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long_groups else 1)
             # Interleaved, so that long and short cases are spread evenly.
@@ -150,7 +150,10 @@ def run_queues_in_threads(
     steps_done: NDArray[np.int64],
     total_steps: int,
 ) -> None:
-    """Compute queues of cases on `numerics.threads` threads, and report the block steps done and expected."""
+    """Compute queues of cases on `numerics.threads` threads, and report the block steps done and expected.
+
+    Block steps are time steps times stones; `compute_queue` adds those done to `steps_done`, shape (1,).
+    """
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
         waiting = {pool.submit(compute_queue, chosen) for chosen in queues}

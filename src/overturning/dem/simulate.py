@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def create_grid(
+def create_case_grid(
     model: Model,
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,
@@ -33,7 +33,7 @@ def create_grid(
     azimuth_deg: ArrayLike | None = None,
     orientation_deg: ArrayLike | None = None,
 ) -> Grid:
-    """Return the grid of the cases of a model; parameters are those of `overturning.simulate`.
+    """Return the grid of all combinations of case parameters of a model; they are those of `overturning.simulate`.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def simulate_arrays(
     """
     model = as_model(model)
     numerics = {item.name: parameters.pop(item.name) for item in fields(Numerics) if item.name in parameters}
-    return simulate_grid(model, as_motion(motion), create_grid(model, **parameters), Numerics(**numerics))
+    return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), Numerics(**numerics))
 
 
 @suggest_keywords(Numerics)
@@ -160,7 +160,7 @@ def simulate(
     [1.0, 1.0]
     """
     model, motion = as_model(model), as_motion(motion)
-    grid = create_grid(
+    grid = create_case_grid(
         model,
         height,
         b_over_h,

@@ -11,7 +11,7 @@ from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
 
-class Scheme(IntEnum):
+class IntegrationScheme(IntEnum):
     """Integration scheme of a simulation, with its number in the kernels."""
 
     CUNDALL = 0
@@ -36,7 +36,7 @@ LIGHT_DAMPING: Final = 0.25
 
 DEFAULT_SCHEME: Final = "centred"
 
-AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
+AUTO_FRACTION: Final = {IntegrationScheme.CUNDALL: 0.5, IntegrationScheme.CENTRED: 1.0}
 """Step of ``time_step="auto"`` as a fraction of the stable step (docs/measurements.md shows how it was chosen)."""
 
 SCENE_FRACTION: Final = 0.5
@@ -46,7 +46,7 @@ MAX_STEPS_PER_SAMPLE: Final = 2_000_000
 """Largest number of steps per sample; more would take too long to compute."""
 
 
-def parse_scheme(scheme_name: str) -> Scheme:
+def parse_scheme(scheme_name: str) -> IntegrationScheme:
     """Return the scheme with the given name.
 
     Raises
@@ -55,13 +55,13 @@ def parse_scheme(scheme_name: str) -> Scheme:
         If no scheme has this name.
     """
     try:
-        return Scheme[scheme_name.upper()]
+        return IntegrationScheme[scheme_name.upper()]
     except (KeyError, AttributeError):
-        known = ", ".join(scheme.name.lower() for scheme in Scheme)
+        known = ", ".join(scheme.name.lower() for scheme in IntegrationScheme)
         raise ArgumentError(f"scheme: {scheme_name!r}; known: {known}") from None
 
 
-def block_highest_eigenvalue(
+def block_highest_eigenvalue_bound(
     normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
     """Return an upper bound of the highest eigenvalue of a block upright on both corners or tilted on one corner.
@@ -95,9 +95,9 @@ def block_highest_eigenvalue(
 def block_lowest_eigenvalue(
     normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
-    """Return the lowest eigenvalue ω² of a block upright on both corners, 1/s²: heave, or sway coupled with rocking.
+    """Return the lowest eigenvalue ω² of a block that stands on both corners, 1/s²: heave, or sway with rocking.
 
-    Parameters are those of `block_highest_eigenvalue`.
+    Parameters are those of `block_highest_eigenvalue_bound`.
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
     sway = 2.0 * tangential_stiffness
@@ -110,13 +110,13 @@ def block_lowest_eigenvalue(
     )
 
 
-def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
-    """Return 1/p of a rocking block, s: p = √(3g/4R), R half the diagonal (Housner 1963)."""
+def rocking_time_constant(width: FloatArray, height: FloatArray) -> FloatArray:
+    """Return 1/p of a rocking block, s: p = √(3g/4R), R half the diagonal, m (Housner 1963)."""
     return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))
 
 
-def stable_step(
-    scheme: Scheme,
+def longest_stable_step(
+    scheme: IntegrationScheme,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
     block_rocking_time: FloatArray | None = None,
@@ -130,16 +130,16 @@ def stable_step(
 
     Parameters
     ----------
-    scheme : Scheme
+    scheme : IntegrationScheme
         The integration scheme.
     squared_frequency : ndarray
         ω² of the highest mode, 1/s².
     damping_rate : ndarray
         2 ξ_max ω of the highest mode, 1/s.
     block_rocking_time : ndarray, optional
-        1/p of the block, s (`rocking_time`); None for a scene.
+        1/p of the block, s (`rocking_time_constant`); None for a scene.
     """
-    if scheme == Scheme.CUNDALL:
+    if scheme == IntegrationScheme.CUNDALL:
         return 4.0 / (np.sqrt(damping_rate**2 + 4.0 * squared_frequency) + damping_rate)
     return (
         2.0 * shortest_contact_time(squared_frequency, damping_rate)
@@ -155,7 +155,7 @@ def shortest_contact_time(squared_frequency: FloatArray, damping_rate: FloatArra
 
 
 def steps_per_sample(
-    scheme: Scheme,
+    scheme: IntegrationScheme,
     time_step: float | str,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
@@ -168,12 +168,12 @@ def steps_per_sample(
 
     Parameters
     ----------
-    scheme : Scheme
+    scheme : IntegrationScheme
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     squared_frequency, damping_rate : ndarray
-        ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `stable_step`.
+        ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `longest_stable_step`.
     sampling_interval : float
         Time between samples, s.
     block_rocking_time : ndarray, optional
@@ -189,10 +189,10 @@ def steps_per_sample(
     ArgumentError
         If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
-    stable = stable_step(scheme, squared_frequency, damping_rate, block_rocking_time)
+    stable = longest_stable_step(scheme, squared_frequency, damping_rate, block_rocking_time)
     return steps_per_sample_from_stable_step(
         stable,
-        stable * _automatic_step_fraction(scheme, squared_frequency, damping_rate, block_rocking_time),
+        stable * _automatic_to_stable_step_ratio(scheme, squared_frequency, damping_rate, block_rocking_time),
         time_step,
         sampling_interval,
     )
@@ -201,7 +201,7 @@ def steps_per_sample(
 def steps_per_sample_from_stable_step(
     stable_step_s: FloatArray, automatic_step_s: FloatArray, time_step: float | str, sampling_interval: float
 ) -> NDArray[np.int64]:
-    """Return the number of time steps per sample of the record, given the stable and the automatic step, s.
+    """Return the number of time steps per sample of the record, for each case, from its stable and automatic step.
 
     Other parameters and exceptions are those of `steps_per_sample`.
     """
@@ -209,7 +209,7 @@ def steps_per_sample_from_stable_step(
     if time_step == "auto":
         step = automatic_step_s
     elif isinstance(time_step, str):
-        step = stable_step_s * _parse_stable_fraction(time_step)
+        step = stable_step_s * _parse_fraction_of_stable_step(time_step)
     else:
         if not (np.isfinite(time_step) and time_step > 0):
             raise ArgumentError(f"time_step: {time_step}; it must be a positive number of seconds, or 'auto'")
@@ -229,30 +229,35 @@ def steps_per_sample_from_stable_step(
 
 
 def requested_to_automatic_step_ratio(
-    scheme: Scheme, time_step: float | str, stable_step_s: FloatArray
+    scheme: IntegrationScheme, time_step: float | str, stable_step_s: FloatArray
 ) -> FloatArray | float:
-    """Return the ratio of the requested to the automatic time step of a block."""
+    """Return the ratio of the requested to the automatic time step, for each block; 1 if the request is "auto"."""
     if time_step == "auto":
         return 1.0
     wanted = (
-        _parse_stable_fraction(time_step) if isinstance(time_step, str) else np.minimum(time_step / stable_step_s, 1.0)
+        _parse_fraction_of_stable_step(time_step)
+        if isinstance(time_step, str)
+        else np.minimum(time_step / stable_step_s, 1.0)
     )
     return wanted / AUTO_FRACTION[scheme]
 
 
-def _automatic_step_fraction(
-    scheme: Scheme, squared_frequency: FloatArray, damping_rate: FloatArray, block_rocking_time: FloatArray | None
+def _automatic_to_stable_step_ratio(
+    scheme: IntegrationScheme,
+    squared_frequency: FloatArray,
+    damping_rate: FloatArray,
+    block_rocking_time: FloatArray | None,
 ) -> FloatArray | float:
-    """Return the automatic time step as a fraction of the stable step."""
+    """Return the automatic time step of each case as a fraction of its longest stable step."""
     # Chosen from the tables in docs/measurements.md, "The default step".
-    if block_rocking_time is not None and scheme == Scheme.CENTRED:
+    if block_rocking_time is not None and scheme == IntegrationScheme.CENTRED:
         return AUTO_FRACTION[scheme]
     fraction = SCENE_FRACTION if block_rocking_time is None else AUTO_FRACTION[scheme]
     return np.where(0.5 * damping_rate / np.sqrt(squared_frequency) < LIGHT_DAMPING, 0.5 * fraction, fraction)
 
 
-def _parse_stable_fraction(text: str) -> float:
-    """Return the fraction in a text such as ``0.25 stable``; raise an ArgumentError for any other text."""
+def _parse_fraction_of_stable_step(text: str) -> float:
+    """Return the number in a text such as ``0.25 stable``; raise an ArgumentError for any other text."""
     number, _, word = text.partition(" ")
     try:
         fraction = float(number)

@@ -6,8 +6,8 @@ import numpy as np
 
 from overturning.arrays import create_dataset
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan_cases
-from overturning.dem.simulate import create_grid
+from overturning.dem.run import plan_simulation
+from overturning.dem.simulate import create_case_grid
 from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
@@ -82,7 +82,7 @@ def trajectory(
         `overturning.dem.plan.MAX_PATH_NUMBERS`.
     """
     model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
-    grid = create_grid(
+    grid = create_case_grid(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,
         orientation_deg=orientation_deg,
     )  # fmt: skip
@@ -96,7 +96,7 @@ def trajectory(
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.computed_cells(grid, numerics.leave_out)
     case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
-    results, path = plan_cases(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
+    results, path = plan_simulation(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
     model.rotate_outcomes(views, grid, sources)
     variables, coordinates, attributes = path.dataset_parts(results)

@@ -250,7 +250,7 @@ def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
 
     Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `sampling_interval`, s.
     """
-    from overturning.dem.run import plan_cases  # imported lazily: imports Numba
+    from overturning.dem.run import plan_simulation  # imported lazily: imports Numba
 
     still = Motion(np.zeros(2), np.zeros(2), sampling_interval=sampling_interval, trust_data=True)
     ends = ((min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspects))
@@ -261,7 +261,7 @@ def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
             ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
             cases = Cases(0.0, sizes.scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
-            plan_cases(variant_model(study, variant), still, cases, numerics_of_study(study))
+            plan_simulation(variant_model(study, variant), still, cases, numerics_of_study(study))
         except ArgumentError as error:
             raise ConfigError(f"study {study.name!r}: {of}{error}") from None
 

@@ -1,6 +1,6 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one block has three parts, as in docs/method.md: `predict_block` and `solve_velocities` are here,
+The step of one block has three parts, as in docs/method.md: `predict_block` and `solve_velocity_changes` are here,
 `compute_corner_forces` and `complete_block_step` in `overturning.dem.block.commit`. `overturning.dem.block.loops` has
 the loops over the blocks.
 
@@ -14,24 +14,24 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_slip
+from overturning.dem.block.landing import block_lands_flat, flat_landing_friction
 from overturning.dem.block.state import (
     AssumedCornerContact,
-    AssumedSlip,
+    AssumedCornerFriction,
+    AssumedSlipDirections,
     BlockConstants,
-    BlockShaking,
+    BlockInertialAccelerations,
     BlockState,
     BlockVelocityChange,
     CornerEquationTerms,
     CornerState,
-    DriftedBlock,
+    ExtrapolatedBlock,
     PredictedBlock,
     PredictedCorner,
-    TangentialState,
     corner_position,
 )
 from overturning.dem.kernel.clock import BLOCK
-from overturning.dem.kernel.ground import motion_at_tick_or_beyond
+from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -47,27 +47,34 @@ LEAST_FREEDOM: Final = 0.25
 
 @njit(**INLINE)
 def predict_corner(
-    side: float, block: BlockConstants, previous_corner: CornerState, drifted_block: DriftedBlock
+    side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: ExtrapolatedBlock
 ) -> PredictedCorner:
-    """Predict position, velocity and spring of a corner at the end of a step; new contacts start unstretched."""
-    arm, drop = corner_position(side, block, drifted_block.cos, drifted_block.sin)
-    stretch = previous_corner.spring + ((drifted_block.x + arm) - previous_corner.place)
+    """Predict position, velocity and spring of a corner at the end of a step.
+
+    The spring of a corner that was not in contact starts unstretched.
+    """
+    arm, drop = corner_position(side, block, extrapolated_block.cos, extrapolated_block.sin)
+    stretch = previous_corner.spring + ((extrapolated_block.x + arm) - previous_corner.place)
     stretch = stretch if previous_corner.depth > 0.0 else 0.0
     return PredictedCorner(
         arm,
         drop,
-        drop - drifted_block.z,
+        drop - extrapolated_block.z,
         stretch,
-        drifted_block.vx - drop * drifted_block.vw,
-        drifted_block.vz - arm * drifted_block.vw,
+        extrapolated_block.vx - drop * extrapolated_block.vw,
+        extrapolated_block.vz - arm * extrapolated_block.vw,
     )
 
 
 @njit(**INLINE)
 def predict_block(
-    block: BlockConstants, state: BlockState, step_ticks: float, shaking: BlockShaking, ticks_per_sample: float
+    block: BlockConstants,
+    state: BlockState,
+    step_ticks: float,
+    inertial_accelerations: BlockInertialAccelerations,
+    ticks_per_sample: float,
 ) -> PredictedBlock:
-    """Predict the state of a block and its corners at the end of a step with constant acceleration."""
+    """Predict the state of a block and its corners at the end of a step, as if the acceleration stayed constant."""
     dt, tick = block.step * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.aw
@@ -78,9 +85,12 @@ def predict_block(
     x, z = state.x + dt * vx, state.z + dt * vz
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
-    at = DriftedBlock(x, z, c, sn, ex, ez, ew)
+    at = ExtrapolatedBlock(x, z, c, sn, ex, ez, ew)
     left, right = predict_corner(-1.0, block, state.left, at), predict_corner(1.0, block, state.right, at)
-    push, lift = motion_at_tick_or_beyond(shaking.push, tick, past), motion_at_tick_or_beyond(shaking.lift, tick, past)
+    push, lift = (
+        base_acceleration_up_to_next_sample(inertial_accelerations.push, tick, past),
+        base_acceleration_up_to_next_sample(inertial_accelerations.lift, tick, past),
+    )
     return PredictedBlock(
         x=x,
         z=z,
@@ -105,7 +115,7 @@ def predict_block(
 
 
 @njit(**INLINE)
-def predict_contact(
+def predict_normal_force_and_contact(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     previous_corner: CornerState,
@@ -123,14 +133,16 @@ def predict_contact(
 
 
 @njit(**INLINE)
-def assume_sliding(
+def assume_corner_friction(
     block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
-) -> TangentialState:
-    """Return the friction and sliding that a step assumes for a corner: predicted in a fine step, else as before.
+) -> AssumedCornerFriction:
+    """Return the friction and sliding that a step assumes for a corner.
 
-    A long step for which this proves wrong is repeated. A normal force on a sliding corner must push it out; where
+    In a fine step they are predicted; in a longer one, sliding is that of the step before.
+
+    A long step for which they prove wrong is repeated. A normal force on a sliding corner must push it out; where
     friction would rotate the block further in instead (Painlevé's paradox, possible from μ = 4/3), the corner sticks.
-    In a flat landing both corners slide or stick together (`flat_landing_slip`).
+    In a flat landing both corners slide or stick together (`flat_landing_friction`).
     """
     slid, fine = assumed_contact.slid, assumed_contact.fine
     f = block.tangential * predicted_corner.stretch + block.dashpot * predicted_corner.ux
@@ -140,14 +152,14 @@ def assume_sliding(
     freedom = 1.0 + block.inertia * predicted_corner.arm * (
         predicted_corner.arm - slid * (assumed_contact.tilting * predicted_corner.drop)
     )
-    return TangentialState(f, slides, slid, freedom > LEAST_FREEDOM)
+    return AssumedCornerFriction(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
-def resolve_sliding(
-    corner_friction: TangentialState, other_corner_friction: TangentialState, other_in_contact: bool
+def signed_friction_and_sliding(
+    corner_friction: AssumedCornerFriction, other_corner_friction: AssumedCornerFriction, other_in_contact: bool
 ) -> tuple[float, bool]:
-    """Return ±μ of a sliding corner (0 if it is not free to slide), and True if the corner slides.
+    """Return the signed friction coefficient of a corner (±μ, 0 if not free to slide), and True if the corner slides.
 
     A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
     """
@@ -156,14 +168,17 @@ def resolve_sliding(
 
 
 @njit(**INLINE)
-def normal_force_terms(
+def normal_force_at_rest_and_slope(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
     normal_force: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return the normal force of a corner at rest at the end of a step, and its decrease per upward velocity."""
+    """Return the normal force of a corner if it is at rest at the end of a step, and the decrease of the force.
+
+    The force is per mass, m/s²; its decrease is per upward velocity of the corner, times half the step.
+    """
     normal = block.dashpot + half_step_time * block.stiffness
     return (normal_force + normal * predicted_corner.uz if is_in_contact else 0.0), (
         half_step_time * normal if is_in_contact else 0.0
@@ -182,7 +197,9 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return the contribution of a corner to the equations of a step; a sliding corner has a friction of ±μ n."""
-    normal_force, press = normal_force_terms(block, predicted_corner, half_step_time, normal_force, is_in_contact)
+    normal_force, press = normal_force_at_rest_and_slope(
+        block, predicted_corner, half_step_time, normal_force, is_in_contact
+    )
     tangential = block.dashpot + half_step_time * block.tangential
     sticks = is_in_contact & (not is_sliding)
     tangential_force = tangential_force - tangential * predicted_corner.ux if sticks else signed_friction * normal_force
@@ -196,26 +213,26 @@ def corner_equation_terms(
 
 
 @njit(**INLINE)
-def solve_velocities(
+def solve_velocity_changes(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSlip,
+    assumed_slip: AssumedSlipDirections,
     is_fine_step: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
-    """Solve the equations of a step for the velocities of a block at its end; return their corrections.
+    """Solve the equations of a step; return the corrections of the predicted velocities of a block at its end.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part,
     except for sliding corners, which are made to stick before they reduce it too much.
     """
     half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
-    nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
-    nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
+    nl, on_l = predict_normal_force_and_contact(block, left, state.left, is_fine_step, held)
+    nr, on_r = predict_normal_force_and_contact(block, right, state.right, is_fine_step, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift, tilting = flat_landing_slip(block, held, predicted_block.ex, predicted_block.ez)
+    drifts, drift, tilting = flat_landing_friction(block, held, predicted_block.ex, predicted_block.ez)
     lever_l, lever_r = tilting * left.drop, tilting * right.drop
-    guess_l = assume_sliding(
+    guess_l = assume_corner_friction(
         block,
         left,
         nl,
@@ -223,7 +240,7 @@ def solve_velocities(
             assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift, tilting
         ),
     )
-    guess_r = assume_sliding(
+    guess_r = assume_corner_friction(
         block,
         right,
         nr,
@@ -231,8 +248,8 @@ def solve_velocities(
             assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift, tilting
         ),
     )
-    slid_l, slides_l = resolve_sliding(guess_l, guess_r, on_r)
-    slid_r, slides_r = resolve_sliding(guess_r, guess_l, on_l)
+    slid_l, slides_l = signed_friction_and_sliding(guess_l, guess_r, on_r)
+    slid_r, slides_r = signed_friction_and_sliding(guess_r, guess_l, on_l)
     p = corner_equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
     q = corner_equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
     hx = predicted_block.vx + half * (predicted_block.push - (p.f + q.f))
@@ -259,20 +276,20 @@ def solve_velocities(
 
 
 @njit(**INLINE)
-def solve_velocities_without_friction(
+def solve_velocity_changes_without_friction(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSlip,  # noqa: ARG001, as `solve_velocities`
+    assumed_slip: AssumedSlipDirections,  # noqa: ARG001, as `solve_velocity_changes`
     is_fine_step: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
-    """Solve the equations of a step without friction; return the corrections of the velocities of a block."""
+    """Solve the equations of a step without friction; return the corrections of the predicted velocities of a block."""
     half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
-    nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
-    nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
-    nl, press_l = normal_force_terms(block, left, half, nl, on_l)
-    nr, press_r = normal_force_terms(block, right, half, nr, on_r)
+    nl, on_l = predict_normal_force_and_contact(block, left, state.left, is_fine_step, held)
+    nr, on_r = predict_normal_force_and_contact(block, right, state.right, is_fine_step, held)
+    nl, press_l = normal_force_at_rest_and_slope(block, left, half, nl, on_l)
+    nr, press_r = normal_force_at_rest_and_slope(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.push
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))

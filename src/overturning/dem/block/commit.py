@@ -7,22 +7,22 @@ from numba import njit
 from overturning.dem.block.landing import remaining_landing_time
 from overturning.dem.block.state import (
     GENTLE_STEPS,
-    AcceptedBlockStep,
     AssumedCornerContact,
-    AssumedSlip,
+    AssumedSlipDirections,
+    BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
     BlockPeaks,
     BlockState,
     BlockVelocityChange,
     CornerSolution,
-    CornerSolutions,
+    CornerSolutionPair,
     CornerState,
     PredictedBlock,
     PredictedCorner,
     base_displacement,
 )
-from overturning.dem.kernel.clock import Clock, StepFindings
+from overturning.dem.kernel.clock import CaseStepControl, StepContactChanges
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -38,7 +38,7 @@ def compute_corner_forces(
     velocity_change: BlockVelocityChange,
     with_friction: bool,
 ) -> CornerSolution:
-    """Compute the forces of a corner at the end of a step, within their limits, and the new state of the corner.
+    """Compute the contact forces of a corner at the end of a step, limited by friction, and its new state.
 
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
     the base. (A corner in the air counts as slipping; its direction is never used.)
@@ -102,22 +102,22 @@ def compute_corner_forces(
 
 
 @njit(**INLINE)
-def block_step_findings(
+def block_step_contact_changes(
     block: BlockConstants,
-    clock: Clock,
+    case_step_control: CaseStepControl,
     step_ticks: float,
     is_fine_step: bool,
-    corner_solutions: CornerSolutions,
+    corner_solutions: CornerSolutionPair,
     with_friction: bool,
-) -> StepFindings:
-    """Return the contact changes and sliding of a block in an attempted step; they decide whether it is accepted."""
+) -> StepContactChanges:
+    """Return the contact changes and sliding of a block in an attempted step, which decide if the step is accepted."""
     left, right = corner_solutions.left, corner_solutions.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
-    gentle = (far <= block.gentle) & (step_ticks <= GENTLE_STEPS * clock.finest)
+    gentle = (far <= block.gentle) & (step_ticks <= GENTLE_STEPS * case_step_control.finest)
     stands = (left.corner.normal > 0.0) & (right.corner.normal > 0.0)
     if not with_friction:
-        return StepFindings(
+        return StepContactChanges(
             changed=changed,
             fast=False,
             gentle=gentle,
@@ -129,7 +129,7 @@ def block_step_findings(
         )
     wrong, back = (left.wrong | right.wrong) & (not is_fine_step), (left.back | right.back) & (not is_fine_step)
     slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.normal + right.corner.normal > 0.0)
-    return StepFindings(
+    return StepContactChanges(
         changed=changed,
         fast=False,
         gentle=gentle,
@@ -143,13 +143,13 @@ def block_step_findings(
 
 @njit(**INLINE)
 def next_assumed_slip(
-    assumed_slip: AssumedSlip,
+    assumed_slip: AssumedSlipDirections,
     is_fine_step: bool,
-    corner_solutions: CornerSolutions,
+    corner_solutions: CornerSolutionPair,
     is_retry: bool,
     keeps_assumed_slip: bool,
-) -> AssumedSlip:
-    """Return the slip directions to assume in the next attempted step.
+) -> AssumedSlipDirections:
+    """Return the slip directions of both corners to assume in the next attempted step.
 
     They are those of the solved step; a retry keeps the old direction of a corner if it was correct.
     """
@@ -159,14 +159,14 @@ def next_assumed_slip(
         keeps_assumed_slip | (is_retry & (not left.wrong)),
         keeps_assumed_slip | (is_retry & (not right.wrong)),
     )
-    return AssumedSlip(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
+    return AssumedSlipDirections(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
 
 @njit(**INLINE)
 def contact_time_beyond_half_step(half_step_time: float, corner: CornerSolution, other_corner: CornerSolution) -> float:
-    """Return the time beyond half of the step during which a contact that closed in the step acts, s.
+    """Return the time beyond half of the step during which a corner contact that closed in the step acts, s.
 
-    One division serves both corners.
+    It is 0 if the contact of `corner` has not closed in the step. One division serves both corners.
     """
     inverse = 2.0 * half_step_time / (corner.sunk * other_corner.sunk)
     time = corner.corner.depth * (inverse * other_corner.sunk) - half_step_time
@@ -176,15 +176,15 @@ def contact_time_beyond_half_step(half_step_time: float, corner: CornerSolution,
 @njit(**INLINE)
 def complete_block_step(
     block: BlockConstants,
-    previous_step: AcceptedBlockStep,
+    previous_step: BlockAfterStep,
     predicted_block: PredictedBlock,
     velocity_change: BlockVelocityChange,
-    corner_solutions: CornerSolutions,
+    corner_solutions: CornerSolutionPair,
     step_ticks: float,
     with_vertical: bool,
     with_friction: bool,
-) -> AcceptedBlockStep:
-    """Compute the state, peaks and energy account of a block at the end of a step."""
+) -> BlockAfterStep:
+    """Compute the state, peaks and energy account of a block at the end of a step, as they are if it is accepted."""
     (s, peaks, account), (left, right) = previous_step, corner_solutions
     half, turn, tick = predicted_block.half, predicted_block.half * velocity_change.vw, s.tick + step_ticks
     x, z, angle = (
@@ -237,4 +237,4 @@ def complete_block_step(
         tick=tick,
         landing=landing,
     )
-    return AcceptedBlockStep(state, peaks, account)
+    return BlockAfterStep(state, peaks, account)

@@ -4,19 +4,19 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_slip, remaining_landing_time
+from overturning.dem.block.landing import block_lands_flat, flat_landing_friction, remaining_landing_time
 from overturning.dem.block.state import (
     TICKS,
     BlockConstants,
     BlockEnergyAccount,
+    BlockInertialAccelerations,
     BlockPeaks,
-    BlockShaking,
     BlockState,
     CornerState,
     base_displacement,
     corner_position,
 )
-from overturning.dem.kernel.ground import motion_at_tick
+from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -24,8 +24,8 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 WHOLE: Final = TICKS
 
 
-class CornerForce(NamedTuple):
-    """Contact force of the base on a corner, per mass."""
+class CornerContactForce(NamedTuple):
+    """Contact force of the base on a corner of a block, per mass, and the new state of the corner."""
 
     n: float
     """Normal force, m/s²."""
@@ -58,11 +58,11 @@ def corner_contact_force(
     previous_corner: CornerState,
     dashpot_rate: float,
     flat_landing: tuple[bool, bool, float, float],
-) -> CornerForce:
-    """Compute the contact force of a corner in a step of Cundall's scheme.
+) -> CornerContactForce:
+    """Compute the contact force of a corner of a block in a step of Cundall's scheme.
 
     `dashpot_rate` is the dashpot over the time step, which multiplies displacements. `flat_landing` holds whether the
-    block lands flat, and the results of `flat_landing_slip`.
+    block lands flat, and the results of `flat_landing_friction`.
     """
     held, drifts, drift, tilting = flat_landing
     arm, drop = corner_position(side, block, state.cos, state.sin)
@@ -80,7 +80,7 @@ def corner_contact_force(
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = previous_corner.depth if was & (not inside) else 0.0
-    return CornerForce(
+    return CornerContactForce(
         n=n, f=f, arm=arm, drop=tilting * drop,
         corner=CornerState(remaining, place, depth, 0.0), opened=let_go * let_go,
         shortened=(previous_corner.spring + remaining) * (stretch - remaining),
@@ -90,24 +90,27 @@ def corner_contact_force(
 
 
 @njit(**INLINE)
-def corner_dissipation_power(corner_force: CornerForce, vx: float, vz: float, vw: float) -> float:
+def corner_dissipation_power(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of dashpots and friction of a corner on the block, per mass, m²/s³; negative for losses."""
     power = corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
     return power - corner_force.spring_moment * vw
 
 
 @njit(**INLINE)
-def step_block(
+def advance_block_one_step(
     block: BlockConstants,
     state: BlockState,
     peaks: BlockPeaks,
     energy_account: BlockEnergyAccount,
-    shaking: BlockShaking,
+    inertial_accelerations: BlockInertialAccelerations,
     with_vertical: bool,
 ) -> tuple[BlockState, BlockPeaks, BlockEnergyAccount]:
-    """Advance one block by one step of Cundall's scheme."""
+    """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
     dt = block.step * WHOLE
-    push, lift = motion_at_tick(shaking.push, state.tick), motion_at_tick(shaking.lift, state.tick)
+    push, lift = (
+        base_acceleration_at_tick(inertial_accelerations.push, state.tick),
+        base_acceleration_at_tick(inertial_accelerations.lift, state.tick),
+    )
     rate = block.dashpot / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
         corner_position(-1.0, block, state.cos, state.sin),
@@ -119,7 +122,7 @@ def step_block(
         (drop_left - state.z, state.vz - arm_left * state.vw),
         (drop_right - state.z, state.vz - arm_right * state.vw),
     )
-    flat = (held, *flat_landing_slip(block, held, state.vx, state.vz))
+    flat = (held, *flat_landing_friction(block, held, state.vx, state.vz))
     left, right = (
         corner_contact_force(-1.0, block, state, state.left, rate, flat),
         corner_contact_force(1.0, block, state, state.right, rate, flat),

@@ -10,8 +10,8 @@ from overturning.dem.block.state import (
     TICKS,
     BlockConstants,
     BlockEnergyAccount,
+    BlockInertialAccelerations,
     BlockPeaks,
-    BlockShaking,
     BlockState,
     base_displacement,
 )
@@ -20,23 +20,23 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block, load_state, load_peaks = (ROWS.access(of).load for of in (BlockConstants, BlockState, BlockPeaks))
-load_account, load_course = ROWS.access(BlockEnergyAccount).load, ROWS.access(CaseProgress).load
-load_shaking = ROWS.access(BlockShaking).load
+load_block, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BlockConstants, BlockState, BlockPeaks))
+load_account, load_course = ROWS.lane_access(BlockEnergyAccount).load, ROWS.lane_access(CaseProgress).load
+load_inertial_accelerations = ROWS.lane_access(BlockInertialAccelerations).load
 
 
 @njit(**INLINE)
 def velocities_at_whole_step(
     block: BlockConstants, state: BlockState, velocity_lag: float
 ) -> tuple[float, float, float]:
-    """Return the velocities of a block at the whole step; the stored ones lag `velocity_lag` steps behind."""
+    """Return the velocities of a block at the time of its position; those in `state` lag `velocity_lag` steps."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
 
 
 @njit(**INLINE)
-def block_energy(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
-    """Compute the kinetic, gravitational and spring energy of a block per mass, m²/s²."""
+def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
+    """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
     vx, vz, vw = velocities_at_whole_step(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(state.left.depth, 0.0), max(state.right.depth, 0.0), state.left.spring, state.right.spring
@@ -45,8 +45,8 @@ def block_energy(block: BlockConstants, state: BlockState, velocity_lag: float) 
 
 
 @njit(**INLINE)
-def tilt_energy(block: BlockConstants, peak_rotation: float) -> float:
-    """Return the energy per mass that rotates a block from rest to min(`peak_rotation`, α), m²/s²; by series."""
+def tilt_energy_per_mass(block: BlockConstants, peak_rotation: float) -> float:
+    """Return the energy per mass that tilts a block from rest to `peak_rotation`, or to α if that is less, m²/s²."""
     angle = min(peak_rotation, block.alpha)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
@@ -59,12 +59,12 @@ def outcome_is_final(
     block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
     """True if a block on a base at rest can no longer fall, and its peak rotation and slip are final."""
-    now = block_energy(block, state, velocity_lag)
+    now = block_energy_per_mass(block, state, velocity_lag)
     if not (now < energy_barrier and abs(state.angle) < block.alpha):
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > tilt_energy(block, peak_rotation):
+    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > tilt_energy_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end, v²/2μg ahead; without friction it never stops.
     slide = state.vx - block.half_height * state.cos * state.vw
@@ -100,7 +100,7 @@ def case_status(
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
-    standing = block_energy(block, s, velocity_lag) < course.barrier and abs(s.angle) < block.alpha
+    standing = block_energy_per_mass(block, s, velocity_lag) < course.barrier and abs(s.angle) < block.alpha
     return Status.SIMULATED if standing else Status.UNDECIDED
 
 
@@ -116,7 +116,7 @@ def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, 
     result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
     result_row.peak_slip, result_row.residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
     result_row.peak_penetration = peaks.depth
-    balance = (block_energy(block, s, velocity_lag) - course.energy) - account.work + account.lost
+    balance = (block_energy_per_mass(block, s, velocity_lag) - course.energy) - account.work + account.lost
     result_row.energy_error = abs(balance) / max(account.work, course.barrier)
 
 
@@ -125,7 +125,7 @@ def record_block_motion(
     state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write the motion of the block in a lane into a row of its trajectory."""
-    block, s, push = load_block(state, lane), load_state(state, lane), load_shaking(state, lane).push
+    block, s, push = load_block(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane).push
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
     trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_at_whole_step(block, s, velocity_lag)

@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.block.state import BlockConstants, BlockState
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import end_touches_soon, slides_in_flat_landing
+from overturning.dem.kernel.mechanics import base_end_touches_within_time, base_slides_in_flat_landing
 
 
 @njit(**INLINE)
@@ -17,7 +17,7 @@ def block_is_airborne(state: BlockState) -> bool:
 
 @njit(**INLINE)
 def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
-    """Return the remaining time of a flat landing after a step, s; a landing starts only from free flight."""
+    """Return the time that a flat landing still lasts after a step, s; a block in the air has its full duration."""
     return block.landing if block_is_airborne(state) else state.landing - time_step
 
 
@@ -32,18 +32,22 @@ def block_lands_flat(
     In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
     positive as long as the corner is in the ground, so the dashpot may pull.
     """
-    both = end_touches_soon(block.together, left_corner[0], left_corner[1]) & end_touches_soon(
+    both = base_end_touches_within_time(block.together, left_corner[0], left_corner[1]) & base_end_touches_within_time(
         block.together, right_corner[0], right_corner[1]
     )
     return ((state.landing > 0.0) | block_is_airborne(state)) & both
 
 
 @njit(**INLINE)
-def flat_landing_slip(block: BlockConstants, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float, float]:
-    """Return True if a block slides in a flat landing, ±μ, and the share of the moment of friction that acts.
+def flat_landing_friction(
+    block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
+) -> tuple[bool, float, float]:
+    """Return True if a block slides in a flat landing, its signed friction, and the share of its frictional moment.
+
+    The signed friction is ±μ, with the sign of `vx`. The share is the part of the moment that rotates the block.
 
     The velocity of the centre decides. If μ ≤ B/H, the resultant impulse passes through the base, which
     therefore takes the whole moment of friction.
     """
-    slides = is_flat_landing & slides_in_flat_landing(block.friction, vx, vz)
+    slides = is_flat_landing & base_slides_in_flat_landing(block.friction, vx, vz)
     return slides, math.copysign(block.friction, vx), (block.tilting if slides else 1.0)

@@ -13,28 +13,28 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
-from overturning.dem.block.landing import block_lands_flat, flat_landing_slip
+from overturning.dem.block.landing import block_lands_flat, flat_landing_friction
 from overturning.dem.block.state import (
     ROWS,
-    AcceptedBlockStep,
     AssumedCornerContact,
-    AssumedSlip,
+    AssumedSlipDirections,
+    BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
+    BlockInertialAccelerations,
     BlockPeaks,
-    BlockShaking,
     BlockState,
     BlockVelocityChange,
-    CornerSolutions,
+    CornerSolutionPair,
     PredictedBlock,
 )
-from overturning.dem.kernel.clock import BLOCK, Clock, StepAttempt, choose_next_attempt
+from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import INNER
-from overturning.dem.time_step import Scheme
+from overturning.dem.time_step import IntegrationScheme
 
 
 class CundallSchemeConstants(NamedTuple):
-    """Constants of Cundall's scheme in the block kernel: lag of its velocities, and steps computed ahead."""
+    """Constants of Cundall's scheme in the block kernel: lag of velocities, and steps beyond the end of a sample."""
 
     lag: float = 0.5
     """Lag of velocities behind positions, steps."""
@@ -43,7 +43,7 @@ class CundallSchemeConstants(NamedTuple):
 
 
 class CentredSchemeConstants(NamedTuple):
-    """Constants of the centred scheme in the block kernel: lag of its velocities, and steps computed ahead."""
+    """Constants of the centred scheme in the block kernel: lag of velocities, and steps beyond the end of a sample."""
 
     lag: float = 0.0
     """Lag of velocities behind positions, steps."""
@@ -52,25 +52,28 @@ class CentredSchemeConstants(NamedTuple):
 
 
 @cache
-def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
-    """Return the loops of the centred scheme, with or without vertical motion and friction."""
+def create_centred_step_function(with_vertical: bool, with_friction: bool) -> Any:
+    """Return a compiled function that advances blocks by the centred scheme, for one variant of the kernel.
+
+    The variants are those with or without vertical base motion, and with or without friction.
+    """
     springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
     unused = springs if with_vertical else [*springs, "lift"]
-    solution = centred.solve_velocities if with_friction else centred.solve_velocities_without_friction
-    load_block, load_shaking, load_clock = (
-        ROWS.access(BlockConstants).load,
-        ROWS.access(BlockShaking).load,
-        ROWS.access(Clock).load,
+    solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
+    load_block, load_inertial_accelerations, load_step_control = (
+        ROWS.lane_access(BlockConstants).load,
+        ROWS.lane_access(BlockInertialAccelerations).load,
+        ROWS.lane_access(CaseStepControl).load,
     )
-    load_state, _, store_state = ROWS.access(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = ROWS.access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
-    load_assumed_slip, store_assumed_slip, _ = ROWS.access(
-        AssumedSlip, unused_fields=[] if with_friction else ["left", "right"]
+    load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)
+    load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
+    load_assumed_slip, store_assumed_slip, _ = ROWS.lane_access(
+        AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
     )
-    load_peaks, _, store_peaks = ROWS.access(BlockPeaks)
-    load_account, _, store_account = ROWS.access(BlockEnergyAccount)
-    load_predicted, store_predicted, _ = ROWS.access(PredictedBlock, unused_fields=unused)
-    load_change, store_change, _ = ROWS.access(BlockVelocityChange, unused_fields=unused)
+    load_peaks, _, store_peaks = ROWS.lane_access(BlockPeaks)
+    load_account, _, store_account = ROWS.lane_access(BlockEnergyAccount)
+    load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBlock, unused_fields=unused)
+    load_change, store_change, _ = ROWS.lane_access(BlockVelocityChange, unused_fields=unused)
 
     @njit(**INNER)
     def predict_blocks(
@@ -81,12 +84,16 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
     ) -> None:
         for j in range(lane_count):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
-            store_predicted(state, j, centred.predict_block(block, s, length, load_shaking(state, j), ticks_per_sample))
+            store_predicted(
+                state,
+                j,
+                centred.predict_block(block, s, length, load_inertial_accelerations(state, j), ticks_per_sample),
+            )
 
     @njit(**INNER)
     def solve_block_velocities(variant_marker: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
         for j in range(lane_count):
-            fine = load_attempt(state, j).length <= centred.FINE * load_clock(state, j).finest
+            fine = load_attempt(state, j).length <= centred.FINE * load_step_control(state, j).finest
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
 
@@ -98,30 +105,30 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
         ticks_per_sample: float,
     ) -> None:
         for j in range(lane_count):
-            block, s, attempt, clock = (
+            block, s, attempt, case_step_control = (
                 load_block(state, j),
                 load_state(state, j),
                 load_attempt(state, j),
-                load_clock(state, j),
+                load_step_control(state, j),
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
-            fine = length <= centred.FINE * clock.finest
+            fine = length <= centred.FINE * case_step_control.finest
             held = block_lands_flat(block, s, (w.left.depth, w.left.uz), (w.right.depth, w.right.uz))
-            drifts, drift, tilting = flat_landing_slip(block, held, w.ex + d.vx, w.ez + d.vz)
+            drifts, drift, tilting = flat_landing_friction(block, held, w.ex + d.vx, w.ez + d.vz)
             assumed_left = AssumedCornerContact(d.slid_left, fine, held, drifts, drift, tilting)
             assumed_right = AssumedCornerContact(d.slid_right, fine, held, drifts, drift, tilting)
-            both = CornerSolutions(
+            both = CornerSolutionPair(
                 commit.compute_corner_forces(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
-            findings = commit.block_step_findings(block, clock, length, fine, both, with_friction)
-            again, sooner, attempt = choose_next_attempt(
-                BLOCK, clock, attempt, findings, s.tick + length, ticks_per_sample
+            findings = commit.block_step_contact_changes(block, case_step_control, length, fine, both, with_friction)
+            again, sooner, attempt = choose_next_step_attempt(
+                BLOCK, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
             )
             assumed = commit.next_assumed_slip(
-                AssumedSlip(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
+                AssumedSlipDirections(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
             )
-            accepted = AcceptedBlockStep(s, load_peaks(state, j), load_account(state, j))
+            accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
             accepted = commit.complete_block_step(block, accepted, w, d, both, length, with_vertical, with_friction)
             store_attempt(state, j, attempt)
             store_assumed_slip(state, j, assumed)
@@ -142,15 +149,20 @@ def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
 
 
 @cache
-def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
-    """Return the loops of Cundall's scheme; parameters are those of `centred_loops`.
+def create_cundall_step_function(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
+    """Return a compiled function that advances blocks by Cundall's scheme.
+
+    Parameters are those of `create_centred_step_function`.
 
     There is no variant without friction: tangential springs then carry no force.
     """
-    load_block, load_shaking = ROWS.access(BlockConstants).load, ROWS.access(BlockShaking).load
-    load_state, store_state, _ = ROWS.access(BlockState, unused_fields=["normal"])
-    load_peaks, store_peaks, _ = ROWS.access(BlockPeaks)
-    load_account, store_account, _ = ROWS.access(BlockEnergyAccount, unused_fields=["power", "loss"])
+    load_block, load_inertial_accelerations = (
+        ROWS.lane_access(BlockConstants).load,
+        ROWS.lane_access(BlockInertialAccelerations).load,
+    )
+    load_state, store_state, _ = ROWS.lane_access(BlockState, unused_fields=["normal"])
+    load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeaks)
+    load_account, store_account, _ = ROWS.lane_access(BlockEnergyAccount, unused_fields=["power", "loss"])
 
     @njit(**INNER)
     def advance_blocks(
@@ -162,9 +174,9 @@ def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG
     ) -> None:
         for _ in range(step_count):
             for j in range(lane_count):
-                s, peaks, account = cundall.step_block(
+                s, peaks, account = cundall.advance_block_one_step(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
-                    load_shaking(state, j), with_vertical,
+                    load_inertial_accelerations(state, j), with_vertical,
                 )  # fmt: skip
                 store_state(state, j, s)
                 store_peaks(state, j, peaks)
@@ -173,15 +185,15 @@ def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG
     return advance_blocks
 
 
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
-    Scheme.CUNDALL: (CundallSchemeConstants(), cundall_loops),
-    Scheme.CENTRED: (CentredSchemeConstants(), centred_loops),
+SCHEMES: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
+    IntegrationScheme.CUNDALL: (CundallSchemeConstants(), create_cundall_step_function),
+    IntegrationScheme.CENTRED: (CentredSchemeConstants(), create_centred_step_function),
 }
-"""Constants of each scheme and the function that makes its loops; the type of the constants selects the loops."""
+"""Constants of each scheme and the function that makes its step function; the type of the constants selects it."""
 
 
-def select_loops(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
-    """Return the loops of a scheme, selected by the types of the arguments; callable from compiled code.
+def select_step_function(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+    """Return the step function of a scheme, selected by the types of the arguments; callable from compiled code.
 
     `vertical_acceleration` and `with_friction` are None for the variants without vertical motion and without friction.
     """
@@ -189,11 +201,11 @@ def select_loops(scheme: Any, vertical_acceleration: Any, with_friction: Any) ->
     return make(not isinstance(vertical_acceleration, types.NoneType), not isinstance(with_friction, types.NoneType))
 
 
-@overload(select_loops)
-def _overload_select_loops(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
-    loops = select_loops(scheme, vertical_acceleration, with_friction)
+@overload(select_step_function)
+def _overload_select_step_function(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+    step_function = select_step_function(scheme, vertical_acceleration, with_friction)
 
-    def return_loops(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:  # noqa: ARG001, names count
-        return loops
+    def return_step_function(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:  # noqa: ARG001
+        return step_function
 
-    return return_loops
+    return return_step_function

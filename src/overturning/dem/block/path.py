@@ -15,7 +15,10 @@ from overturning.units import STANDARD_GRAVITY
 def convert_block_trajectory(
     scene: Scene, motion: Motion, cases: Cases, trajectory_rows: NDArray[np.void], critical_angle: float
 ) -> PlanarTrajectory:
-    """Convert the rows of a single block to a `PlanarTrajectory` of block and ground; `critical_angle` is α, rad."""
+    """Convert the trajectory rows of a single block to a `PlanarTrajectory` of block and ground.
+
+    `cases` has one case; `critical_angle` is α, rad.
+    """
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
@@ -26,10 +29,12 @@ def convert_block_trajectory(
     poses[:, 0, :2] = ground.x, ground.z
     poses[:, 1] = np.stack([trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
     along, lift = (
-        _mean_acceleration_between(time, amplitude * values, motion.sampling_interval)
+        _mean_acceleration_between_times(time, amplitude * values, motion.sampling_interval)
         for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
     )
-    point, force = corner_forces(time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2)
+    point, force = corner_positions_and_mean_forces(
+        time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2
+    )
     # The origin of the kernel is the middle of the upper side of the ground.
     origin = np.array([ground.x, float(ground.points[:, 1].max())])
     poses[:, 1, :2] += origin
@@ -47,19 +52,19 @@ def convert_block_trajectory(
     )
 
 
-def corner_forces(
+def corner_positions_and_mean_forces(
     time: FloatArray,
     poses: FloatArray,
     ground_acceleration: FloatArray,
     vertical_acceleration: FloatArray,
     half_sizes: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the positions of the lower corners, and the mean contact forces between two times, per mass.
+    """Compute the positions of both lower corners of a block, and their mean contact forces until the next row.
 
-    The forces follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which lasts a few
-    milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the friction limit
-    at every time, so do their means. A corner in the air carries no force. If both corners touch, the moment
-    I Δω/Δt = Σ r × f divides the force between them, with the same inclination at both.
+    The forces per mass follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which
+    lasts a few milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the
+    friction limit at every time, so do their means. A corner in the air carries no force. If both corners touch, the
+    moment I Δω/Δt = Σ r × f divides the force between them, with the same inclination at both.
 
     Parameters
     ----------
@@ -105,7 +110,7 @@ def corner_forces(
 
 
 def _mean_rate_between_rows(quantity: FloatArray, time: FloatArray) -> FloatArray:
-    """Return the mean rate of change of a quantity between successive times; 0 if they are equal."""
+    """Return the mean rate of change of a quantity between successive rows; 0 where two rows have the same time."""
     span = np.diff(time)
     return np.divide(np.diff(quantity), span, out=np.zeros_like(span), where=span > 0)
 
@@ -115,8 +120,13 @@ def _mean_between_rows(quantity: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (quantity[1:] + quantity[:-1]))
 
 
-def _mean_acceleration_between(time: FloatArray, acceleration: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return the mean between successive times of an acceleration, linear between samples and 0 after the record."""
+def _mean_acceleration_between_times(
+    time: FloatArray, acceleration: FloatArray, sampling_interval: float
+) -> FloatArray:
+    """Return the mean acceleration between successive times, m/s².
+
+    `acceleration` holds a value for each sample; it is linear between samples and 0 after the record.
+    """
     padded = np.concatenate([acceleration, np.zeros(2)])
     velocity = np.concatenate([[0.0], np.cumsum(_mean_between_rows(padded))]) * sampling_interval
     index = np.minimum((time / sampling_interval + 1e-9).astype(np.int64), acceleration.size)

@@ -15,17 +15,27 @@ from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanarTrajectory
-from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, evaluate_rounded, group_equal_cases
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
+from overturning.dem.plan import (
+    SimulationPlan,
+    evaluate_rounded,
+    group_numbers_of_equal_cases,
+    motion_rows_and_base_accelerations,
+)
+from overturning.dem.quiet import (
+    REST_THRESHOLD_FACTOR,
+    dynamic_overshoot_bound,
+    find_quiet_windows,
+    rest_acceleration_threshold,
+)
 from overturning.dem.time_step import (
-    Scheme,
-    block_highest_eigenvalue,
+    IntegrationScheme,
+    block_highest_eigenvalue_bound,
     block_lowest_eigenvalue,
+    longest_stable_step,
     parse_scheme,
     requested_to_automatic_step_ratio,
-    rocking_time,
+    rocking_time_constant,
     shortest_contact_time,
-    stable_step,
     steps_per_sample,
 )
 from overturning.model.cases import Cases
@@ -44,12 +54,12 @@ class BlockSimulationPlan(SimulationPlan):
     values_per_trajectory_row: ClassVar[int] = 24
 
     model: PlanarModel
-    scheme: Scheme
+    scheme: IntegrationScheme
 
     @property
-    def queue_group(self) -> NDArray[np.int64]:
-        """Queue number of each case, shape (n,); cases in a queue have equal step lengths, and all friction or none."""
-        return group_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
+    def queue_numbers(self) -> NDArray[np.int64]:
+        """Queue number of each case, shape (n,); cases of a queue have equal step lengths; all or none has friction."""
+        return group_numbers_of_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
@@ -57,7 +67,7 @@ class BlockSimulationPlan(SimulationPlan):
         """Return the input of the block kernel for cases with equal step lengths, all with or all without friction."""
         scheme, queued = (
             SCHEMES[self.scheme][0],
-            self.common_kernel_input(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
+            self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
         )
         cases, settings = queued["cases"], queued.pop("settings")
         cases["settled"] *= step_divisor
@@ -67,12 +77,12 @@ class BlockSimulationPlan(SimulationPlan):
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockKernelInput(settings, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
 
-    def case_variables(
+    def case_outcome_variables(
         self,
         case_numbers: NDArray[np.int64],  # noqa: ARG002, as in other plans
         result_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
-        """Return the outcome variables by name: the columns of the kernel's table of results."""
+        """Return the outcome variables of the cases by name: the columns of the kernel's table of results."""
         return {name: result_tables["results"][name] for name in RESULT.names or ()}
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
@@ -82,8 +92,8 @@ class BlockSimulationPlan(SimulationPlan):
         rows["ground"] = self.ground[0, :sample_count] * case["amplitude"]
         return rows
 
-    def convert_trajectory(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
-        """Convert the rows of the only case to its trajectory."""
+    def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
+        """Convert the trajectory rows of the plan's only case to its trajectory."""
         return convert_block_trajectory(
             self.model.scene, self.motion, self.cases, trajectory_rows, float(self.table[0]["alpha"])
         )
@@ -113,29 +123,29 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     width = ratio * height
     normal, tangential, dashpot = law.contact.constants_per_mass(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    row, ground = base_motions_by_azimuth(motion, cases)
+    row, ground = motion_rows_and_base_accelerations(motion, cases)
     check_stiffness_precision(normal, height, 0.0)
-    square = block_highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
-    rate = block_highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
-    period = rocking_time(width, height)
+    square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
+    rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
+    period = rocking_time_constant(width, height)
     interval, samples = motion.sampling_interval, motion.samples
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
-    if scheme == Scheme.CENTRED:
+    if scheme == IntegrationScheme.CENTRED:
         # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
         # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
         standing = np.where(np.sqrt(square) * interval >= RIGID_TIME_RATIO, np.gcd(usual, steps), 1)
     # A shorter time step also shortens the finest step.
     shorter = (
-        requested_to_automatic_step_ratio(scheme, numerics.time_step, stable_step(scheme, square, rate, period))
+        requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
         / numerics.refinement
     )
     finest = BLOCK.finest * shorter * shortest_contact_time(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
-    if scheme == Scheme.CENTRED:
+    if scheme == IntegrationScheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
-        steps = steps << np.maximum(halvings - BLOCK.max_halvings, 0)
+        steps = steps << np.maximum(halvings - BLOCK.max_step_halvings, 0)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),
         np.full(cases.size, np.inf),
@@ -148,10 +158,10 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
         )
         first[tilt != 0], stays_at_rest[tilt != 0] = 0, False
         calm = quiet.astype(np.float64)
-        if scheme == Scheme.CENTRED:
+        if scheme == IntegrationScheme.CENTRED:
             slowest = block_lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
             delay = dashpot / np.maximum(normal, tangential)
-            rest_limit = rest_threshold(
+            rest_limit = rest_acceleration_threshold(
                 ratio, friction, ratio, dynamic_overshoot_bound(slowest, delay, interval), REST_THRESHOLD_FACTOR
             )
     table = np.zeros(cases.size, CASE)
@@ -172,9 +182,9 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
         "rest_limit": rest_limit,
         "gentle": MAX_GENTLE_TRAVEL * finest * width * evaluate_rounded(np.arctan, ratio) / period,
-        "finest": np.ldexp(1.0, BLOCK.max_halvings - np.clip(halvings, 0, BLOCK.max_halvings)),
+        "finest": np.ldexp(1.0, BLOCK.max_step_halvings - np.clip(halvings, 0, BLOCK.max_step_halvings)),
         "standing": TICKS * standing,
-        "dwell": np.round(BLOCK.steps_before_doubling(square, rate) / shorter),
+        "dwell": np.round(BLOCK.steps_before_length_doubles(square, rate) / shorter),
         "settled": np.round(BLOCK.settled / shorter),
     }
     for name, values in columns.items():

@@ -16,10 +16,10 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
-from overturning.dem.kernel.tuples import table_dtype
+from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.plan import base_motions_by_azimuth, evaluate_rounded
-from overturning.dem.time_step import rocking_time
+from overturning.dem.plan import evaluate_rounded, motion_rows_and_base_accelerations
+from overturning.dem.time_step import rocking_time_constant
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -70,11 +70,11 @@ class RigidCaseColumns(NamedTuple):
     """Cosine of α − |θ₀|."""
 
 
-CASE: Final = table_dtype(RigidCaseColumns)
+CASE: Final = table_dtype_of_named_tuples(RigidCaseColumns)
 
 
 class LinearBaseMotion(NamedTuple):
-    """Base motion over g from a given time within a sample, linear in time; slopes are per sample."""
+    """Base motion from a given time within a sample on, in units of g, linear in time; slopes are per sample."""
 
     ground: float
     ground_slope: float
@@ -94,7 +94,7 @@ class RigidRockingOutcomes(NamedTuple):
 
 @njit(**INNER)
 def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
-    """Return the base motion from a later time on; `delay` is in samples."""
+    """Return the base motion from `delay` (in samples) later on."""
     ground, weight = (
         base_motion.ground + base_motion.ground_slope * delay,
         base_motion.weight + base_motion.weight_slope * delay,
@@ -103,8 +103,13 @@ def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBas
 
 
 @njit(**INNER)
-def _rocking_start(base_motion: LinearBaseMotion, remaining_time: float, b_over_h: float) -> tuple[float, float]:
-    """Return the side to which a block at rest starts to rock in the rest of a sample (0: none), and the time."""
+def _rocking_side_and_start_time(
+    base_motion: LinearBaseMotion, remaining_time: float, b_over_h: float
+) -> tuple[float, float]:
+    """Return the side to which a block at rest starts to rock in the rest of a sample, and the time until then.
+
+    The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
+    """
     end = _base_motion_after(base_motion, remaining_time)
     side = -1.0 if base_motion.ground > 0.0 else 1.0
     if -side * base_motion.ground > base_motion.weight * b_over_h:
@@ -121,7 +126,7 @@ def _rocking_start(base_motion: LinearBaseMotion, remaining_time: float, b_over_
 def _fill_taylor_series(
     taylor_series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float
 ) -> None:
-    """Fill in the Taylor series of the motion of a rocking block over a step, from their first terms.
+    """Fill in the Taylor series of the motion of a rocking block over a step, whose first terms are given.
 
     The rows of `taylor_series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration,
     jerk. Angles are positive towards the side to which the block leans.
@@ -170,7 +175,7 @@ def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: flo
 
 @njit(**INNER)
 def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
-    """True if the first term of a Taylor series exceeds all others together, so that it has no zero in a step."""
+    """True if the first term of a Taylor series exceeds all others together: the series then has no zero in a step."""
     others = 0.0
     for k in range(taylor_series.size - 1, 0, -1):
         others = (others + abs(taylor_series[k])) * step_length
@@ -178,7 +183,7 @@ def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
 
 
 @njit(**INNER)
-def _limit_turning_points(taylor_series: Any, step_length: float) -> float:
+def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) -> float:
     """Halve a step until the block has at most two turning points in it, and return its length.
 
     There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
@@ -193,8 +198,10 @@ def _limit_turning_points(taylor_series: Any, step_length: float) -> float:
 
 
 @njit(**INNER)
-def _turning_points(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
-    """Return the times of the first and second turning point of a block in a step; the step length if there is none.
+def _first_two_turning_points(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
+    """Return the times of the first and the second turning point of the rotation of a block in a step.
+
+    For a turning point that the step does not have, the step length is returned.
 
     A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
     """
@@ -230,7 +237,7 @@ def _landing_time(
 def _base_motion_of_sample(
     horizontal_acceleration: Any, vertical_acceleration: Any, scale: float, sample: int
 ) -> LinearBaseMotion:
-    """Return the base motion over one sample, over g; `scale` multiplies the accelerations."""
+    """Return the base motion from a sample to the next, in units of g; `scale` multiplies the accelerations (m/s²)."""
     a, u = scale * horizontal_acceleration[sample], 1.0 + scale * vertical_acceleration[sample]
     return LinearBaseMotion(
         a, scale * horizontal_acceleration[sample + 1] - a, u, 1.0 + scale * vertical_acceleration[sample + 1] - u
@@ -238,7 +245,7 @@ def _base_motion_of_sample(
 
 
 @njit(**INNER)
-def _peak_at_turning_points(
+def _peak_angle_and_end_at_turning_points(
     angle_series: Any,
     velocity_series: Any,
     turning_points: tuple[float, float],
@@ -246,7 +253,7 @@ def _peak_at_turning_points(
     peak_angle: float,
     record_has_ended: bool,
 ) -> tuple[float, bool]:
-    """Return the largest angle so far, with the turning points of a step, and True if the case ends at one of them.
+    """Return the largest angle of a block until the end of a step, and True if the case ends at a turning point.
 
     A case ends if the block has fallen (π/2). After the record each peak is smaller than the one before, so that it
     also ends at its next peak. Turning points from `end_time` on do not count.
@@ -262,7 +269,7 @@ def _peak_at_turning_points(
 
 
 @njit(**INNER)
-def _simulate_block(
+def _simulate_rigid_block(
     horizontal_acceleration: Any, vertical_acceleration: Any, case_parameters: Any, taylor_series: Any
 ) -> tuple[float, float]:
     """Simulate one rigid block; return the side to which it falls and its largest angle, rad.
@@ -285,22 +292,24 @@ def _simulate_block(
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _rocking_start(_base_motion_after(sample, t), 1.0 - t, tangent)
+                side, wait = _rocking_side_and_start_time(_base_motion_after(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case_parameters.sine, case_parameters.cosine
             end = min((np.floor(t * case_parameters.steps + 1e-9) + 1.0) / case_parameters.steps, 1.0)
             _fill_taylor_series(taylor_series, side, _base_motion_after(sample, t), case_parameters.square)
-            length = _limit_turning_points(taylor_series, end - t)
+            length = _limit_step_to_two_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
-            first, second = _turning_points(taylor_series, length, starts)
+            first, second = _first_two_turning_points(taylor_series, length, starts)
             then, rate = _series_value_and_slope(angle, length)[0], _series_value_and_slope(velocity, length)[0]
             if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end
                 continue
             hit = _landing_time(angle, first, second, length)
-            peak, ends = _peak_at_turning_points(angle, velocity, (first, second), min(hit, length), peak, i >= samples)
+            peak, ends = _peak_angle_and_end_at_turning_points(
+                angle, velocity, (first, second), min(hit, length), peak, i >= samples
+            )
             if ends:
                 return (side, 0.5 * np.pi) if peak >= 0.5 * np.pi else (0.0, peak)
             if hit <= length:
@@ -319,23 +328,23 @@ def _simulate_block(
 
 
 @njit(nogil=True, **OPTIONS)
-def _simulate_blocks(
+def _simulate_rigid_blocks(
     horizontal_acceleration: Any,
     motion_rows: Any,
     vertical_acceleration: Any,
     cases: Any,
     series_order: int,
-    outcomes: Any,
+    outcomes_out: Any,
 ) -> None:
-    """Simulate rigid blocks; fill in the side of the fall and the largest angle (rad) of each, shape (n, 2)."""
+    """Simulate n rigid blocks; fill `outcomes_out`, shape (n, 2), with side of the fall and largest angle (rad)."""
     series = np.zeros((6, series_order + 1))
     for k in range(cases.size):
-        outcomes[k, 0], outcomes[k, 1] = _simulate_block(
+        outcomes_out[k, 0], outcomes_out[k, 1] = _simulate_rigid_block(
             horizontal_acceleration[motion_rows[k]], vertical_acceleration, cases[k], series
         )
 
 
-cache_compiled_kernel(_simulate_blocks)
+cache_compiled_kernel(_simulate_rigid_blocks)
 
 
 def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
@@ -364,9 +373,9 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
     meaningless if a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
-    row, ground = base_motions_by_azimuth(motion, cases)
+    row, ground = motion_rows_and_base_accelerations(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
-    per_sample = motion.sampling_interval / rocking_time(ratio * height, height)
+    per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_rounded(np.arctan, ratio)
     table = np.zeros(cases.size, CASE)
     columns = {
@@ -385,6 +394,6 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
     for name, values in columns.items():
         table[name] = values
     found = np.zeros((cases.size, 2))
-    _simulate_blocks(ground, row, up, table, series_order, found)
+    _simulate_rigid_blocks(ground, row, up, table, series_order, found)
     side = np.nan_to_num(found[:, 0], nan=INT8_MISSING).astype(np.int8)
     return RigidRockingOutcomes(side, found[:, 1] / alpha)

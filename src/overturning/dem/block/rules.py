@@ -11,36 +11,42 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from overturning.dem.block.ending import block_energy, case_status, record_block_motion, write_case_results
-from overturning.dem.block.loops import select_loops
+from overturning.dem.block.ending import block_energy_per_mass, case_status, record_block_motion, write_case_results
+from overturning.dem.block.loops import select_step_function
 from overturning.dem.block.state import (
     COLUMNS,
     ROWS,
     TICKS,
-    AssumedSlip,
+    AssumedSlipDirections,
     BlockConstants,
+    BlockInertialAccelerations,
     BlockPeaks,
-    BlockShaking,
     BlockState,
     CornerState,
     corner_position,
 )
-from overturning.dem.kernel.clock import Clock, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, body_is_still, case_cannot_end
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import (
+    CaseProgress,
+    CaseRestState,
+    body_is_still,
+    case_must_continue,
+    progress_after_sample_end,
+)
 from overturning.dem.kernel.ground import (
     GroundMotion,
+    base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
-    motion_over_sample,
 )
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
-from overturning.dem.kernel.mechanics import LANDING, impact_time, normalise_cosine_and_sine
-from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_implementations
+from overturning.dem.kernel.mechanics import LANDING, max_touch_delay_of_one_impact, normalise_cosine_and_sine
+from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class BlockKernelInput(NamedTuple):
-    """Input of the block kernel for cases with the same number of steps per sample, in motion and at rest."""
+    """Input of the block kernel for cases with equal numbers of steps per sample, both in motion and at rest."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -63,24 +69,29 @@ class BlockWorkspace(NamedTuple):
     state: Any
 
 
-load_block, store_block, _ = ROWS.access(BlockConstants)
-load_state, store_state, _ = ROWS.access(BlockState)
-load_peaks, store_peaks, _ = ROWS.access(BlockPeaks)
-load_course, store_course, _ = ROWS.access(CaseProgress)
-store_attempt, store_assumed_slip, store_clock = (ROWS.access(of).store for of in (StepAttempt, AssumedSlip, Clock))
-load_assumed_slip = ROWS.access(AssumedSlip).load
-store_push, store_lift = ROWS.access(BlockShaking, "push").store, ROWS.access(BlockShaking, "lift").store
+load_block, store_block, _ = ROWS.lane_access(BlockConstants)
+load_state, store_state, _ = ROWS.lane_access(BlockState)
+load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeaks)
+load_course, store_course, _ = ROWS.lane_access(CaseProgress)
+store_attempt, store_assumed_slip, store_step_control = (
+    ROWS.lane_access(of).store for of in (StepAttempt, AssumedSlipDirections, CaseStepControl)
+)
+load_assumed_slip = ROWS.lane_access(AssumedSlipDirections).load
+store_push, store_lift = (
+    ROWS.lane_access(BlockInertialAccelerations, "push").store,
+    ROWS.lane_access(BlockInertialAccelerations, "lift").store,
+)
 NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
-    ROWS.row(BlockState, "cos"), ROWS.row(BlockState, "sin"), ROWS.row(BlockState, "tick"),
-    ROWS.row(BlockPeaks, "last_upright"),
+    ROWS.row_start(BlockState, "cos"), ROWS.row_start(BlockState, "sin"), ROWS.row_start(BlockState, "tick"),
+    ROWS.row_start(BlockPeaks, "last_upright"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
-    ROWS.row(StepAttempt, "length"),
-    ROWS.row(RestState, "rest_limit"),
-    ROWS.row(RestState, "at_rest"),
+    ROWS.row_start(StepAttempt, "length"),
+    ROWS.row_start(CaseRestState, "rest_limit"),
+    ROWS.row_start(CaseRestState, "at_rest"),
 )
-SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
+SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(CaseProgress, "upright_until")
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
@@ -89,7 +100,7 @@ def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type sele
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load a case into a lane (column): at static equilibrium on both corners, or tilted on one corner."""
+    """Load the block of a case into a lane (column): at static equilibrium on both corners, or tilted on one."""
     initialise_lane(
         workspace.state, lane, kernel_input.cases[case], kernel_input.settings.interval, kernel_input.settings.ticks
     )
@@ -123,7 +134,7 @@ def initialise_lane(
         step=sampling_interval / ticks_per_sample,
         gentle=case_parameters.gentle,
         landing=LANDING * case_parameters.dashpot / k,
-        together=impact_time(k, case_parameters.dashpot),
+        together=max_touch_delay_of_one_impact(k, case_parameters.dashpot),
         tilting=0.0 if case_parameters.friction * h <= b else 1.0,
     )
     tilted = s != 0.0
@@ -151,14 +162,14 @@ def initialise_lane(
         landing=0.0,
     )
     store_block(state, lane, block)
-    store_clock(state, lane, Clock(
+    store_step_control(state, lane, CaseStepControl(
         case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
     store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
-    store_assumed_slip(state, lane, AssumedSlip(0.0, 0.0))
+    store_assumed_slip(state, lane, AssumedSlipDirections(0.0, 0.0))
     store_peaks(state, lane, BlockPeaks(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
-    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy(block, at_rest, 0.0)
+    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
     state[REST_LIMIT + lane], course = (
         case_parameters.rest_limit,
         CaseProgress(
@@ -174,9 +185,9 @@ def initialise_lane(
     store_course(state, lane, course)
 
 
-def load_sample_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Load the base motion over the next sample into all lanes, and normalise the rotations of the blocks."""
-    load_next_sample(
+def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+    """Load the base motion over the next sample into the first lanes, and normalise the rotations of their blocks."""
+    load_next_sample_into_lanes(
         workspace.state,
         lane_count,
         kernel_input.row,
@@ -188,7 +199,7 @@ def load_sample_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_
 
 
 @njit(**INNER)
-def load_next_sample(
+def load_next_sample_into_lanes(
     state: Any,
     lane_count: int,
     motion_rows: Any,
@@ -197,12 +208,15 @@ def load_next_sample(
     vertical_acceleration: Any,
     settings: QueueSettings,
 ) -> None:
-    """Load the base motion over the current sample of each lane, and normalise the rotation of its block."""
+    """Load into each lane the base motion over its next sample, and normalise the rotation of its block.
+
+    `motion_rows` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
+    """
     ticks, interval, scale = settings.ticks, settings.interval, 1.0 / settings.ticks
     for j in range(lane_count):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
-        begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = horizontal_acceleration.shape[1] - 3
@@ -213,10 +227,12 @@ def load_next_sample(
         store_push(
             state,
             j,
-            motion_over_sample(horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude, scale),
+            base_acceleration_over_sample(
+                horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude, scale
+            ),
         )
         if vertical_acceleration is not None:
-            store_lift(state, j, motion_over_sample(vertical_acceleration, i, course.amplitude, scale))
+            store_lift(state, j, base_acceleration_over_sample(vertical_acceleration, i, course.amplitude, scale))
 
 
 def advance_one_sample(
@@ -224,12 +240,16 @@ def advance_one_sample(
 ) -> tuple[Any, int]:
     """Compute the steps of a sample in all lanes, and record the motion of the first lane.
 
-    It is recorded at the start of the sample, and when it reaches the end of its own sample.
+    The motion is recorded at the start of the sample, and when it reaches the end of its own sample.
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme, workspace.state
     up, with_friction = kernel_input.ground.up, kernel_input.with_friction
-    step, ticks, steps_per_check = select_loops(scheme, up, with_friction), settings.ticks, settings.steps_per_check
+    step, ticks, steps_per_check = (
+        select_step_function(scheme, up, with_friction),
+        settings.ticks,
+        settings.steps_per_check,
+    )
     stride = steps_per_check if trajectory.shape[0] == 0 else 1
     if trajectory.shape[0] > 0:
         trajectory = extend_trajectory(trajectory, recorded_row_count + steps_per_check, settings.max_rows)
@@ -243,12 +263,14 @@ def advance_one_sample(
     return trajectory, recorded_row_count
 
 
-def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
-    """Mark the lanes whose case may have ended, and return their number."""
+def mark_lanes_that_may_have_ended(
+    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
+) -> int:
+    """Mark the lanes whose case may have ended, and return the number of marked lanes."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
-        lane_marks,
+        end_marks_out,
         kernel_input.settings.ticks,
         float(kernel_input.settings.samples),
         kernel_input.deepest,
@@ -259,28 +281,28 @@ def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int,
 def mark_possibly_ended_lanes(
     state: Any,
     active_lane_count: int,
-    lane_marks: Any,
+    end_marks_out: Any,
     ticks_per_sample: float,
     last_sample: float,
     max_penetration: float,
 ) -> int:
-    """Mark lanes whose block has fallen, failed or can no longer be moved by the base; return their number."""
+    """Mark lanes whose block has fallen or failed, or has no strong shaking to come; return the number of marks."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
         most = max_penetration * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        goes_on = case_cannot_end(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
-        lane_marks[j] = 0.0 if goes_on else 1.0
+        goes_on = case_must_continue(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
+        end_marks_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count
 
 
 def skip_quiet_samples(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts: Any
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip, for blocks at rest, the samples in which the motion cannot move them."""
+    """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
     skip_samples_at_rest(
         workspace.state,
         lane_cases,
@@ -288,7 +310,7 @@ def skip_quiet_samples(
         kernel_input.row,
         kernel_input.ground,
         kernel_input.settings.ticks,
-        skipped_sample_counts,
+        skipped_sample_counts_out,
     )
 
 
@@ -300,9 +322,9 @@ def skip_samples_at_rest(
     motion_rows: Any,
     ground: Any,
     ticks_per_sample: float,
-    skipped_sample_counts: Any,
+    skipped_sample_counts_out: Any,
 ) -> None:
-    """Skip, for blocks at rest at the start of a sample, the samples in which the motion cannot move them."""
+    """Skip, for blocks at rest at the start of a sample, the samples in which the base motion cannot move the block."""
     count = 0
     for j in range(active_lane_count):
         course, s, length, rest_limit = (
@@ -334,12 +356,12 @@ def skip_samples_at_rest(
                 ground, motion_rows[lane_cases[j]], now, course.amplitude, state[REST_LIMIT + j]
             )
             state[SAMPLE + j] += samples
-            skipped_sample_counts[j] += samples
+            skipped_sample_counts_out[j] += samples
 
 
 @njit(**INLINE)
 def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: BlockConstants) -> float:
-    """Return the largest component of a velocity or acceleration of a block; rotation counts at half its height."""
+    """Return the largest component of a velocity or acceleration of a block; `rotational` times half the height."""
     turn, most = (
         abs(rotational) * block.half_height,
         abs(horizontal) if abs(horizontal) > abs(vertical) else abs(vertical),
@@ -364,7 +386,7 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
     write_case_results(workspace.state, lane, status, kernel_input.scheme.lag, kernel_input.results[case])
 
 
-register_implementations(
-    BlockKernelInput, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
-    skip_quiet_samples, lane_end_status, write_lane_results,
+register_model_functions(
+    BlockKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
 )  # fmt: skip

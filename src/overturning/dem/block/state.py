@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import BLOCK, Clock, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, RestState
-from overturning.dem.kernel.ground import LinearMotion
-from overturning.dem.kernel.lanes import INLINE, RowLayout
+from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState
+from overturning.dem.kernel.ground import LinearBaseAcceleration
+from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
 
 COLUMNS: Final = 48
 """Number of blocks computed side by side: enough to hide the latency of operations, few enough for the L1 cache."""
@@ -126,8 +126,8 @@ class BlockState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class AssumedSlip(NamedTuple):
-    """Slip direction assumed for each corner in the next step (centred scheme): ±μ sliding, 0 sticking."""
+class AssumedSlipDirections(NamedTuple):
+    """Slip direction that the next step assumes for each corner (centred scheme): ±μ if it slides, 0 if it sticks."""
 
     left: float
     right: float
@@ -143,7 +143,10 @@ class BlockPeaks(NamedTuple):
 
 
 class BlockEnergyAccount(NamedTuple):
-    """Energy account per mass: work of the base and losses so far (m²/s²), their rates at the last step (m²/s³)."""
+    """Energy account of a block per mass: work of the base and losses so far, and their rates at the last step.
+
+    `work` and `lost` are in m²/s², their rates `power` and `loss` in m²/s³.
+    """
 
     work: float
     lost: float
@@ -151,17 +154,17 @@ class BlockEnergyAccount(NamedTuple):
     loss: float
 
 
-class BlockShaking(NamedTuple):
-    """Inertial accelerations of a block due to the motion of the base, in the frame of the base, m/s²."""
+class BlockInertialAccelerations(NamedTuple):
+    """Accelerations of a block, in the frame of the base, that the motion of the base causes, m/s²."""
 
-    push: LinearMotion
+    push: LinearBaseAcceleration
     """−a along s."""
-    lift: LinearMotion
+    lift: LinearBaseAcceleration
     """Upward acceleration of the base, added to gravity."""
 
 
-class DriftedBlock(NamedTuple):
-    """Position and velocities of a block at the end of a step with constant acceleration."""
+class ExtrapolatedBlock(NamedTuple):
+    """Position and velocities that a block would have at the end of a step with constant acceleration."""
 
     x: float
     z: float
@@ -218,7 +221,7 @@ class PredictedBlock(NamedTuple):
 
 
 class BlockVelocityChange(NamedTuple):
-    """Corrections of the predicted velocities of a block (m/s, rad/s), and ±μ of each sliding corner."""
+    """Corrections of the predicted velocities of a block (m/s, rad/s), and ±μ of each corner (0 if it sticks)."""
 
     vx: float
     vz: float
@@ -227,8 +230,8 @@ class BlockVelocityChange(NamedTuple):
     slid_right: float
 
 
-class TangentialState(NamedTuple):
-    """Friction and sliding that the equations of a step assume for a corner."""
+class AssumedCornerFriction(NamedTuple):
+    """Friction force and sliding that the equations of a step assume for a corner of a block."""
 
     f: float
     """Predicted tangential force per mass, m/s²."""
@@ -259,7 +262,7 @@ class CornerEquationTerms(NamedTuple):
 
 
 class CornerSolution(NamedTuple):
-    """State, forces and contact changes of a corner at the end of a solved step."""
+    """State, forces and contact changes of a corner at the end of a step whose equations are solved."""
 
     corner: CornerState
     """State for the next step."""
@@ -291,35 +294,35 @@ class CornerSolution(NamedTuple):
     """True if its friction had the opposite sign before."""
 
 
-class CornerSolutions(NamedTuple):
-    """State, forces and contact changes of both corners at the end of a solved step."""
+class CornerSolutionPair(NamedTuple):
+    """State, forces and contact changes of both corners at the end of a step whose equations are solved."""
 
     left: CornerSolution
     right: CornerSolution
 
 
-class AcceptedBlockStep(NamedTuple):
-    """State, peaks and energy account of a block, which an accepted step changes."""
+class BlockAfterStep(NamedTuple):
+    """State, peaks and energy account of a block after a step; they become valid if the step is accepted."""
 
     state: BlockState
     peaks: BlockPeaks
     account: BlockEnergyAccount
 
 
-ROWS: Final = RowLayout(
-    COLUMNS, BlockConstants, Clock, BlockState, StepAttempt, AssumedSlip, BlockPeaks, BlockEnergyAccount, BlockShaking,
-    CaseProgress, PredictedBlock, BlockVelocityChange, RestState,
+ROWS: Final = TupleRowLayout(
+    COLUMNS, BlockConstants, CaseStepControl, BlockState, StepAttempt, AssumedSlipDirections, BlockPeaks,
+    BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityChange, CaseRestState,
 )  # fmt: skip
 
 
 @njit(**INLINE)
 def corner_position(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
-    """Return the position of a lower corner (side −1: left, +1: right) from the centre, along s and downwards, m."""
+    """Return the position of a lower corner (`side` −1: left, 1: right) from the centre: along s, and downwards, m."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 
 @njit(**INLINE)
 def base_displacement(block: BlockConstants, centre_x: float, sine: float) -> float:
-    """Return the displacement of the midpoint of a block's base, m, given that of its centre and sin θ."""
+    """Return the displacement of the midpoint of a block's base, m, from that of its centre and from sin θ."""
     return centre_x - block.half_height * sine

@@ -2,12 +2,12 @@
 
 from typing import Final, NamedTuple
 
-from overturning.dem.kernel.clock import Clock
-from overturning.dem.kernel.tuples import table_dtype
+from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
 class BlockCaseColumns(NamedTuple):
-    """Columns of the block kernel's table of cases, followed by those of `Clock`."""
+    """Columns of the block kernel's table of cases, followed by those of `CaseStepControl`."""
 
     width: float
     """Width, m."""
@@ -89,6 +89,6 @@ class BlockTrajectoryColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE: Final = table_dtype(BlockCaseColumns, Clock)
-RESULT: Final = table_dtype(BlockResultColumns)
-ROW: Final = table_dtype(BlockTrajectoryColumns)
+CASE: Final = table_dtype_of_named_tuples(BlockCaseColumns, CaseStepControl)
+RESULT: Final = table_dtype_of_named_tuples(BlockResultColumns)
+ROW: Final = table_dtype_of_named_tuples(BlockTrajectoryColumns)

@@ -113,14 +113,17 @@ def both_base_ends_rest(base_contact: BaseContactState) -> bool:
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.access(BodyConstants).load, ROWS.access(Matrix).load
-load_state = ROWS.access(BodyState).load
-load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-load_vertex, load_memory = VERTEX.access(BodyVertex).load, VERTEX.access(PointBeforeAndAfter, "old").load
+load_body, load_frame = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(Matrix).load
+load_state = ROWS.lane_access(BodyState).load
+load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
+load_vertex, load_memory = VERTEX.lane_access(BodyVertex).load, VERTEX.lane_access(PointBeforeAndAfter, "old").load
 OF_A_VERTEX: Final = VERTEX.size
-LANDING_OF, DEPTH_OF = VERTEX.row(PointBeforeAndAfter, "old.landing"), VERTEX.row(PointBeforeAndAfter, "old.depth")
-SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactState, "longest_landing")
-TILTING: Final = ROWS.row(BaseContactState, "tilting")
+LANDING_OF, DEPTH_OF = (
+    VERTEX.row_start(PointBeforeAndAfter, "old.landing"),
+    VERTEX.row_start(PointBeforeAndAfter, "old.depth"),
+)
+SHORTEST, LONGEST = ROWS.row_start(BaseContactState, "landing"), ROWS.row_start(BaseContactState, "longest_landing")
+TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
 
 
 @njit(**INNER)

@@ -39,8 +39,8 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, Clock, StepAttempt
-from overturning.dem.kernel.ground import motion_at_tick_or_beyond
+from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
+from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -80,9 +80,9 @@ def predict_body(
     turn = rotate_quaternion(state.turn, dt, w)
     spin = angular_velocity(body, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
     at_end = Vector(
-        motion_at_tick_or_beyond(shaking.push_x, tick, past),
-        motion_at_tick_or_beyond(shaking.push_y, tick, past),
-        motion_at_tick_or_beyond(shaking.lift, tick, past),
+        base_acceleration_up_to_next_sample(shaking.push_x, tick, past),
+        base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
+        base_acceleration_up_to_next_sample(shaking.lift, tick, past),
     )
     return PredictedBody(
         place=extrapolate_vector(state.place, dt, v),
@@ -119,20 +119,20 @@ def rim_point_position(
 
 
 @njit(**INLINE)
-def is_fine_step(clock: Clock, step_attempt: StepAttempt) -> bool:
+def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) -> bool:
     """True if an attempted step is so short that the predicted forces decide about contact and slip."""
-    return step_attempt.length <= FINE * clock.finest
+    return step_attempt.length <= FINE * case_step_control.finest
 
 
 @njit(**INLINE)
-def flat_landing_slip(
+def flat_landing_friction(
     body: BodyConstants, lever_arm: Vector, velocity: Vector, spin: Vector, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
     """Return the direction in which a contact point slides in a flat landing (unit vector), and True if it slides.
 
     The last value is the share of the moment of its friction that tilts the body. `landing` holds whether the body
     lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See
-    `overturning.dem.kernel.mechanics.slides_in_flat_landing`; only the rotation about the vertical is included.
+    `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = landing
     x, y = velocity.x - spin.z * lever_arm.y, velocity.y + spin.z * lever_arm.x
@@ -185,7 +185,7 @@ def predict_contact_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if step_is_fine else point_history.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts, tilting = flat_landing_slip(
+    drift_x, drift_y, drifts, tilting = flat_landing_friction(
         body, lever_arm, predicted_body.end, predicted_body.spin, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)

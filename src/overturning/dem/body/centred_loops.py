@@ -26,7 +26,7 @@ from overturning.dem.body.commit import (
     compute_point_forces,
     rim_contact_turns_fast,
     shaking_stays_weak,
-    step_findings,
+    step_contact_changes,
 )
 from overturning.dem.body.state import (
     ROWS,
@@ -49,35 +49,35 @@ from overturning.dem.body.state import (
     TerminationLimits,
 )
 from overturning.dem.body.vectors import Matrix, matrix_times_vector, rotation_matrix
-from overturning.dem.kernel.clock import BODY, Clock, StepAttempt, choose_next_attempt
+from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
 
-load_body, load_shaking = ROWS.access(BodyConstants).load, ROWS.access(BodyShaking).load
-load_frame, store_frame, _ = ROWS.access(Matrix)
-load_state, _, store_state = ROWS.access(BodyState)
-load_limits = ROWS.access(TerminationLimits).load
-load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-load_peaks, _, store_peaks = ROWS.access(BodyPeaks)
-load_account, _, store_account = ROWS.access(BodyBalanceAccount)
-load_attempt, store_attempt, _ = ROWS.access(StepAttempt)
-load_rejection, store_rejection, _ = ROWS.access(StepRejection)
-load_clock = ROWS.access(Clock).load
-load_predicted, store_predicted, _ = ROWS.access(PredictedBody)
-load_equations, store_equations, _ = ROWS.access(ContactEquations)
-load_change, store_change, _ = ROWS.access(BodyVelocityChange)
-load_sum, store_sum, _ = ROWS.access(ContactForceSum)
-load_largest, store_largest, _ = ROWS.access(LargestPointFindings)
+load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyShaking).load
+load_frame, store_frame, _ = ROWS.lane_access(Matrix)
+load_state, _, store_state = ROWS.lane_access(BodyState)
+load_limits = ROWS.lane_access(TerminationLimits).load
+load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
+load_peaks, _, store_peaks = ROWS.lane_access(BodyPeaks)
+load_account, _, store_account = ROWS.lane_access(BodyBalanceAccount)
+load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt)
+load_rejection, store_rejection, _ = ROWS.lane_access(StepRejection)
+load_step_control = ROWS.lane_access(CaseStepControl).load
+load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBody)
+load_equations, store_equations, _ = ROWS.lane_access(ContactEquations)
+load_change, store_change, _ = ROWS.lane_access(BodyVelocityChange)
+load_sum, store_sum, _ = ROWS.lane_access(ContactForceSum)
+load_largest, store_largest, _ = ROWS.lane_access(LargestPointFindings)
 add_equations, add_sum, larger_of = (
     tuple_arithmetic(ContactEquations).plus,
     tuple_arithmetic(ContactForceSum).plus,
     tuple_arithmetic(LargestPointFindings).largest,
 )
-load_vertex = VERTEX.access(BodyVertex).load
-load_memory, _, store_memory = VERTEX.access(PointBeforeAndAfter, "old")
-load_point, store_point, _ = VERTEX.access(PredictedPoint)
-load_next, store_next, _ = VERTEX.access(PointBeforeAndAfter, "new")
+load_vertex = VERTEX.lane_access(BodyVertex).load
+load_memory, _, store_memory = VERTEX.lane_access(PointBeforeAndAfter, "old")
+load_point, store_point, _ = VERTEX.lane_access(PredictedPoint)
+load_next, store_next, _ = VERTEX.lane_access(PointBeforeAndAfter, "new")
 OF_A_VERTEX: Final = VERTEX.size
-SLID: Final = VERTEX.row(PointBeforeAndAfter, "old.slid")
+SLID: Final = VERTEX.row_start(PointBeforeAndAfter, "old.slid")
 
 
 @njit(**INNER)
@@ -100,7 +100,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
     """Predict the contact of a vertex and of the vertex opposite to it across the base, for the bodies of all lanes."""
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
+        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
         flat, new_landing = base_lands_flat(base_contact), landing_time_at_touch(body, base_contact)
         a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
@@ -145,7 +145,7 @@ def predict_rim_point_pair(
     """
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
+        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
@@ -195,7 +195,7 @@ def add_contact_equations(state: Any, point_rows: Any, opposite_rows: Any, lane_
     """
     for j in range(lane_count):
         body, half = load_body(state, j), load_predicted(state, j).half
-        fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
+        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
         part = add_equations(a, b)
@@ -223,7 +223,7 @@ def compute_point_pair_forces(
     """
     for j in range(lane_count):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
-        fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
+        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         a, findings_a, next_a = compute_point_forces(
             body, w, load_point(point_rows, j), load_memory(point_rows, j), d, fine, has_rim
         )
@@ -248,9 +248,9 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         w, d = load_predicted(state, j), load_change(state, j)
         fast = rim_contact_turns_fast(s, w, most) if has_rim else False
         steady = shaking_stays_weak(load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady)
-        findings = step_findings(most, t.force.z, fast, steady)
-        again, sooner, following = choose_next_attempt(
-            BODY, load_clock(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
+        findings = step_contact_changes(most, t.force.z, fast, steady)
+        again, sooner, following = choose_next_step_attempt(
+            BODY, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
         )
         accepted = AcceptedBodyStep(s, load_peaks(state, j), load_account(state, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.depth, attempt.length)

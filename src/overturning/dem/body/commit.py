@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred import centre_acceleration, flat_landing_slip
+from overturning.dem.body.centred import centre_acceleration, flat_landing_friction
 from overturning.dem.body.state import (
     BodyBalanceAccount,
     BodyConstants,
@@ -29,10 +29,10 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     scale_vector,
 )
-from overturning.dem.kernel.clock import StepFindings
-from overturning.dem.kernel.ground import motion_at_tick_or_beyond
+from overturning.dem.kernel.clock import StepContactChanges
+from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import clamp_friction, updated_maximum
+from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 FAST_TURN: Final = 0.1
@@ -126,12 +126,14 @@ def compute_point_forces(
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     spin = plus(predicted_body.spin, velocity_change.spin)
-    drift_x, drift_y, drifts, tilting = flat_landing_slip(
+    drift_x, drift_y, drifts, tilting = flat_landing_friction(
         body, r, plus(predicted_body.end, velocity_change.velocity), spin,
         (predicted_point.held > 0.0, predicted_point.base_tilting),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, slips = clamp_friction(hx, hy, tx, ty, most, body.compliance, (predicted_point.held > 0.0, drifts))
+    fx, fy, kx, ky, slips = clamp_friction_and_stretch(
+        hx, hy, tx, ty, most, body.compliance, (predicted_point.held > 0.0, drifts)
+    )
     lever = Vector(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     # The springs are stretched at the point itself, at the full lever arm.
@@ -194,9 +196,9 @@ def shaking_stays_weak(
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
-        motion_at_tick_or_beyond(shaking.push_x, end, ticks_per_sample),
-        motion_at_tick_or_beyond(shaking.push_y, end, ticks_per_sample),
-        motion_at_tick_or_beyond(shaking.lift, end, ticks_per_sample),
+        base_acceleration_up_to_next_sample(shaking.push_x, end, ticks_per_sample),
+        base_acceleration_up_to_next_sample(shaking.push_y, end, ticks_per_sample),
+        base_acceleration_up_to_next_sample(shaking.lift, end, ticks_per_sample),
     )
     first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
@@ -206,13 +208,13 @@ def shaking_stays_weak(
 
 
 @njit(**INLINE)
-def step_findings(
+def step_contact_changes(
     largest_findings: LargestPointFindings, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
-) -> StepFindings:
+) -> StepContactChanges:
     """Return what the step control needs to know of an attempted step; `rim_turns_fast` requests a shorter step."""
     slides = (largest_findings.holds == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_findings.off == 0.0)
-    return StepFindings(
+    return StepContactChanges(
         changed=largest_findings.changed > 0.0,
         fast=rim_turns_fast,
         gentle=False,

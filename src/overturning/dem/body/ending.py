@@ -30,19 +30,19 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import StepAttempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, body_is_still
-from overturning.dem.kernel.ground import motion_at_tick
+from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body, load_state, load_peaks = (ROWS.access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
+load_body, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
 load_account, load_course, load_limits = (
-    ROWS.access(of).load for of in (BodyBalanceAccount, CaseProgress, TerminationLimits)
+    ROWS.lane_access(of).load for of in (BodyBalanceAccount, CaseProgress, TerminationLimits)
 )
-load_shaking = ROWS.access(BodyShaking).load
-load_memory = VERTEX.access(PointBeforeAndAfter, "old").load
+load_shaking = ROWS.lane_access(BodyShaking).load
+load_memory = VERTEX.lane_access(PointBeforeAndAfter, "old").load
 VERTEX_SIZE: Final = VERTEX.size
-LENGTH: Final = ROWS.row(StepAttempt, "length")
+LENGTH: Final = ROWS.row_start(StepAttempt, "length")
 
 
 @njit(**INLINE)
@@ -87,7 +87,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 
 @njit(**INLINE)
-def tilt_energy(body: BodyConstants, edge_distance: float, lean: float) -> float:
+def tilt_energy_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
     """Return the energy per mass, m²/s², that tilts a body over its nearest edge to `lean` (sin² of the tilt)."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
@@ -166,7 +166,7 @@ def case_status(
     stands = now < course.barrier and is_upright(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy(body, limits.reach, peaks.lean)
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy_per_mass(body, limits.reach, peaks.lean)
     if stands and past and not will_slide_further(body, s, limits.reach):
         return Status.SIMULATED
     if sample < course.after:
@@ -231,6 +231,6 @@ def record_body_motion(
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.turn
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = state_angular_velocity(body, s)
-    trajectory_row.ground_x = -motion_at_tick(shaking.push_x, s.tick)
-    trajectory_row.ground_y = -motion_at_tick(shaking.push_y, s.tick)
-    trajectory_row.ground_z = motion_at_tick(shaking.lift, s.tick)
+    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.push_x, s.tick)
+    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.push_y, s.tick)
+    trajectory_row.ground_z = base_acceleration_at_tick(shaking.lift, s.tick)

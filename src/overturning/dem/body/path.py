@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.path import variable_spec
+from overturning.dem.path import dataset_variable_tuple
 from overturning.model.results import CaseResults
 from overturning.model.variables import BODY_VARIABLES
 
@@ -37,32 +37,36 @@ class BodyTrajectory:
         w, x, y, z = quaternion.T
         axis = to_enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
         variables = {
-            "place": variable_spec("time enu", to_enu(columns("x", "y", "z")), "m", "centre, in the frame of the base"),
-            "quaternion": variable_spec(
+            "place": dataset_variable_tuple(
+                "time enu", to_enu(columns("x", "y", "z")), "m", "centre, in the frame of the base"
+            ),
+            "quaternion": dataset_variable_tuple(
                 "time wxyz",
                 np.concatenate([quaternion[:, :1], to_enu(quaternion[:, 1:])], axis=1),
                 "1",
                 "rotation from the pose at rest",
             ),
-            "velocity": variable_spec(
+            "velocity": dataset_variable_tuple(
                 "time enu", to_enu(columns("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
             ),
-            "angular_velocity": variable_spec(
+            "angular_velocity": dataset_variable_tuple(
                 "time enu", to_enu(columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
             ),
-            "tilt_north": variable_spec("time", axis[:, 1], "1", "northward component of the body's axis"),
-            "tilt_east": variable_spec("time", axis[:, 0], "1", "eastward component of the body's axis"),
-            "ground_acceleration": variable_spec(
+            "tilt_north": dataset_variable_tuple("time", axis[:, 1], "1", "northward component of the body's axis"),
+            "tilt_east": dataset_variable_tuple("time", axis[:, 0], "1", "eastward component of the body's axis"),
+            "ground_acceleration": dataset_variable_tuple(
                 "time enu", to_enu(columns("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
             ),
-            "outline": variable_spec("corner enu", to_enu(self.corners), "m", "corners at rest, from the centre"),
+            "outline": dataset_variable_tuple(
+                "corner enu", to_enu(self.corners), "m", "corners at rest, from the centre"
+            ),
             "edges": (("edge", "end"), self.edges),
         }
         for item in BODY_VARIABLES:
             if item.name != "repeated":
                 variables[item.name] = ((), item.decode(getattr(results, item.name)[0]), item.cf_attributes)
         coordinates = {
-            "time": variable_spec("time", self.rows["time"], "s", "time after the record's start"),
+            "time": dataset_variable_tuple("time", self.rows["time"], "s", "time after the record's start"),
             "enu": ("enu", ["east", "north", "up"]),
         }
         return variables, coordinates, {}

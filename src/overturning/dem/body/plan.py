@@ -22,9 +22,14 @@ from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import SimulationPlan, group_equal_cases
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, dynamic_overshoot_bound, find_quiet_windows, rest_threshold
-from overturning.dem.time_step import Scheme, parse_scheme, shortest_contact_time, steps_per_sample
+from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
+from overturning.dem.quiet import (
+    REST_THRESHOLD_FACTOR,
+    dynamic_overshoot_bound,
+    find_quiet_windows,
+    rest_acceleration_threshold,
+)
+from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -57,9 +62,9 @@ class BodySimulationPlan(SimulationPlan):
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
-    def queue_group(self) -> NDArray[np.int64]:
+    def queue_numbers(self) -> NDArray[np.int64]:
         """Queue number of each case, shape (n,); cases with equal step lengths, moving and at rest, share a queue."""
-        return group_equal_cases(self.steps, self.table["standing"])
+        return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 
     @property
     def body_marker(self) -> Any:
@@ -76,7 +81,7 @@ class BodySimulationPlan(SimulationPlan):
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BodyKernelInput:
         """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
-        queued = self.common_kernel_input(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
+        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
@@ -90,7 +95,7 @@ class BodySimulationPlan(SimulationPlan):
             sectors=np.stack([body.sectors for body in self.solids]),
         )
 
-    def case_variables(
+    def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name, each of shape (cases,), from the kernel's results."""
@@ -107,7 +112,7 @@ class BodySimulationPlan(SimulationPlan):
         rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude"]
         return rows
 
-    def convert_trajectory(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
+    def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
         """Convert the rows that the kernel recorded for the only case to its trajectory."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
@@ -184,7 +189,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
 
 def _check_body_arguments(model: Body, cases: Cases, numerics: Numerics) -> None:
     """Raise an `ArgumentError` if a 3-D body cannot be simulated with these cases, scheme or initial state."""
-    if parse_scheme(numerics.scheme) != Scheme.CENTRED:
+    if parse_scheme(numerics.scheme) != IntegrationScheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
@@ -203,7 +208,7 @@ def _rest_thresholds(
     friction: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `overturning.dem.quiet.rest_threshold`.
+    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `dem.quiet.rest_acceleration_threshold`.
 
     `laws` are the contact constants per mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and
     `friction` have a value for each case, shape (n,).
@@ -217,7 +222,7 @@ def _rest_thresholds(
     rings = dynamic_overshoot_bound(
         (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
     )
-    return rest_threshold(
+    return rest_acceleration_threshold(
         ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
         REST_THRESHOLD_FACTOR,
     )  # fmt: skip
@@ -228,12 +233,12 @@ def _clock_settings(
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
     sampling_interval: float,
-    rocking_time: FloatArray,
+    rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the number of whole steps per sample and the step control settings (`Clock`), each of shape (n,).
+    """Return the number of whole steps per sample and the step control (`CaseStepControl`), each of shape (n,).
 
-    `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time` 1/p (s), each
-    of shape (n,).
+    `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time_constant` 1/p (s),
+    each of shape (n,).
 
     Raises
     ------
@@ -241,10 +246,11 @@ def _clock_settings(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = PACE.longest * rocking_time
+    whole = PACE.longest * rocking_time_constant
     per_sample = partial(
-        steps_per_sample, Scheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
-        damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval, block_rocking_time=rocking_time,
+        steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
+        damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
+        block_rocking_time=rocking_time_constant,
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
@@ -260,7 +266,7 @@ def _clock_settings(
     return steps, {
         "finest": finest,
         "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),
-        "dwell": np.round(PACE.steps_before_doubling(squared_frequency, damping_rate) * steps / usual),
+        "dwell": np.round(PACE.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual),
         "settled": np.round(PACE.settled * steps / usual),
     }
 

@@ -50,18 +50,29 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import Clock, StepAttempt
-from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, case_cannot_end
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import (
+    STILL,
+    CaseProgress,
+    CaseRestState,
+    case_must_continue,
+    progress_after_sample_end,
+)
 from overturning.dem.kernel.ground import (
     GroundMotion,
+    base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
-    motion_below_rest_threshold,
-    motion_over_sample,
+    upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INNER, aligned_zeros
 from overturning.dem.kernel.mechanics import LANDING
-from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, lookup_by_type, register_implementations
+from overturning.dem.kernel.queue import (
+    QueueSettings,
+    create_lookup_by_type,
+    extend_trajectory,
+    register_model_functions,
+)
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -113,23 +124,25 @@ class BodyWorkspace(NamedTuple):
     """Rows of the vertices: a view of `state`."""
 
 
-load_body, store_body, _ = ROWS.access(BodyConstants)
-load_state, store_state, _ = ROWS.access(BodyState)
-store_turn = ROWS.access(BodyState, "turn").store
-load_peaks, store_peaks, _ = ROWS.access(BodyPeaks)
-load_course, store_course, _ = ROWS.access(CaseProgress)
-load_limits, store_limits, _ = ROWS.access(TerminationLimits)
-store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (BodyShaking, StepAttempt, Clock))
-store_vertex, store_memory = VERTEX.access(BodyVertex).store, VERTEX.access(PointBeforeAndAfter, "old").store
+load_body, store_body, _ = ROWS.lane_access(BodyConstants)
+load_state, store_state, _ = ROWS.lane_access(BodyState)
+store_turn = ROWS.lane_access(BodyState, "turn").store
+load_peaks, store_peaks, _ = ROWS.lane_access(BodyPeaks)
+load_course, store_course, _ = ROWS.lane_access(CaseProgress)
+load_limits, store_limits, _ = ROWS.lane_access(TerminationLimits)
+store_shaking, store_attempt, store_step_control = (
+    ROWS.lane_access(of).store for of in (BodyShaking, StepAttempt, CaseStepControl)
+)
+store_vertex, store_memory = VERTEX.lane_access(BodyVertex).store, VERTEX.lane_access(PointBeforeAndAfter, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
-TICK, LAST_UPRIGHT = ROWS.row(BodyState, "tick"), ROWS.row(BodyPeaks, "last_upright")
-LENGTH, LOADED = ROWS.row(StepAttempt, "length"), ROWS.row(LoadedSample, "sample")
-REST_LIMIT, AT_REST = ROWS.row(RestState, "rest_limit"), ROWS.row(RestState, "at_rest")
-SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
+TICK, LAST_UPRIGHT = ROWS.row_start(BodyState, "tick"), ROWS.row_start(BodyPeaks, "last_upright")
+LENGTH, LOADED = ROWS.row_start(StepAttempt, "length"), ROWS.row_start(LoadedSample, "sample")
+REST_LIMIT, AT_REST = ROWS.row_start(CaseRestState, "rest_limit"), ROWS.row_start(CaseRestState, "at_rest")
+SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(CaseProgress, "upright_until")
 
 
-loop_of = lookup_by_type(LOOPS)
+loop_of = create_lookup_by_type(LOOPS)
 """Return the loops of bodies, selected by the type of their marker."""
 
 
@@ -219,8 +232,10 @@ def initialise_lane(
         tick=0.0,
     )
     store_body(state, lane, body)
-    clock = Clock(case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled)
-    store_clock(state, lane, clock)
+    case_step_control = CaseStepControl(
+        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
+    )
+    store_step_control(state, lane, case_step_control)
     store_state(state, lane, begin)
     store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
     store_peaks(state, lane, BodyPeaks(lean_measure(f), 0.0, 0.0, -1.0))
@@ -263,15 +278,15 @@ def angular_momentum(inverse_inertia: SymmetricMatrix, body_axes: Matrix, angula
     )
 
 
-def load_sample_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Begin a sample: scale the rotation quaternions to length 1 and load the base motion of each lane."""
-    load_next_sample(
+    load_next_sample_into_lanes(
         workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
     )
 
 
 @njit(**INNER)
-def load_next_sample(
+def load_next_sample_into_lanes(
     state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
 ) -> None:
     """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
@@ -287,7 +302,7 @@ def load_next_sample(
         q = s.turn
         unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
         store_turn(state, j, Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit))
-        begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
@@ -298,9 +313,11 @@ def load_next_sample(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         # A base that accelerates one way pushes the body the other way.
-        push_x = motion_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
-        push_y = motion_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
-        store_shaking(state, j, BodyShaking(push_x, push_y, motion_over_sample(up, i, course.amplitude, scale)))
+        push_x = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
+        push_y = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
+        store_shaking(
+            state, j, BodyShaking(push_x, push_y, base_acceleration_over_sample(up, i, course.amplitude, scale))
+        )
 
 
 def advance_one_sample(
@@ -330,12 +347,14 @@ def advance_one_sample(
     return trajectory, recorded_row_count
 
 
-def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
+def mark_lanes_that_may_have_ended(
+    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
+) -> int:
     """Set a mark for each lane whose case may have ended, and return the number of marked lanes."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
-        lane_marks,
+        end_marks_out,
         kernel_input.settings.ticks,
         float(kernel_input.settings.samples),
     )
@@ -343,20 +362,22 @@ def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int,
 
 @njit(**INNER)
 def mark_possibly_ended_lanes(
-    state: Any, active_lane_count: int, lane_marks: Any, ticks_per_sample: float, last_sample: float
+    state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
     """Mark and count lanes whose body fell, whose case failed, or whose remaining motion cannot move the body."""
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
         sound = (rotation_matrix(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
-        lane_marks[j] = (
+        end_marks_out[j] = (
             0.0
-            if case_cannot_end(load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound)
+            if case_must_continue(
+                load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound
+            )
             else 1.0
         )
     for j in range(active_lane_count):
-        count += lane_marks[j]
+        count += end_marks_out[j]
     return int(count)
 
 
@@ -376,7 +397,7 @@ def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
 
 
 def skip_quiet_samples(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts: Any
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, in lanes whose body is at rest, the samples in which the base motion cannot move the body."""
     settings, state, ground, row, base = (
@@ -395,11 +416,13 @@ def skip_quiet_samples(
         now = course.sample + over
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
-        quiet = quiet and motion_below_rest_threshold(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
+        quiet = quiet and upcoming_motion_is_below_rest_limit(
+            ground, row[lane_cases[j]], now, course.amplitude, rest_limit
+        )
         if quiet and body_is_at_rest(state, workspace.vertices, count, base, j, rest_limit):
             samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
-            skipped_sample_counts[j] += samples
+            skipped_sample_counts_out[j] += samples
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
@@ -416,7 +439,7 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
     write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
 
 
-register_implementations(
-    BodyKernelInput, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
-    skip_quiet_samples, lane_end_status, write_lane_results,
+register_model_functions(
+    BodyKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
 )  # fmt: skip

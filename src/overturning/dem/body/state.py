@@ -20,10 +20,10 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, Clock, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, RestState
-from overturning.dem.kernel.ground import LinearMotion
-from overturning.dem.kernel.lanes import INLINE, RowLayout
+from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState
+from overturning.dem.kernel.ground import LinearBaseAcceleration
+from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
 
 COLUMNS: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
@@ -176,11 +176,11 @@ class BodyBalanceAccount(NamedTuple):
 class BodyShaking(NamedTuple):
     """Inertial accelerations of the moving base in the body's frame, m/s²."""
 
-    push_x: LinearMotion
+    push_x: LinearBaseAcceleration
     """−a along x."""
-    push_y: LinearMotion
+    push_y: LinearBaseAcceleration
     """−a along y."""
-    lift: LinearMotion
+    lift: LinearBaseAcceleration
     """Upward acceleration of the base, added to gravity."""
 
 
@@ -320,12 +320,12 @@ class LargestPointFindings(NamedTuple):
     """Largest penetration, m."""
 
 
-ROWS: Final = RowLayout(
-    COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyBalanceAccount, BodyShaking,
-    LoadedSample, CaseProgress, TerminationLimits, StepAttempt, StepRejection, PredictedBody, ContactEquations,
-    BodyVelocityChange, ContactForceSum, LargestPointFindings, RestState,
+ROWS: Final = TupleRowLayout(
+    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeaks, BodyBalanceAccount,
+    BodyShaking, LoadedSample, CaseProgress, TerminationLimits, StepAttempt, StepRejection, PredictedBody,
+    ContactEquations, BodyVelocityChange, ContactForceSum, LargestPointFindings, CaseRestState,
 )  # fmt: skip
-VERTEX: Final = RowLayout(COLUMNS, BodyVertex, PointBeforeAndAfter, PredictedPoint)
+VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, PointBeforeAndAfter, PredictedPoint)
 
 
 @njit(**INLINE)

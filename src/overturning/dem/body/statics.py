@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite
+from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.solid import Solid
 from overturning.units import STANDARD_GRAVITY
 
@@ -23,7 +23,7 @@ def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
         rows = np.stack([np.ones(body.base), x, y])[:, on]
         # fsum does not depend on the order: symmetric bodies stay symmetric to the last digit.
         matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
-        plane = solve_positive_definite(matrix, np.array([STANDARD_GRAVITY / normal_stiffness, 0.0, 0.0]))
+        plane = solve_positive_definite_system(matrix, np.array([STANDARD_GRAVITY / normal_stiffness, 0.0, 0.0]))
         if plane is None:
             break
         sunk = plane[0] + plane[1] * x + plane[2] * y
@@ -61,7 +61,7 @@ def vertex_unloading_limits(body: Solid) -> tuple[float, float]:
     x, y = body.points[: body.base, :2].T
     rows = np.stack([np.ones(body.base), x, y])
     matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
-    planes = [solve_positive_definite(matrix, unit) for unit in np.eye(3)]
+    planes = [solve_positive_definite_system(matrix, unit) for unit in np.eye(3)]
     if any(plane is None for plane in planes):
         return 0.0, 0.0
     # Force at each vertex over the weight: from gravity, and from the moments of accelerations along x and y.

@@ -4,8 +4,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from overturning.dem.kernel.clock import Clock
-from overturning.dem.kernel.tuples import table_dtype
+from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
 class StartColumns(NamedTuple):
@@ -33,7 +33,7 @@ class StartColumns(NamedTuple):
 
 
 class BodyCaseColumns(NamedTuple):
-    """Columns of the kernel's table of cases, between the index of the body and the columns of `Clock`."""
+    """Columns of the kernel's table of cases, between the index of the body and the columns of `CaseStepControl`."""
 
     stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
@@ -131,8 +131,10 @@ class GroundColumns(NamedTuple):
     ground_z: float
 
 
-START: Final = table_dtype(StartColumns)
-CASE: Final = np.dtype([("body", "i8"), *table_dtype(BodyCaseColumns, Clock).descr, ("start", START)])
-BODY: Final = table_dtype(BodyColumns)
-RESULT: Final = table_dtype(BodyResultColumns)
-ROW: Final = np.dtype([("time", "f8"), *table_dtype(StartColumns, GroundColumns).descr])
+START: Final = table_dtype_of_named_tuples(StartColumns)
+CASE: Final = np.dtype(
+    [("body", "i8"), *table_dtype_of_named_tuples(BodyCaseColumns, CaseStepControl).descr, ("start", START)]
+)
+BODY: Final = table_dtype_of_named_tuples(BodyColumns)
+RESULT: Final = table_dtype_of_named_tuples(BodyResultColumns)
+ROW: Final = np.dtype([("time", "f8"), *table_dtype_of_named_tuples(StartColumns, GroundColumns).descr])

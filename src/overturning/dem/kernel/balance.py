@@ -18,10 +18,12 @@ MAX_RERUNS: Final = 2
 """Maximum number of reruns before a case is marked unstable."""
 
 
-def rerun_until_balanced(
+def rerun_cases_until_energy_balances(
     run_case_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
 ) -> None:
-    """Simulate cases; rerun those whose energy does not balance with finer steps, and mark the others unstable.
+    """Simulate cases, and rerun with finer steps those whose energy does not balance.
+
+    Cases whose energy still does not balance after `MAX_RERUNS` reruns are marked unstable.
 
     Parameters
     ----------
@@ -29,7 +31,7 @@ def rerun_until_balanced(
         ``run_case_rows(rows, step_divisor)`` fills rows of the results, with steps divided by ``step_divisor``. It adds
         to the number of steps in these rows, so that the budget of a case covers all its runs.
     status, energy_error : ndarray, shape (n,)
-        Views of the results: `Status` and energy error.
+        Columns of the results of the n cases, which ``run_case_rows`` fills: `Status` and energy error.
     """
     rows = np.arange(status.size)
     for again in range(1 + MAX_RERUNS):

@@ -15,7 +15,7 @@ _COMPILED = (_PACKAGE / "units.py", *(path for room in ("dem", "model") for path
 
 
 def sources_digest(source_folder: Path) -> str:
-    """Return a digest, 16 hex digits, of all source files that are compiled into the kernels of a folder."""
+    """Return a digest, 16 hex digits, of all source files that are compiled into the kernels of `source_folder`."""
     digest = hashlib.sha256()
     for path in sorted({*_COMPILED, *source_folder.rglob("*.py")}):
         digest.update(
@@ -46,13 +46,18 @@ def cache_directory(source_folder: Path | None = None) -> Path:
     return Path(base) / f"overturning-{sources_digest(source_folder or Path(__file__).parents[1])}"
 
 
-def layer_folder(module: Path) -> Path:
-    """Return the top folder of the package that contains a module; for a module elsewhere, the folder that it is in."""
-    return _PACKAGE / module.relative_to(_PACKAGE).parts[0] if module.is_relative_to(_PACKAGE) else module.parent
+def subpackage_folder(module_path: Path) -> Path:
+    """Return the folder of the subpackage (such as `dem`) that contains a module.
+
+    For a module outside the package, it is the folder of the module.
+    """
+    if module_path.is_relative_to(_PACKAGE):
+        return _PACKAGE / module_path.relative_to(_PACKAGE).parts[0]
+    return module_path.parent
 
 
-def _verify_checksums_of_cache(cache_file: Any) -> None:
-    """Make a Numba cache file store the SHA-256 of its content and verify it, so that damaged code is never run."""
+def _add_checksums_to_cache_file(cache_file: Any) -> None:
+    """Make a Numba cache file store its SHA-256 when it is saved, and verify it before the file is loaded."""
     dump, load_index, load_data = cache_file._dump, cache_file._load_index, cache_file._load_data
 
     def append_checksum(content: Any) -> bytes:
@@ -81,7 +86,7 @@ def _verify_checksums_of_cache(cache_file: Any) -> None:
 
 
 def cache_compiled_kernel(dispatcher: Any) -> Any:
-    """Cache the machine code of a compiled function in `cache_directory`; return the same function.
+    """Let Numba cache the machine code of a compiled function in `cache_directory`; return the same function.
 
     The function is compiled without ``cache=True``.
 
@@ -94,7 +99,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
-    layer = layer_folder(Path(dispatcher.py_func.__code__.co_filename))
+    layer = subpackage_folder(Path(dispatcher.py_func.__code__.co_filename))
     folder, imported = cache_directory(layer), _IMPORTED.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
     name = Path(file._index_path).stem
@@ -103,7 +108,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def select_index_of_model(signature: Any) -> None:
+    def select_cache_index_of_model(signature: Any) -> None:
         # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
         model = getattr(next(iter(signature), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
@@ -111,7 +116,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
 
     def load_kernel_or_none(signature: Any, target_context: Any) -> Any:
         try:
-            select_index_of_model(signature)
+            select_cache_index_of_model(signature)
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -122,11 +127,11 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     def save_kernel_if_possible(signature: Any, data: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            select_index_of_model(signature)
+            select_cache_index_of_model(signature)
             with suppress(OSError):
                 save(signature, data)
 
-    _verify_checksums_of_cache(file)
+    _add_checksums_to_cache_file(file)
     cache.load_overload = load_kernel_or_none
     cache.save_overload = save_kernel_if_possible
     return dispatcher

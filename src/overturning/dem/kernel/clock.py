@@ -16,8 +16,8 @@ from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.time_step import MAX_ROCKING_STEP
 
 
-class StepControl(NamedTuple):
-    """Constants of the step control of a kernel: limits of its step lengths, and numbers of steps and repetitions."""
+class KernelStepControl(NamedTuple):
+    """Constants of the step control, the same for all cases of a kernel: limits of step lengths and of repetitions."""
 
     longest: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
@@ -37,29 +37,28 @@ class StepControl(NamedTuple):
     """Steps of each length above `settled_above`, and of a length to which a step was shortened."""
 
     @property
-    def max_halvings(self) -> int:
-        """Largest number of halvings of a whole step."""
+    def max_step_halvings(self) -> int:
+        """Largest number of times that a whole step may be halved."""
         return int(self.whole).bit_length() - 1
 
-    def steps_before_doubling(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
-        """Return the number of steps after a contact change before the step length doubles.
+    def steps_before_length_doubles(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
+        """Return the number of steps after a contact change before the step length doubles, for each case.
 
-        Arguments are ω² (1/s²) and twice the damping rate (1/s) of the highest mode, arrays of the same shape.
-
-            The number grows if the damping ratio is below one half.
+        `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s) of the highest mode of each
+        case, arrays of the same shape. The number grows if the damping ratio is below one half.
         """
         return np.asarray(self.dwell * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0))
 
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
-BLOCK: Final = StepControl(
+BLOCK: Final = KernelStepControl(
     longest=MAX_ROCKING_STEP, finest=0.08, whole=2.0**24, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
 )
-SCENE: Final = StepControl(
+SCENE: Final = KernelStepControl(
     longest=0.0125, finest=0.16, whole=2.0**20, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
 )
-BODY: Final = StepControl(
+BODY: Final = KernelStepControl(
     longest=0.004, finest=0.1, whole=2.0**9, fine=2.0, tries=3.0, dwell=8.0, settled_above=8.0, settled=4.0
 )
 
@@ -76,8 +75,8 @@ INTEGER_ROUNDING: Final = 2.0**52
 """2**52: adding and subtracting it rounds a positive float64 to an integer."""
 
 
-class Clock(NamedTuple):
-    """Step lengths of a case (ticks), and numbers of steps of one length before the length doubles."""
+class CaseStepControl(NamedTuple):
+    """Step control of one case: two step lengths (ticks), and how many steps of one length precede a longer one."""
 
     finest: float
     """Finest step, ticks."""
@@ -86,11 +85,11 @@ class Clock(NamedTuple):
     dwell: float
     """Steps of one length after a contact change."""
     settled: float
-    """Steps of one length above `StepControl.settled_above`."""
+    """Steps of one length above `KernelStepControl.settled_above`."""
 
 
 class StepAttempt(NamedTuple):
-    """Length of the next step to attempt, number of steps left at this length, and number of repetitions so far."""
+    """Next step to attempt: its length, the steps left at this length, and the repetitions of the step so far."""
 
     length: float
     """Length, ticks."""
@@ -100,8 +99,8 @@ class StepAttempt(NamedTuple):
     """Number of repetitions of this step with other sliding points."""
 
 
-class StepFindings(NamedTuple):
-    """Contact changes and sliding in an attempted step; they decide whether it is accepted."""
+class StepContactChanges(NamedTuple):
+    """Contact changes and sliding in an attempted step, which decide whether the step is accepted."""
 
     changed: bool
     """True if a contact opens or closes."""
@@ -122,15 +121,15 @@ class StepFindings(NamedTuple):
 
 
 @njit(**INLINE)
-def choose_next_attempt(
-    step_control: StepControl,
-    clock: Clock,
+def choose_next_step_attempt(
+    kernel_step_control: KernelStepControl,
+    case_step_control: CaseStepControl,
     step_attempt: StepAttempt,
-    step_findings: StepFindings,
+    contact_changes: StepContactChanges,
     end_tick: float,
     ticks_per_sample: float,
 ) -> tuple[bool, bool, StepAttempt]:
-    """Accept or reject an attempted step, and choose the next attempt.
+    """Accept or reject an attempted step, and choose the length of the next attempt.
 
     Returns (True if rejected, True if the assumed sliding is kept, next attempt). `end_tick` is the end of the attempt.
     A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP` of a sample, and friction may change its sign in
@@ -138,34 +137,46 @@ def choose_next_attempt(
     stuck are assumed to stick again.
     """
     length = step_attempt.length
-    shorter = (step_findings.changed | step_findings.fast) & (length > clock.finest) & (not step_findings.gentle)
-    wrong = step_findings.wrong & (not shorter)
-    onset = step_findings.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
-    back = step_findings.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
-    halved = ((step_findings.reversed | back) & (not shorter)) | (
-        wrong & (onset | (step_attempt.tries >= step_control.tries))
+    shorter = (
+        (contact_changes.changed | contact_changes.fast)
+        & (length > case_step_control.finest)
+        & (not contact_changes.gentle)
     )
-    retry, sooner = wrong & (not halved), wrong & onset & (not step_findings.reversed)
+    wrong = contact_changes.wrong & (not shorter)
+    onset = contact_changes.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
+    back = contact_changes.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
+    halved = ((contact_changes.reversed | back) & (not shorter)) | (
+        wrong & (onset | (step_attempt.tries >= kernel_step_control.tries))
+    )
+    retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.reversed)
     shorter = shorter | halved
-    longest = clock.standing if step_findings.stands else step_control.whole
-    above = 2.0 * length if length < step_control.whole else clock.standing
+    longest = case_step_control.standing if contact_changes.stands else kernel_step_control.whole
+    above = 2.0 * length if length < kernel_step_control.whole else case_step_control.standing
     times = end_tick / above
     fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
     longer = (
         (step_attempt.left <= 1.0)
         & (length < longest)
         & fits
-        & (not (step_findings.slides & (above > MAX_SLIDING_STEP * ticks_per_sample)))
+        & (not (contact_changes.slides & (above > MAX_SLIDING_STEP * ticks_per_sample)))
     )
     left = (
-        (clock.settled if length >= step_control.settled_above * clock.finest else clock.dwell)
+        (
+            case_step_control.settled
+            if length >= kernel_step_control.settled_above * case_step_control.finest
+            else case_step_control.dwell
+        )
         if longer
         else step_attempt.left - 1.0
     )
-    left = clock.dwell if step_findings.changed else left
-    left = clock.settled if shorter else left
+    left = case_step_control.dwell if contact_changes.changed else left
+    left = case_step_control.settled if shorter else left
     left = step_attempt.left if retry else left
-    then = above if longer & (not (step_findings.changed | retry)) else length
+    then = above if longer & (not (contact_changes.changed | retry)) else length
     then = 0.5 * length if shorter else then
-    then = step_control.whole if (length > step_control.whole) & (shorter | (not step_findings.stands)) else then
+    then = (
+        kernel_step_control.whole
+        if (length > kernel_step_control.whole) & (shorter | (not contact_changes.stands))
+        else then
+    )
     return shorter | retry, sooner, StepAttempt(then, left, step_attempt.tries + 1.0 if retry else 0.0)

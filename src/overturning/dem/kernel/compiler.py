@@ -18,22 +18,22 @@ STACK: Final = 64
 MESSAGE: Final = "this function is called by compiled code only; call its `.py_func`, or compile a caller"
 
 
-class KernelLower(Lower):
-    """Translation of a function to LLVM, with an aligned stack."""
+class KernelLlvmTranslator(Lower):
+    """Translator of a function to LLVM; it aligns the stack of the function to `STACK` bytes."""
 
     def setup_function(self, fndesc: Any) -> None:
-        """Declare the function in LLVM and set the alignment of its stack."""
+        """Declare in LLVM the function that `fndesc` describes, and set the alignment of its stack."""
         super().setup_function(fndesc)
         # Spilled vectors lie on the stack. At LLVM's 16 bytes they can straddle two cache lines, which is slow.
         self.function.attributes.alignstack = STACK
         self.function.attributes.add("nounwind")  # llvmlite writes no alignment alone
 
 
-class InnerFunctionLower(KernelLower):
-    """Translation to LLVM of a function that only compiled code calls, without an entry for Python."""
+class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
+    """Translator to LLVM of a function that only compiled code calls: a call from Python raises an error."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:  # noqa: ARG002
-        """Write an entry for Python that raises TypeError: unpacking nested tuples takes long to compile."""
+        """Write an entry for Python that only raises a TypeError; one that unpacks tuples takes long to compile."""
         module = self.context.create_module("no entry")
         pointer = ir.IntType(8).as_pointer()
         kind = ir.FunctionType(pointer, [pointer] * 3)
@@ -44,31 +44,31 @@ class InnerFunctionLower(KernelLower):
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class KernelLowering(NativeLowering):
-    """Lowering pass for functions that Python calls."""
+class KernelLoweringPass(NativeLowering):
+    """Compiler pass that translates to LLVM the functions that Python calls."""
 
     _name = "kernel_lowering"
 
     @property
     def lowering_class(self) -> Any:
         """Class that translates functions to LLVM in this pass."""
-        return KernelLower
+        return KernelLlvmTranslator
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class InnerFunctionLowering(NativeLowering):
-    """Lowering pass for functions that only compiled code calls."""
+class InnerFunctionLoweringPass(NativeLowering):
+    """Compiler pass that translates to LLVM the functions that only compiled code calls."""
 
     _name = "inner_lowering"
 
     @property
     def lowering_class(self) -> Any:
         """Class that translates functions to LLVM in this pass."""
-        return InnerFunctionLower
+        return InnerFunctionLlvmTranslator
 
 
-def _build_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
-    """Return Numba's pipeline of compiler passes, with another lowering pass and without array expressions."""
+def _build_compiler_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
+    """Return Numba's pipeline of compiler passes, with `lowering_pass` for its own and without array expressions."""
     passes = DefaultPassBuilder.define_nopython_pipeline(compiler_state)
     # No kernel has array expressions; searching for them takes a tenth of the time.
     passes.passes = [
@@ -84,22 +84,22 @@ class KernelCompiler(CompilerBase):
     """Compiler of kernel functions that Python calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's pipeline of compiler passes, with `KernelLowering` as its lowering pass."""
-        return [_build_pipeline(self.state, KernelLowering)]
+        """Return Numba's pipeline of compiler passes, with `KernelLoweringPass` as its lowering pass."""
+        return [_build_compiler_pipeline(self.state, KernelLoweringPass)]
 
 
 class InnerFunctionCompiler(CompilerBase):
     """Compiler of kernel functions that only compiled code calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's pipeline of compiler passes, with `InnerFunctionLowering` as its lowering pass."""
-        return [_build_pipeline(self.state, InnerFunctionLowering)]
+        """Return Numba's pipeline of compiler passes, with `InnerFunctionLoweringPass` as its lowering pass."""
+        return [_build_compiler_pipeline(self.state, InnerFunctionLoweringPass)]
 
 
-class NoAliasCompiler(InnerFunctionCompiler):
+class NoAliasFunctionCompiler(InnerFunctionCompiler):
     """Compiler of kernel functions that only compiled code calls, with array arguments that never overlap."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the pipeline, and mark array arguments as ``noalias``, so that LLVM omits its overlap tests."""
+        """Return the pipeline of `InnerFunctionCompiler`; array arguments are marked ``noalias`` (never overlap)."""
         self.state.flags.noalias = True
         return super().define_pipelines()

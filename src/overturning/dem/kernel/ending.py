@@ -42,8 +42,8 @@ class CaseProgress(NamedTuple):
     """Energy needed to overturn, per mass, m²/s²."""
 
 
-class RestState(NamedTuple):
-    """Acceleration up to which the body of a case stays at rest, and its state of rest."""
+class CaseRestState(NamedTuple):
+    """Acceleration up to which the body of a case stays at rest, and whether it was at rest as a sample began."""
 
     rest_limit: float
     """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
@@ -52,16 +52,17 @@ class RestState(NamedTuple):
 
 
 @njit(**INLINE)
-def begin_sample(
+def progress_after_sample_end(
     case_progress: CaseProgress,
     tick: float,
     last_upright_tick: float,
     ticks_per_sample: float,
     sampling_interval: float,
 ) -> tuple[float, float, float]:
-    """Return, after the end of a sample, the current sample, the tick in it, and the last time upright (s).
+    """Return the sample and the tick at which a case goes on after a sample, and the last time it was upright (s).
 
-    `last_upright_tick` is the last upright tick in the sample that ended; negative if there is none.
+    `tick` counts from the start of the sample that ended, the returned tick from the start of the returned sample.
+    `last_upright_tick` is the last tick in the sample that ended at which the body was upright; negative if none.
     """
     then = (case_progress.sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
     over = (1.0 if tick >= ticks_per_sample else 0.0) + (1.0 if tick >= 2.0 * ticks_per_sample else 0.0)
@@ -73,31 +74,33 @@ def begin_sample(
 
 
 @njit(**INLINE)
-def case_cannot_end(
+def case_must_continue(
     case_progress: CaseProgress,
     tick: float,
     ticks_per_sample: float,
     last_sample: float,
-    check_sum: float,
+    state_sum: float,
     is_within_limits: bool,
 ) -> bool:
-    """True if a case cannot have ended: its state is finite and within limits, and strong shaking is still to come.
+    """True if a case cannot have ended yet: its state is finite and within limits, and strong shaking is to come.
 
-    `check_sum` is the sum of all values that must be finite.
+    `state_sum` is the sum of all values of the state that must be finite. If the result is false, the case may have
+    ended or not.
     """
     sample, until = (
         case_progress.sample + tick * (1.0 / ticks_per_sample),
         case_progress.calm if case_progress.calm < last_sample else last_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
-    return (check_sum - check_sum == 0.0) & is_within_limits & (sample < until)
+    return (state_sum - state_sum == 0.0) & is_within_limits & (sample < until)
 
 
 @njit(**INLINE)
 def body_is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
     """True if a body on its contacts neither moves nor vibrates.
 
-    The speed (m/s), the acceleration (m/s²) and the length of the last step (s) decide.
+    `speed` (m/s) and `acceleration` (m/s²) are the largest components after a step of `step_length` (s); `rest_limit`
+    is the base acceleration over g up to which the body stays at rest.
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """

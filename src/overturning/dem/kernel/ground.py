@@ -25,7 +25,7 @@ UNLOADED: Final = 2.0
 
 
 class GroundMotion(NamedTuple):
-    """Acceleration of the base at each sample, with zeros after the record, and its largest values ahead."""
+    """Acceleration of the base at each sample, with zeros after the record, and the largest acceleration to come."""
 
     along: FloatArray
     """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a 3-D body,
@@ -38,8 +38,8 @@ class GroundMotion(NamedTuple):
     """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_BLOCK), m/s²."""
 
 
-class LinearMotion(NamedTuple):
-    """Component of the base acceleration over one sample, linear in time, m/s²."""
+class LinearBaseAcceleration(NamedTuple):
+    """One component of the base acceleration (m/s²) from a sample to the next, linear in time (ticks)."""
 
     value: float
     """Value at the start of the sample."""
@@ -50,35 +50,44 @@ class LinearMotion(NamedTuple):
 
 
 @njit(**INNER)
-def motion_over_sample(
+def base_acceleration_over_sample(
     acceleration: Any, sample: int, amplitude_factor: float, samples_per_tick: float
-) -> LinearMotion:
-    """Return a component of the base acceleration over one sample, multiplied by a factor."""
+) -> LinearBaseAcceleration:
+    """Return a component of the base acceleration from `sample` to the next one, multiplied by a factor.
+
+    `acceleration` holds the component at each sample, m/s².
+    """
     a0, a1, a2 = (
         acceleration[sample] * amplitude_factor,
         acceleration[sample + 1] * amplitude_factor,
         acceleration[sample + 2] * amplitude_factor,
     )
-    return LinearMotion(a0, (a1 - a0) * samples_per_tick, ((a2 - a1) - (a1 - a0)) * samples_per_tick)
+    return LinearBaseAcceleration(a0, (a1 - a0) * samples_per_tick, ((a2 - a1) - (a1 - a0)) * samples_per_tick)
 
 
 @njit(**INLINE)
-def motion_at_tick(linear_motion: LinearMotion, tick: float) -> float:
-    """Return a component of the base acceleration at a tick of the sample, m/s²."""
-    return linear_motion.value + linear_motion.slope * tick
+def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: float) -> float:
+    """Return a component of the base acceleration at a tick of its sample, m/s²."""
+    return base_acceleration.value + base_acceleration.slope * tick
 
 
 @njit(**INLINE)
-def motion_at_tick_or_beyond(linear_motion: LinearMotion, tick: float, ticks_beyond_sample: float) -> float:
-    """Return a component of the base acceleration (m/s²) at a tick up to one sample after the end of its sample."""
-    return (linear_motion.value + linear_motion.slope * tick) + linear_motion.bend * ticks_beyond_sample
+def base_acceleration_up_to_next_sample(
+    base_acceleration: LinearBaseAcceleration, tick: float, ticks_beyond_sample: float
+) -> float:
+    """Return a component of the base acceleration (m/s²) at a tick of its sample or of the next sample.
+
+    `ticks_beyond_sample` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
+    """
+    return (base_acceleration.value + base_acceleration.slope * tick) + base_acceleration.bend * ticks_beyond_sample
 
 
-def largest_acceleration_ahead(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return the largest acceleration ahead of a sample, within `REST_CHECK_BLOCK` samples and the time `LEAD`.
+def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
+    """Return the largest acceleration after each of the first samples of each block of samples.
 
-    Infinite if the block ends after the record. The maximum of each block is shared by all windows that contain it;
-    sample by sample, this took half of the time of a sweep for long records.
+    Only the next `REST_CHECK_BLOCK` samples and the time `LEAD` count; the value is infinite if the block ends after
+    the record. The maximum of each block is shared by all windows that contain it; sample by sample, this took half of
+    the time of a sweep for long records.
 
     Parameters
     ----------
@@ -116,16 +125,16 @@ def largest_acceleration_ahead(acceleration_magnitude: FloatArray, sampling_inte
 
 @njit(**INLINE)
 def is_rest_check_sample(sample: float) -> bool:
-    """True if rest is tested at this time (in samples): in the first `REST_CHECKS_PER_BLOCK` samples of each block."""
+    """True if rest is tested at the time `sample` (in samples): in the first `REST_CHECKS_PER_BLOCK` of each block."""
     blocks = sample * (1.0 / REST_CHECK_BLOCK)
     return blocks - math.floor(blocks) < REST_CHECKS_PER_BLOCK / REST_CHECK_BLOCK
 
 
 @njit(**INLINE)
-def motion_below_rest_threshold(
+def upcoming_motion_is_below_rest_limit(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> bool:
-    """True if the base motion of the next samples (a block, and the time `LEAD`) cannot move a body at rest.
+    """True if the base motion over the next `REST_CHECK_BLOCK` samples and the time `LEAD` cannot move a body at rest.
 
     `amplitude` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration
     is linear between samples, so it is largest at one of them.
@@ -139,8 +148,11 @@ def motion_below_rest_threshold(
 def count_skippable_samples(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> int:
-    """Return the number of samples during which a body at rest stays at rest, in whole blocks."""
+    """Return the number of samples from `sample` on during which a body at rest stays at rest, in whole blocks.
+
+    The other parameters are those of `upcoming_motion_is_below_rest_limit`.
+    """
     count = 0
-    while motion_below_rest_threshold(ground, ground_row, sample + count, amplitude, rest_limit):
+    while upcoming_motion_is_below_rest_limit(ground, ground_row, sample + count, amplitude, rest_limit):
         count += REST_CHECK_BLOCK
     return count

@@ -11,7 +11,7 @@ loads the tuples, calls the functions and stores the results. LLVM vectorises su
 
 Three other forms are not vectorised, or are slow: a named tuple *of arrays* (each array has its own base address and
 may overlap the others); a choice between two whole tuples before they are stored, or between numbers within a tuple's
-own arguments; and a conditional (masked) store. `LaneAccess.store_unless` selects number by number instead.
+own arguments; and a conditional (masked) store. `LaneTupleAccess.store_unless` selects number by number instead.
 """
 
 import hashlib
@@ -25,15 +25,15 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from overturning.dem.kernel.compiler import InnerFunctionCompiler, KernelCompiler, NoAliasCompiler
+from overturning.dem.kernel.compiler import InnerFunctionCompiler, KernelCompiler, NoAliasFunctionCompiler
 from overturning.dem.kernel.tuples import (
-    conditional_tuple_storer,
-    elementwise_function,
+    create_conditional_tuple_storer,
+    create_elementwise_function,
+    create_tuple_loader,
+    create_tuple_storer,
+    create_zero_tuple_function,
     number_field_paths,
-    select_frozen,
-    tuple_loader,
-    tuple_storer,
-    zero_tuple_maker,
+    select_frozen_value,
 )
 
 OPTIONS: Final[dict[str, Any]] = {
@@ -63,7 +63,7 @@ Without reference counts (``_nrt``). `forceinline` is set explicitly: unset, Num
 whole kernel becomes one function, and compilation takes twice as long.
 """
 
-APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": NoAliasCompiler}
+APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": NoAliasFunctionCompiler}
 """Options of loops over the lanes whose array arguments never overlap, so that LLVM omits its overlap tests.
 
 With `INNER`, LLVM compiles each such loop twice and tests for overlap in every call.
@@ -84,8 +84,8 @@ def aligned_zeros(length: int) -> Any:
     return numbers[skip : skip + length]
 
 
-def _borrow_arrays(_typing_context: Any, array_type: Any) -> Any:
-    """Generate a view of an array, or of nested tuples of arrays, whose references are not counted.
+def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any) -> Any:
+    """Generate code that returns a view of an array, or of nested tuples of arrays, whose references are not counted.
 
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
@@ -101,16 +101,16 @@ def _borrow_arrays(_typing_context: Any, array_type: Any) -> Any:
             value = builder.insert_value(value, one, number)
         return value
 
-    def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return remove_owner(context, builder, signature.args[0], arguments[0])
 
-    return array_type(array_type), generate_call
+    return array_type(array_type), generate_llvm_code
 
 
-borrowed: Final[Any] = intrinsic(_borrow_arrays)
+borrowed: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
 
 
-def window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
+def create_window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
     """Return a compiled function ``window(array, k)`` that returns the k-th window of an array.
 
     It has `window_length` values from ``first_index + k * stride`` on; `stride` defaults to `window_length`. The array
@@ -118,7 +118,7 @@ def window_slicer(window_length: int, first_index: int = 0, stride: int | None =
     """
 
     def slice_window(_typing_context: Any, array: Any, window_index: Any) -> Any:  # noqa: ARG001
-        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             length, begin, apart = (
                 context.get_constant(types.intp, n) for n in (window_length, first_index, stride or window_length)
             )
@@ -127,38 +127,38 @@ def window_slicer(window_length: int, first_index: int = 0, stride: int | None =
             view.nitems, view.shape = length, cgutils.pack_array(builder, [length])
             return view._getvalue()
 
-        return array(array, types.intp), generate_call
+        return array(array, types.intp), generate_llvm_code
 
     return intrinsic(slice_window)
 
 
-def _select_value(_typing_context: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
-    """Generate the selection of one of two values by a condition, without a branch (see `select_frozen`)."""
+def _select_value_without_branch(_typing_context: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+    """Generate code that returns one of two values, by a condition, without a branch (see `select_frozen_value`)."""
 
-    def generate_call(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        return select_frozen(builder, *arguments)
+    def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return select_frozen_value(builder, *arguments)
 
-    return second_value(condition, first_value, second_value), generate_call
-
-
-select: Final[Any] = intrinsic(_select_value)
+    return second_value(condition, first_value, second_value), generate_llvm_code
 
 
-def _hide_number(_typing_context: Any, number: Any) -> Any:
-    """Return a number unchanged, hidden from LLVM, which therefore assumes nothing about it."""
+select: Final[Any] = intrinsic(_select_value_without_branch)
 
-    def generate_call(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+
+def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
+    """Generate code that returns a number unchanged, but hidden from LLVM, which then assumes nothing about it."""
+
+    def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         kind = ir.FunctionType(arguments[0].type, [arguments[0].type])
         return builder.asm(kind, "", "=r,0", [arguments[0]], side_effect=False)
 
-    return number(number), generate_call
+    return number(number), generate_llvm_code
 
 
-unknown: Final[Any] = intrinsic(_hide_number)
+unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
 """``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
-class LaneAccess(NamedTuple):
+class LaneTupleAccess(NamedTuple):
     """Compiled functions that load a named tuple from a lane (column) of the state array, and store it."""
 
     load: Any
@@ -170,7 +170,7 @@ class LaneAccess(NamedTuple):
 
 
 class TupleArithmetic(NamedTuple):
-    """Compiled elementwise arithmetic of a named tuple."""
+    """Compiled functions for the elementwise arithmetic of one type of named tuple."""
 
     zero: Any
     """``zero()`` returns a tuple of zeros."""
@@ -184,24 +184,24 @@ class TupleArithmetic(NamedTuple):
 
 @cache
 def tuple_arithmetic(tuple_type: type) -> TupleArithmetic:
-    """Return the compiled arithmetic of a named tuple, whose fields are numbers or further such tuples."""
+    """Return compiled functions for the arithmetic of a named tuple, whose fields are numbers or such tuples."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
-        return select_frozen(
+        return select_frozen_value(
             builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
         )
 
     return TupleArithmetic(
-        zero_tuple_maker(tuple_type),
-        elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
-        elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
-        elementwise_function(tuple_type, f"largest.{name}", larger_number),
+        create_zero_tuple_function(tuple_type),
+        create_elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
+        create_elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
+        create_elementwise_function(tuple_type, f"largest.{name}", larger_number),
     )
 
 
-class RowLayout:
-    """Layout of named tuples in an array: the row in which each number of the tuples is stored.
+class TupleRowLayout:
+    """Layout of named tuples in an array with one lane per case: the row in which each number of a tuple is stored.
 
     Parameters
     ----------
@@ -221,14 +221,16 @@ class RowLayout:
         self.count: Final = len(numbers)
         self.size: Final = lane_count * self.count
         self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
-        self._made: dict[tuple[object, ...], LaneAccess] = {}
+        self._made: dict[tuple[object, ...], LaneTupleAccess] = {}
 
-    def row(self, tuple_type: type, field_path: str) -> int:
-        """Return the index in the array at which the row of a number starts; its field path is like ``left.spring``."""
+    def row_start(self, tuple_type: type, field_path: str) -> int:
+        """Return the index in the array at which the row of the number with a field path (``left.spring``) starts."""
         return self._rows[tuple_type, field_path]
 
-    def access(self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()) -> LaneAccess:
-        """Return the functions that load a named tuple from a lane, and store it there.
+    def lane_access(
+        self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()
+    ) -> LaneTupleAccess:
+        """Return the compiled functions that load a named tuple from a lane of the array, and store it in a lane.
 
         Parameters
         ----------
@@ -250,8 +252,8 @@ class RowLayout:
 
     def _create_lane_access(
         self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
-    ) -> LaneAccess:
-        """Return the functions that load and store a tuple that may be nested in another one."""
+    ) -> LaneTupleAccess:
+        """Return the compiled functions that load and store an `inner_type`, which may be nested in a `tuple_type`."""
         rows = [
             self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
             for path in number_field_paths(inner_type)
@@ -260,8 +262,8 @@ class RowLayout:
         name = (
             f"{inner_type.__module__}.{inner_type.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
         )
-        return LaneAccess(
-            tuple_loader(inner_type, rows, name),
-            tuple_storer(inner_type, rows, name),
-            conditional_tuple_storer(inner_type, rows, name),
+        return LaneTupleAccess(
+            create_tuple_loader(inner_type, rows, name),
+            create_tuple_storer(inner_type, rows, name),
+            create_conditional_tuple_storer(inner_type, rows, name),
         )

@@ -19,7 +19,7 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 @njit(**INLINE)
 def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[float, float]:
-    """Return cosine and sine of the sum of two angles, from those of the first; the second is small, rad."""
+    """Return the cosine and the sine of an angle after a rotation by a small `angle`, rad."""
     square = angle * angle
     angle_sine = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
@@ -40,8 +40,8 @@ def clamp_magnitude(force: float, limit: float) -> float:
 
 
 @njit(**INLINE)
-def slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
-    """True if a base that lands flat slides, from its velocities along the ground and off it without rotation, m/s.
+def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
+    """True if a base that lands flat slides; its velocities along the ground and off it (m/s) leave out rotation.
 
     The dashpots stop the heave first, and the contribution of the rotation to the slip only later. Friction in a
     plastic landing depends on the slip that remains afterwards, so rotation is left out: all ends slide the same way.
@@ -50,19 +50,19 @@ def slides_in_flat_landing(friction: float, slip_velocity: float, opening_veloci
 
 
 @njit(**INLINE)
-def impact_time(stiffness: float, dashpot: float) -> float:
-    """Return the time within which the touches of both ends of a base count as one impact, s.
+def max_touch_delay_of_one_impact(stiffness: float, dashpot: float) -> float:
+    """Return the longest time between the touches of both ends of a base that count as one impact, s.
 
-    Stiffness and dashpot are per mass. The time is m/h, in which the dashpot of one end alone stops the mass: the other
-    end touches before the first one has stopped the body. A spring with a weaker dashpot (h² < K m) has no such short
-    time; h/K is then shorter.
+    Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h, in which the dashpot of one end alone
+    stops the mass: the other end touches before the first one has stopped the body. A spring with a weaker dashpot
+    (h² < K m) has no such short time; h/K is then shorter.
     """
     return min(1.0 / dashpot, dashpot / stiffness) if dashpot > 0.0 else 0.0
 
 
 @njit(**INLINE)
-def end_touches_soon(time: float, depth: float, opening_velocity: float) -> bool:
-    """True if an end of a base is in contact, or comes into contact within a time (s) at its present velocity.
+def base_end_touches_within_time(time: float, depth: float, opening_velocity: float) -> bool:
+    """True if an end of a base is in contact, or comes into contact within `time` (s) at its present velocity.
 
     `depth` is the penetration, m, `opening_velocity` the velocity at which the end rises, m/s.
     """
@@ -76,7 +76,7 @@ def updated_maximum(peak: float, new_value: float) -> float:
 
 
 @njit(**INLINE)
-def clamp_friction(
+def clamp_friction_and_stretch(
     force_x: float,
     force_y: float,
     stretch_x: float,
@@ -85,10 +85,10 @@ def clamp_friction(
     compliance: float,
     flat_landing: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
-    """Limit a two-component friction force and the stretch of its spring; return both, and True if the point slips.
+    """Limit the friction force and the spring stretch of a contact point; return both, and True if the point slips.
 
     Force and stretch keep their directions. `flat_landing` is (True if the point is in a flat landing, True
-    if it slides meanwhile; see `slides_in_flat_landing`).
+    if it slides meanwhile; see `base_slides_in_flat_landing`).
     """
     (held, drifts), square, stretch = (
         flat_landing,

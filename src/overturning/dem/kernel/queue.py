@@ -1,7 +1,7 @@
 """Queue of cases for the lanes of a kernel: a lane whose case has ended takes the next case.
 
 The queue is independent of the model. Each model has a named tuple with the input of its kernel, and functions that
-are selected by the type of that tuple (`register_implementations`): Numba caches machine code selected by type, but not
+are selected by the type of that tuple (`register_model_functions`): Numba caches machine code selected by type, but not
 that of closures. Lanes do not share data, so the result of a case depends on the case alone.
 """
 
@@ -42,7 +42,7 @@ class QueueSettings(NamedTuple):
 
 
 class KernelInput(Protocol):
-    """Fields that the kernel input of every model has, for cases with the same number of steps per sample."""
+    """Fields that the kernel input of every model has; all its cases have the same number of steps per sample."""
 
     settings: QueueSettings
     """Settings shared by all cases."""
@@ -64,7 +64,7 @@ class KernelWorkspace(Protocol):
     """Flat array with a row per quantity and a column per lane."""
 
 
-# Signatures of the functions that each model implements; `register_implementations` registers the implementations.
+# Signatures of the functions that each model implements; `register_model_functions` registers the implementations.
 
 
 def allocate_workspace(kernel_input: KernelInput) -> KernelWorkspace:
@@ -73,30 +73,35 @@ def allocate_workspace(kernel_input: KernelInput) -> KernelWorkspace:
 
 
 def start_case(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> None:
-    """Load the initial state of a case into a lane (a column of the arrays)."""
+    """Load the initial state of the case with index `case` into a lane (a column of the workspace's arrays)."""
     raise NotImplementedError
 
 
-def load_sample_motion(kernel_input: KernelInput, workspace: KernelWorkspace, lane_cases: Any, lane_count: int) -> None:
-    """Load the base motion over the next sample into the first `lane_count` lanes; each has a case in `lane_cases`."""
+def load_motion_of_next_sample(
+    kernel_input: KernelInput, workspace: KernelWorkspace, lane_cases: Any, lane_count: int
+) -> None:
+    """Load the base motion over the next sample into the first `lane_count` lanes.
+
+    `lane_cases` holds the index of the case in each lane.
+    """
     raise NotImplementedError
 
 
 def advance_one_sample(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample in all lanes; return the trajectory of the first lane and its number of rows.
+    """Compute the steps of a sample in the first `lane_count` lanes, and record the motion of the first lane.
 
-    The returned trajectory may be a longer copy of `trajectory`. The number of rows is −1 if it has reached its
-    limit.
+    Returns the trajectory of the first lane, which may be a longer copy of `trajectory`, and its number of recorded
+    rows; −1 if the trajectory has reached its limit.
     """
     raise NotImplementedError
 
 
-def mark_ending_lanes(
-    kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, lane_marks: Any
+def mark_lanes_that_may_have_ended(
+    kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set the mark of each lane to 1 if its case may have ended, else to 0; return the number of ones.
+    """Set the mark of each active lane to 1 if its case may have ended, else to 0; return the number of ones.
 
     A quick test for all lanes at once; `lane_end_status` decides.
     """
@@ -108,9 +113,11 @@ def skip_quiet_samples(
     workspace: KernelWorkspace,
     lane_cases: Any,
     active_lane_count: int,
-    skipped_sample_counts: Any,
+    skipped_sample_counts_out: Any,
 ) -> None:
-    """Skip, in lanes at rest, the samples in which the base motion cannot move the body, and count them.
+    """Skip, in lanes at rest, the samples in which the base motion cannot move the body.
+
+    The number of samples skipped in a lane is added to `skipped_sample_counts_out`.
 
     At rest all contacts are closed, nothing slides, the last step was a long one, and residual motion and vibration are
     small compared with the acceleration that the body resists (`dem.kernel.ground.count_skippable_samples`).
@@ -119,33 +126,39 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
-    """Return the `Status` of a lane whose case has ended, or `GOES_ON`."""
+    """Return the `Status` of the case in a lane if the case has ended, else `GOES_ON`."""
     raise NotImplementedError
 
 
 def write_lane_results(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int, status: int
 ) -> None:
-    """Write the results of the case in a lane, except its status and its numbers of steps and skipped samples."""
+    """Write the results of the case in a lane into the table of results.
+
+    The queue itself writes the status of the case and its numbers of steps and skipped samples.
+    """
     raise NotImplementedError
 
 
-def register_implementations(input_type: type, *functions: Callable[..., Any]) -> None:
-    """Register the functions with which a model implements those above, for kernel input of one type."""
+def register_model_functions(kernel_input_type: type, *functions: Callable[..., Any]) -> None:
+    """Register the functions of a model, selected by the type of its kernel input.
+
+    Each has the name of one of the functions of this module without implementation.
+    """
     for function in functions:
 
         def implementation_for_type(
             argument_type: Any, *_: Any, function: Callable[..., Any] = function
         ) -> Callable[..., Any] | None:
-            return function if argument_type.instance_class is input_type else None
+            return function if argument_type.instance_class is kernel_input_type else None
 
         options = OWNER if function.__name__ in {"allocate_workspace", "advance_one_sample"} else INLINE
         register = overload(globals()[function.__name__], jit_options=options, strict=False)  # type: ignore[arg-type]
         register(implementation_for_type)
 
 
-def lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
-    """Return a function for compiled code that returns the value which a table holds for the type of its argument."""
+def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
+    """Return a function for compiled code that returns the entry of `value_by_type` for the type of its argument."""
 
     def look_up_value(marker: Any) -> Any:
         return value_by_type[type(marker)]
@@ -223,14 +236,14 @@ def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory
             return trajectory, recorded
         skip_quiet_samples(kernel_input, workspace, case, active, left_out)
         columns = (active + 7) // 8 * 8
-        load_sample_motion(kernel_input, workspace, case, columns)
+        load_motion_of_next_sample(kernel_input, workspace, case, columns)
         trajectory, recorded = advance_one_sample(kernel_input, workspace, columns, trajectory, recorded)
         steps_done[0] += active * steps
         spent = none
         for lane in range(active):
             done[lane] += steps
             spent += 1 if done[lane] >= settings.budget else 0
-        lane = none if mark_ending_lanes(kernel_input, workspace, active, due) + spent > 0 else active
+        lane = none if mark_lanes_that_may_have_ended(kernel_input, workspace, active, due) + spent > 0 else active
         while lane < active:
             status, over = GOES_ON, done[lane] >= settings.budget
             if over or due[lane] > 0.0:

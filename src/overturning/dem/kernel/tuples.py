@@ -51,7 +51,7 @@ def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def select_frozen(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+def select_frozen_value(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
     """Return one of two values, selected by a condition, so that a store of the result stays unconditional.
 
     LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
@@ -64,38 +64,38 @@ def select_frozen(builder: Any, condition: Any, first_value: Any, second_value: 
     return builder.select(condition, *frozen)
 
 
-class GeneratedFunction:
+class GeneratedLlvmFunction:
     """LLVM function that is generated at its first call, and linked and inlined into every caller.
 
     Parameters
     ----------
     function_name : str
         Name in the machine code; functions of one name must be identical.
-    generate_instructions : callable
-        ``generate_instructions(context, builder, *values)`` emits the instructions and returns the result, or None.
+    generate_llvm_instructions : callable
+        ``generate_llvm_instructions(context, builder, *values)`` emits them and returns the result, or None.
     """
 
-    def __init__(self, function_name: str, generate_instructions: Callable[..., Any]) -> None:
-        self._name, self._generate_instructions, self._library = function_name, generate_instructions, None
+    def __init__(self, function_name: str, generate_llvm_instructions: Callable[..., Any]) -> None:
+        self._name, self._generate_llvm_instructions, self._library = function_name, generate_llvm_instructions, None
 
     def __call__(self, context: Any, builder: Any, return_type: Any, *arguments: Any) -> Any:
-        """Emit a call of the function, with numbers and addresses as arguments; return its result."""
+        """Emit a call of the function, with numbers and addresses as arguments; return the result, a value of LLVM."""
         into = None if return_type == types.void else cgutils.alloca_once(builder, context.get_value_type(return_type))
         arguments = arguments if into is None else (into, *arguments)
         kind = ir.FunctionType(ir.VoidType(), [value.type for value in arguments])
-        self._library = self._library or self._generate_library(context, kind, into is not None)
+        self._library = self._library or self._generate_llvm_library(context, kind, into is not None)
         context.add_linking_libs([self._library])
         builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), arguments)
         return context.get_dummy_value() if into is None else builder.load(into)
 
-    def _generate_library(self, context: Any, function_type: Any, has_result: bool) -> Any:
+    def _generate_llvm_library(self, context: Any, function_type: Any, has_result: bool) -> Any:
         """Generate the function in a library of its own, to which its callers are linked."""
         library = context.codegen().create_library(self._name)
         module = library.create_ir_module(self._name)
         function = ir.Function(module, function_type, self._name)
         function.attributes.add("alwaysinline")
         builder = ir.IRBuilder(function.append_basic_block())
-        result = self._generate_instructions(context, builder, *function.args[has_result:])
+        result = self._generate_llvm_instructions(context, builder, *function.args[has_result:])
         if has_result:
             function.args[0].add_attribute("noalias")
             builder.store(result, function.args[0])
@@ -104,29 +104,29 @@ class GeneratedFunction:
         return library
 
 
-def _to_float64(context: Any, builder: Any, tuple_type: type, actual_type: Any, value: Any) -> Any:
-    """Convert a tuple, or a number, of any numeric types to float64."""
+def _convert_tuple_to_float64(context: Any, builder: Any, tuple_type: type, actual_type: Any, value: Any) -> Any:
+    """Return a tuple, or a number, with all its numbers converted from their actual types to float64."""
     if actual_type == numba_tuple_type(tuple_type):
         return value
     if not hasattr(tuple_type, "_fields"):
         return context.cast(builder, value, actual_type, types.float64)
     inners = zip(get_type_hints(tuple_type).values(), actual_type, strict=True)
     parts = [
-        _to_float64(context, builder, inner, of, builder.extract_value(value, at))
+        _convert_tuple_to_float64(context, builder, inner, of, builder.extract_value(value, at))
         for at, (inner, of) in enumerate(inners)
     ]
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
 def _check_argument_types(tuple_type: type, *argument_types: Any) -> None:
-    """Raise a `TypingError` if one of the Numba types is not that of the named tuple."""
+    """Raise a `TypingError` if one of the Numba types `argument_types` is not that of the named tuple."""
     for one in argument_types:
         if getattr(one, "instance_class", None) is not tuple_type:
             raise TypingError(f"expected a {tuple_type.__name__}, got {one}")
 
 
-def _array_address(context: Any, builder: Any, array_type: Any, value: Any) -> Any:
-    """Return the address of the first number of an array; raise a `TypingError` for any other type."""
+def _first_number_address(context: Any, builder: Any, array_type: Any, value: Any) -> Any:
+    """Return the address of the first number of a contiguous 1-D float64 array; raise a `TypingError` for others."""
     if not (
         isinstance(array_type, types.Array)
         and array_type.ndim == 1
@@ -137,10 +137,13 @@ def _array_address(context: Any, builder: Any, array_type: Any, value: Any) -> A
     return context.make_array(array_type)(context, builder, value=value).data
 
 
-def tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``load(array, j)`` that returns the tuple of lane j; a number without row is 0."""
+def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+    """Return a compiled function ``load(array, j)`` that returns the tuple of lane j.
 
-    def generate_instructions(context: Any, builder: Any, data_address: Any, lane: Any) -> Any:
+    `row_offsets` holds the index at which the row of each number starts; None: the number has no row and is 0.
+    """
+
+    def generate_llvm_instructions(context: Any, builder: Any, data_address: Any, lane: Any) -> Any:
         zero = ir.Constant(ir.DoubleType(), 0.0)
         numbers = [
             zero if row is None else builder.load(_number_address(builder, data_address, row, lane))
@@ -148,60 +151,68 @@ def tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name:
         ]
         return build_tuple(context, builder, tuple_type, iter(numbers))
 
-    generated = GeneratedFunction(f"load.{function_name}", generate_instructions)
+    generated = GeneratedLlvmFunction(f"load.{function_name}", generate_llvm_instructions)
 
     def load_tuple(_typing_context: Any, array: Any, lane: Any) -> Any:  # noqa: ARG001
-        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = _array_address(context, builder, signature.args[0], arguments[0])
+        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = _first_number_address(context, builder, signature.args[0], arguments[0])
             return generated(context, builder, signature.return_type, data, arguments[1])
 
-        return numba_tuple_type(tuple_type)(array, types.uintp), generate_call
+        return numba_tuple_type(tuple_type)(array, types.uintp), generate_llvm_code
 
     return intrinsic(load_tuple)
 
 
-def tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``store(array, j, value)`` that writes the numbers of a tuple that have a row."""
+def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+    """Return a compiled function ``store(array, j, value)`` that writes a tuple to lane j.
 
-    def generate_instructions(_: Any, builder: Any, data_address: Any, lane: Any, *numbers: Any) -> None:
+    Numbers whose entry of `row_offsets` is None are not written.
+    """
+
+    def generate_llvm_instructions(_: Any, builder: Any, data_address: Any, lane: Any, *numbers: Any) -> None:
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 builder.store(number, _number_address(builder, data_address, row, lane))
 
-    generated = GeneratedFunction(f"store.{function_name}", generate_instructions)
+    generated = GeneratedLlvmFunction(f"store.{function_name}", generate_llvm_instructions)
 
     def store_tuple(_typing_context: Any, array: Any, lane: Any, value_type: Any) -> Any:  # noqa: ARG001
         _check_argument_types(tuple_type, value_type)
 
-        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = _array_address(context, builder, signature.args[0], arguments[0])
-            numbers = _to_float64(context, builder, tuple_type, signature.args[2], arguments[2])
+        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = _first_number_address(context, builder, signature.args[0], arguments[0])
+            numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[2], arguments[2])
             return generated(
                 context, builder, types.void, data, arguments[1], *extract_numbers(builder, tuple_type, numbers)
             )
 
-        return types.void(array, types.uintp, value_type), generate_call
+        return types.void(array, types.uintp, value_type), generate_llvm_code
 
     return intrinsic(store_tuple)
 
 
-def conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true."""
+def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+    """Return a compiled function ``store_unless(array, j, keep, value)``: it writes a tuple unless `keep` is true.
 
-    def generate_instructions(_: Any, builder: Any, data_address: Any, lane: Any, keep: Any, *numbers: Any) -> None:
+    Numbers whose entry of `row_offsets` is None are not written.
+    """
+
+    def generate_llvm_instructions(
+        _: Any, builder: Any, data_address: Any, lane: Any, keep: Any, *numbers: Any
+    ) -> None:
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 at = _number_address(builder, data_address, row, lane)
-                builder.store(select_frozen(builder, keep, builder.load(at), number), at)
+                builder.store(select_frozen_value(builder, keep, builder.load(at), number), at)
 
-    generated = GeneratedFunction(f"store_unless.{function_name}", generate_instructions)
+    generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_llvm_instructions)
 
     def store_tuple_unless(_context: Any, array: Any, lane: Any, keep: Any, value_type: Any) -> Any:  # noqa: ARG001
         _check_argument_types(tuple_type, value_type)
 
-        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = _array_address(context, builder, signature.args[0], arguments[0])
-            numbers = _to_float64(context, builder, tuple_type, signature.args[3], arguments[3])
+        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = _first_number_address(context, builder, signature.args[0], arguments[0])
+            numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[3], arguments[3])
             return generated(
                 context,
                 builder,
@@ -212,55 +223,58 @@ def conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], fu
                 *extract_numbers(builder, tuple_type, numbers),
             )
 
-        return types.void(array, types.uintp, types.boolean, value_type), generate_call
+        return types.void(array, types.uintp, types.boolean, value_type), generate_llvm_code
 
     return intrinsic(store_tuple_unless)
 
 
 def _number_address(builder: Any, data_address: Any, row_offset: int, lane: Any) -> Any:
-    """Return the address of the number of a lane in the row that starts at `row_offset`."""
+    """Return the address of the number that a lane has in the row that starts at `row_offset`."""
     # Unsigned: LLVM cannot always prove that a signed index is not negative.
     return builder.gep(data_address, [builder.add(lane, ir.Constant(lane.type, row_offset))])
 
 
-def zero_tuple_maker(tuple_type: type) -> Any:
-    """Return a compiled function ``zero()`` that returns a tuple of zeros."""
+def create_zero_tuple_function(tuple_type: type) -> Any:
+    """Return a compiled function ``zero()`` that returns a tuple of this type, all zeros."""
 
     def zero_tuple(_typing_context: Any) -> Any:
-        def generate_call(context: Any, *_: Any) -> Any:
+        def generate_llvm_code(context: Any, *_: Any) -> Any:
             return ir.Constant(context.get_value_type(numba_tuple_type(tuple_type)), None)
 
-        return numba_tuple_type(tuple_type)(), generate_call
+        return numba_tuple_type(tuple_type)(), generate_llvm_code
 
     return intrinsic(zero_tuple)
 
 
-def elementwise_function(tuple_type: type, function_name: str, combine_numbers: Callable[[Any, Any, Any], Any]) -> Any:
-    """Return a compiled function ``f(a, b)`` that applies ``combine(builder, x, y)`` to each pair of numbers."""
+def create_elementwise_function(
+    tuple_type: type, function_name: str, combine_numbers: Callable[[Any, Any, Any], Any]
+) -> Any:
+    """Return a compiled function ``f(a, b)`` of tuples; ``combine_numbers(builder, x, y)`` combines two numbers."""
 
-    def generate_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
+    def generate_llvm_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
         return build_tuple(
             context, builder, tuple_type, (combine_numbers(builder, *two) for two in zip(first, second, strict=True))
         )
 
-    generated = GeneratedFunction(function_name, generate_instructions)
+    generated = GeneratedLlvmFunction(function_name, generate_llvm_instructions)
 
-    def apply_elementwise(_typing_context: Any, first_tuple: Any, second_tuple: Any) -> Any:
+    def combine_tuples_elementwise(_typing_context: Any, first_tuple: Any, second_tuple: Any) -> Any:
         _check_argument_types(tuple_type, first_tuple, second_tuple)
 
-        def generate_call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             two = [
-                _to_float64(context, builder, tuple_type, *one) for one in zip(signature.args, arguments, strict=True)
+                _convert_tuple_to_float64(context, builder, tuple_type, *one)
+                for one in zip(signature.args, arguments, strict=True)
             ]
             numbers = [number for one in two for number in extract_numbers(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
-        return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_call
+        return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_llvm_code
 
-    return intrinsic(apply_elementwise)
+    return intrinsic(combine_tuples_elementwise)
 
 
-def table_dtype(*tuple_types: Any) -> np.dtype[np.void]:
+def table_dtype_of_named_tuples(*tuple_types: Any) -> np.dtype[np.void]:
     """Return the dtype of a table with a column of float64 for each field of some named tuples, in their order."""
     return np.dtype([(name, "f8") for kind in tuple_types for name in kind._fields])

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import Clock
+from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.mechanics import LANDING
-from overturning.dem.kernel.tuples import table_dtype
+from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
@@ -17,7 +17,7 @@ from overturning.model.geometry import WIDE_GROUND, PlacedElement, pieces_of_pai
 
 
 class SceneCaseColumns(NamedTuple):
-    """Columns of the kernel's table of scene cases; the columns of `Clock` follow."""
+    """Columns of the kernel's table of scene cases; the columns of `CaseStepControl` follow."""
 
     amplitude: float
     """Factor on the motion."""
@@ -101,11 +101,11 @@ class ElementResultColumns(NamedTuple):
     """Slip of the base at the end, m."""
 
 
-CASE: Final = table_dtype(SceneCaseColumns, Clock)
-ELEMENT: Final = table_dtype(ElementColumns)
-LIMITS: Final = table_dtype(SceneLimitColumns)
-RESULT: Final = table_dtype(SceneResultColumns)
-ELEMENT_RESULT: Final = table_dtype(ElementResultColumns)
+CASE: Final = table_dtype_of_named_tuples(SceneCaseColumns, CaseStepControl)
+ELEMENT: Final = table_dtype_of_named_tuples(ElementColumns)
+LIMITS: Final = table_dtype_of_named_tuples(SceneLimitColumns)
+RESULT: Final = table_dtype_of_named_tuples(SceneResultColumns)
+ELEMENT_RESULT: Final = table_dtype_of_named_tuples(ElementResultColumns)
 
 CALM_KINETIC: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""

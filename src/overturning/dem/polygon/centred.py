@@ -23,7 +23,7 @@ from overturning.dem.polygon.landing import (
     PairMotion,
     apply_landing_levers,
     correct_slip_for_friction_work,
-    flat_landing_slip,
+    flat_landing_friction,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
@@ -104,7 +104,7 @@ def predict_contact_end(
     on = (pressed | ((not fine) & (end_history.normal != 0.0))) & (contact_end.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_slip(contact_law, contact_end, pair_motion.velocity, a, b, held)
+    drifts, drift = flat_landing_friction(contact_law, contact_end, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
     along = a.inverse_inertia * (contact_end.a.n * (contact_end.a.n + signed_friction * contact_end.a.t))
@@ -169,7 +169,7 @@ def contact_end_terms(
 @njit(**INLINE)
 def is_fine_step(case: CaseState) -> bool:
     """True if the step of a case is so short that the predicted forces decide about contact and slip."""
-    return case.attempt.length <= FINE * case.clock.finest
+    return case.attempt.length <= FINE * case.step_control.finest
 
 
 @njit(**APART)
@@ -251,7 +251,7 @@ def solved_contact_end(
     most = contact_law.friction * n
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
     whole = RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_slip(contact_law, contact_end, whole, a, b, held), most > 0.0
+    (drifts, drift), loaded = flat_landing_friction(contact_law, contact_end, whole, a, b, held), most > 0.0
     force, holds, slips = apply_friction(t, n, contact_law, (held, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.ground import motion_at_tick
+from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
@@ -16,7 +16,7 @@ from overturning.dem.polygon.landing import (
     PairMotion,
     apply_landing_levers,
     correct_slip_for_friction_work,
-    flat_landing_slip,
+    flat_landing_friction,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
@@ -86,8 +86,8 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         u, own_a, own_b = relative_velocity(first.velocity, second.velocity), first.inertia, second.inertia
         held = pair_lands_flat(pair.law, old, ends, PairMotion(u, own_a, own_b))
         end_1, end_2 = apply_landing_levers(pair.law, ends, PairMotion(u, own_a, own_b), held)
-        flat_one = (held, *flat_landing_slip(pair.law, ends.one, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_slip(pair.law, ends.two, u, own_a, own_b, held))
+        flat_one = (held, *flat_landing_friction(pair.law, ends.one, u, own_a, own_b, held))
+        flat_two = (held, *flat_landing_friction(pair.law, ends.two, u, own_a, own_b, held))
         one = compute_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
         two = compute_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
         on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, one.force, two.force))
@@ -103,10 +103,10 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.totals
-        ground = motion_at_tick(shaking.base, shaking.tick) * item.inertia.frame
+        ground = base_acceleration_at_tick(shaking.base, shaking.tick) * item.inertia.frame
         lift = 0.0
         if vertical_base_acceleration is not None:
-            lift = motion_at_tick(shaking.up, shaking.tick) * item.inertia.frame
+            lift = base_acceleration_at_tick(shaking.up, shaking.tick) * item.inertia.frame
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
         work = old.work - dt * inertial_power(item, ground, lift, extrapolate_velocity(item.velocity, a, half))

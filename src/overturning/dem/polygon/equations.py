@@ -16,10 +16,10 @@ from overturning.dem.kernel.lanes import (
     INLINE,
     INNER,
     OWNER,
-    RowLayout,
+    TupleRowLayout,
+    create_window_slicer,
     tuple_arithmetic,
     unknown,
-    window_slicer,
 )
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import PairForce, PairMatrix
@@ -40,9 +40,9 @@ class Submatrix(NamedTuple):
     ww: float
 
 
-SUBMATRIX: Final = RowLayout(rows.COLUMNS, Submatrix)
+SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, Submatrix)
 SIZE: Final = SUBMATRIX.size
-load, store, _ = SUBMATRIX.access(Submatrix)
+load, store, _ = SUBMATRIX.lane_access(Submatrix)
 minus = tuple_arithmetic(Submatrix).minus
 
 
@@ -105,7 +105,7 @@ def mark_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None
     nonzero_pattern.count[row] += 1
 
 
-of_submatrix: Final = window_slicer(SIZE)
+of_submatrix: Final = create_window_slicer(SIZE)
 """``of_submatrix(matrix, k)``: return the rows of submatrix number k."""
 
 

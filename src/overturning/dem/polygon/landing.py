@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import slides_in_flat_landing
+from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.polygon.faces import ContactEnd, LeverArms, SharedSegment
 from overturning.dem.polygon.mechanics import ContactEndResult, RelativeVector, opening_and_slip_rates
 from overturning.dem.polygon.state import OPEN, ContactEndHistory, ContactLaw, ElementConstants, PairHistory
@@ -26,7 +26,7 @@ def end_lands_now(
 ) -> bool:
     """True if a contact end is landing, touches in this step, or will touch as part of the same impact.
 
-    The time until it touches is at most `overturning.dem.kernel.mechanics.impact_time`, in products here.
+    The time until it touches is at most `dem.kernel.mechanics.max_touch_delay_of_one_impact`, in products here.
     """
     opening, _ = opening_and_slip_rates(contact_end, pair_motion.velocity)
     sinking = opening if opening < 0.0 else 0.0
@@ -51,7 +51,7 @@ def pair_lands_flat(
 
 
 @njit(**INLINE)
-def flat_landing_slip(
+def flat_landing_friction(
     contact_law: ContactLaw,
     contact_end: ContactEnd,
     velocity: RelativeVector,
@@ -68,7 +68,7 @@ def flat_landing_slip(
         total if total > 0.0 else 1.0
     )
     opening, slipping = opening_and_slip_rates(contact_end, RelativeVector(velocity.x, velocity.z, w, w))
-    return lands_flat & slides_in_flat_landing(contact_law.friction, slipping, opening), -math.copysign(
+    return lands_flat & base_slides_in_flat_landing(contact_law.friction, slipping, opening), -math.copysign(
         contact_law.friction, slipping
     )
 
@@ -103,8 +103,8 @@ def apply_landing_levers(
     where it causes no such rotation.
     """
     one, two, (u, a, b) = shared_segment.one, shared_segment.two, pair_motion
-    slides_one, drift = flat_landing_slip(contact_law, one, u, a, b, lands_flat)
-    slides_two, other = flat_landing_slip(contact_law, two, u, a, b, lands_flat)
+    slides_one, drift = flat_landing_friction(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = flat_landing_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = relative_rotation_lever(one.a.t, one.b.t, ia, ib), relative_rotation_lever(two.a.t, two.b.t, ia, ib)
     n1, n2 = relative_rotation_lever(one.a.n, one.b.n, ia, ib), relative_rotation_lever(two.a.n, two.b.n, ia, ib)

@@ -229,7 +229,7 @@ def apply_friction(
     """Return the friction force of an end (N), the limit of its spring force (N), and whether the end slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
-    `flat_landing_state` holds whether the end is held in a flat landing, and the two results of `flat_landing_slip`.
+    `flat_landing_state` holds whether the end is held in a flat landing, and both results of `flat_landing_friction`.
     """
     (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.ground import motion_at_tick
+from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
@@ -33,7 +33,7 @@ def record_element_motion(
     """Write the motion of all elements in lane 0 at the start of a sample into a row of its trajectory."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
-    trajectory_row[GROUND] = motion_at_tick(case.shaking.base, case.shaking.tick)
+    trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)
     half = case.lag
     for e in range(element_count):
         item = rows.load_element(rows.of_element(state, e), 0)

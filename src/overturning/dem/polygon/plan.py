@@ -12,7 +12,7 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanarTrajectory
-from overturning.dem.plan import SimulationPlan, base_motions_by_azimuth, check_trajectory_size
+from overturning.dem.plan import SimulationPlan, check_trajectory_size, motion_rows_and_base_accelerations
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_trajectory_columns, scene_trajectory
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
@@ -23,11 +23,11 @@ from overturning.dem.quiet import (
     SCENE_REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
     find_quiet_windows,
-    rest_threshold,
+    rest_acceleration_threshold,
 )
 from overturning.dem.time_step import (
     HEAVY_DAMPING,
-    Scheme,
+    IntegrationScheme,
     parse_scheme,
     steps_per_sample,
     steps_per_sample_from_stable_step,
@@ -56,13 +56,13 @@ class PolygonSimulationPlan(SimulationPlan):
     ground_columns: ClassVar[Any] = ((..., GROUND),)
 
     model: PlanarModel
-    scheme: Scheme
+    scheme: IntegrationScheme
     variants: list[PreparedScene]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): index of each case's variant
     stable_from_sample: FloatArray  # see `SceneKernelInput`
     arrays: t.SceneArrays
 
-    def result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
+    def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return empty tables for the kernel's results: ``results``, (count,), and ``each``, (count, elements)."""
         each = (case_count, self.arrays.elements.shape[1])
         return {"results": np.zeros(case_count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
@@ -73,7 +73,7 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return the kernel's input for cases with the same number of steps per sample."""
         scheme = SCHEMES[self.scheme]
         return SceneKernelInput(
-            **self.common_kernel_input(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
+            **self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
             scheme=scheme,
             stable_from_sample=self.stable_from_sample[case_numbers],
             variant=self.variant[case_numbers],
@@ -81,7 +81,7 @@ class PolygonSimulationPlan(SimulationPlan):
             each=result_tables["each"],
         )
 
-    def case_variables(
+    def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name; a case with an element past the end of the ground has none."""
@@ -133,7 +133,7 @@ class PolygonSimulationPlan(SimulationPlan):
             rest[:, 2 + POSE_COLUMNS * index : 5 + POSE_COLUMNS * index] = pose
         return rest
 
-    def convert_trajectory(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
+    def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
         """Convert the rows that the kernel recorded for the only case to its trajectory."""
         return scene_trajectory(self.variants[0], trajectory_rows)
 
@@ -150,10 +150,10 @@ def plan_scene_simulation(
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_scene_variants(scene, variants)
-    row, ground = base_motions_by_azimuth(motion, cases)
+    row, ground = motion_rows_and_base_accelerations(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
-    time = np.array([item.rocking_time for item in variants])
+    time = np.array([item.rocking_time_constant for item in variants])
     per_sample, finest, divided = scene_time_steps(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
@@ -165,7 +165,7 @@ def plan_scene_simulation(
     table["after"] = motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["dwell"] = np.round(SCENE.steps_before_doubling(square, rate) * divided * numerics.refinement)[variant]
+    table["dwell"] = np.round(SCENE.steps_before_length_doubles(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     stable_from_sample = np.full((cases.size, len(variants[0].parts)), np.inf)
@@ -180,7 +180,7 @@ def plan_scene_simulation(
             onset[variant == number] = item.motion_onset_acceleration(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
-        if scheme == Scheme.CENTRED:
+        if scheme == IntegrationScheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
             rest_limit = _rest_thresholds(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_limit"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
@@ -208,7 +208,7 @@ def _rest_thresholds(
     motion_onset_acceleration: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `overturning.dem.quiet.rest_threshold`."""
+    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `dem.quiet.rest_acceleration_threshold`."""
     lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in prepared_scenes]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant_indices]
@@ -216,39 +216,39 @@ def _rest_thresholds(
         slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
     )
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
-    return rest_threshold(
+    return rest_acceleration_threshold(
         lifts[variant_indices], motion_onset_acceleration, lifts[variant_indices], rings, SCENE_REST_THRESHOLD_FACTOR
     )
 
 
 def scene_time_steps(
-    scheme: Scheme,
+    scheme: IntegrationScheme,
     time_step: float | str,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
     sampling_interval: float,
-    rocking_time: FloatArray,
+    rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return, for each variant, whole steps per sample, ticks of the finest step, and divisor of the automatic step.
 
     `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
-    `rocking_time` is 1/p (s).
+    `rocking_time_constant` is 1/p (s).
     """
-    if scheme != Scheme.CENTRED:
+    if scheme != IntegrationScheme.CENTRED:
         return (
             steps_per_sample(scheme, time_step, squared_frequency, damping_rate, sampling_interval),
             np.ones(squared_frequency.size),
             np.ones(squared_frequency.size),
         )
     frequency = np.sqrt(squared_frequency)
-    whole = np.minimum(SCENE.longest * rocking_time, sampling_interval)
+    whole = np.minimum(SCENE.longest * rocking_time_constant, sampling_interval)
     heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING, 1.0)
     fewest, steps = (
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
     )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(
-        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.max_halvings
+        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.max_step_halvings
     )
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
 

@@ -101,7 +101,7 @@ class PreparedScene:
         return self.exceeds_penetration_limit or not self.fits
 
     @property
-    def rocking_time(self) -> float:
+    def rocking_time_constant(self) -> float:
         """1/p of the element that rocks fastest, s: p = √(3g/4R), R the distance of its farthest vertex."""
         square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_elements)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))

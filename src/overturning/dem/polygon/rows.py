@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER, RowLayout, tuple_arithmetic, window_slicer
+from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_window_slicer, tuple_arithmetic
 from overturning.dem.polygon.faces import SharedSegment
 from overturning.dem.polygon.mechanics import AssumedEndSlip
 from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredFindings
@@ -31,55 +31,59 @@ class PairStep(NamedTuple):
     """History at the end of the step, used only if the step is accepted."""
 
 
-CASE: Final = RowLayout(COLUMNS, CaseState)
-ELEMENT: Final = RowLayout(COLUMNS, ElementState)
-PAIR: Final = RowLayout(COLUMNS, PairState, PairStep)
+CASE: Final = TupleRowLayout(COLUMNS, CaseState)
+ELEMENT: Final = TupleRowLayout(COLUMNS, ElementState)
+PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairStep)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
-load_case, store_case, _ = CASE.access(CaseState)
-_, store_base, _ = CASE.access(CaseState, "shaking.base")
-_, store_up, _ = CASE.access(CaseState, "shaking.up")
-_, store_attempt, _ = CASE.access(CaseState, "attempt")
-_, store_decision, _ = CASE.access(CaseState, "decision")
-_, store_findings, _ = CASE.access(CaseState, "findings")
+load_case, store_case, _ = CASE.lane_access(CaseState)
+_, store_base, _ = CASE.lane_access(CaseState, "shaking.base")
+_, store_up, _ = CASE.lane_access(CaseState, "shaking.up")
+_, store_attempt, _ = CASE.lane_access(CaseState, "attempt")
+_, store_decision, _ = CASE.lane_access(CaseState, "decision")
+_, store_findings, _ = CASE.lane_access(CaseState, "findings")
 no_findings = tuple_arithmetic(StoredFindings).zero
-load_element, _, _ = ELEMENT.access(ElementState)
-load_pose, store_pose, keep_pose = ELEMENT.access(ElementState, "pose")
-_, store_velocity, keep_velocity = ELEMENT.access(ElementState, "velocity")
-_, store_trial, _ = ELEMENT.access(ElementState, "trial")
-load_change, store_change, _ = ELEMENT.access(ElementState, "trial.change")
-_, store_acceleration, keep_acceleration = ELEMENT.access(ElementState, "acceleration")
-load_force, store_force, _ = ELEMENT.access(ElementState, "force")
-load_inertia, _, _ = ELEMENT.access(ElementState, "inertia")
-_, store_totals, keep_totals = ELEMENT.access(ElementState, "totals")
-_, store_travel, _ = ELEMENT.access(ElementState, "travel")
-_, store_record, _ = ELEMENT.access(ElementState, "record")
-load_home, store_home, _ = ELEMENT.access(ElementState, "home")
-load_pair, _, _ = PAIR.access(PairState)
-_, store_face_a, _ = PAIR.access(PairState, "face_a")
-_, store_face_b, _ = PAIR.access(PairState, "face_b")
-_, store_bounds, _ = PAIR.access(PairState, "bounds")
-_, store_law, _ = PAIR.access(PairState, "law")
-load_nearest, store_nearest, _ = PAIR.access(PairState, "nearest")
-_, store_history, keep_history = PAIR.access(PairState, "history")
-_, store_vertices, _ = PAIR.access(PairState, "history.before")
-load_memory, store_memory, _ = PAIR.access(PairState, "history.one")
-load_step, _, _ = PAIR.access(PairStep)
-_, store_ends, _ = PAIR.access(PairStep, "ends", ("turn_q", "turn_r", "closed"))
-_, store_predicted_one, _ = PAIR.access(PairStep, "one")
-_, store_predicted_two, _ = PAIR.access(PairStep, "two")
-_, store_corrected, _ = PAIR.access(PairStep, "corrected")
+load_element, _, _ = ELEMENT.lane_access(ElementState)
+load_pose, store_pose, keep_pose = ELEMENT.lane_access(ElementState, "pose")
+_, store_velocity, keep_velocity = ELEMENT.lane_access(ElementState, "velocity")
+_, store_trial, _ = ELEMENT.lane_access(ElementState, "trial")
+load_change, store_change, _ = ELEMENT.lane_access(ElementState, "trial.change")
+_, store_acceleration, keep_acceleration = ELEMENT.lane_access(ElementState, "acceleration")
+load_force, store_force, _ = ELEMENT.lane_access(ElementState, "force")
+load_inertia, _, _ = ELEMENT.lane_access(ElementState, "inertia")
+_, store_totals, keep_totals = ELEMENT.lane_access(ElementState, "totals")
+_, store_travel, _ = ELEMENT.lane_access(ElementState, "travel")
+_, store_record, _ = ELEMENT.lane_access(ElementState, "record")
+load_home, store_home, _ = ELEMENT.lane_access(ElementState, "home")
+load_pair, _, _ = PAIR.lane_access(PairState)
+_, store_face_a, _ = PAIR.lane_access(PairState, "face_a")
+_, store_face_b, _ = PAIR.lane_access(PairState, "face_b")
+_, store_bounds, _ = PAIR.lane_access(PairState, "bounds")
+_, store_law, _ = PAIR.lane_access(PairState, "law")
+load_nearest, store_nearest, _ = PAIR.lane_access(PairState, "nearest")
+_, store_history, keep_history = PAIR.lane_access(PairState, "history")
+_, store_vertices, _ = PAIR.lane_access(PairState, "history.before")
+load_memory, store_memory, _ = PAIR.lane_access(PairState, "history.one")
+load_step, _, _ = PAIR.lane_access(PairStep)
+_, store_ends, _ = PAIR.lane_access(PairStep, "ends", ("turn_q", "turn_r", "closed"))
+_, store_predicted_one, _ = PAIR.lane_access(PairStep, "one")
+_, store_predicted_two, _ = PAIR.lane_access(PairStep, "two")
+_, store_corrected, _ = PAIR.lane_access(PairStep, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
 _OF_CASE = "shaking.tick sample energy variant last_check attempt.length findings.changed decision.again"
-TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, LENGTH, CHANGED, AGAIN = (CASE.row(CaseState, p) for p in _OF_CASE.split())
+TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, LENGTH, CHANGED, AGAIN = (
+    CASE.row_start(CaseState, p) for p in _OF_CASE.split()
+)
 _OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"
-FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(ElementState, p) for p in _OF_ELEMENT.split())
-LAST_UPRIGHT: Final = ELEMENT.row(ElementState, "totals.last_upright")
+FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
+    ELEMENT.row_start(ElementState, p) for p in _OF_ELEMENT.split()
+)
+LAST_UPRIGHT: Final = ELEMENT.row_start(ElementState, "totals.last_upright")
 _OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.absorbed"
-LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row(PairState, p) for p in _OF_PAIR.split())
-PAIR_LEVER: Final = PAIR.row(PairState, "nearest.lever")
-SECOND: Final = PAIR.row(PairState, "history.two.spring") - PAIR.row(PairState, "history.one.spring")
+LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row_start(PairState, p) for p in _OF_PAIR.split())
+PAIR_LEVER: Final = PAIR.row_start(PairState, "nearest.lever")
+SECOND: Final = PAIR.row_start(PairState, "history.two.spring") - PAIR.row_start(PairState, "history.one.spring")
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
@@ -91,10 +95,10 @@ def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
     ]
 
 
-of_element: Final = window_slicer(ELEMENT_SIZE, CASE_SIZE)
+of_element: Final = create_window_slicer(ELEMENT_SIZE, CASE_SIZE)
 """``of_element(state, i)``: return the rows of element i."""
 
-_pair_at = window_slicer(PAIR_SIZE, CASE_SIZE, 1)
+_pair_at = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INNER)

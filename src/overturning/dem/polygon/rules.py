@@ -16,19 +16,19 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import Clock, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import (
     GroundMotion,
-    LinearMotion,
+    LinearBaseAcceleration,
+    base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
-    motion_below_rest_threshold,
-    motion_over_sample,
+    upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
-from overturning.dem.kernel.queue import QueueSettings, lookup_by_type, register_implementations
+from overturning.dem.kernel.queue import QueueSettings, create_lookup_by_type, register_model_functions
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
@@ -46,10 +46,13 @@ from overturning.dem.polygon.resting import all_elements_at_rest
 from overturning.dem.polygon.search import update_nearest_faces
 from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs
-from overturning.dem.time_step import Scheme
+from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import Status
 
-SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.CentredScheme()}
+SCHEMES: Final[dict[IntegrationScheme, Any]] = {
+    IntegrationScheme.CUNDALL: cundall.CundallScheme(),
+    IntegrationScheme.CENTRED: step.CentredScheme(),
+}
 """Constants of each scheme; their type selects the step function."""
 
 STEPS: Final = {cundall.CundallScheme: cundall.compute_step, step.CentredScheme: step.compute_step}
@@ -96,7 +99,7 @@ class SceneWorkspace(NamedTuple):
     """True for each element that forces move, shape (elements,)."""
 
 
-step_of = lookup_by_type(STEPS)
+step_of = create_lookup_by_type(STEPS)
 """Return the step function of a time integration scheme, selected by the type of its constants."""
 
 
@@ -164,11 +167,13 @@ def initialise_case(
     """Store the constants and the initial step of a case in the columns of a lane."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
-        LinearMotion(0.0, 0.0, 0.0),
+        LinearBaseAcceleration(0.0, 0.0, 0.0),
         case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
     )
     first = StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
-    clock = Clock(case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled)
+    step_control = CaseStepControl(
+        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
+    )
     rows.store_case(
         state,
         lane,
@@ -177,7 +182,7 @@ def initialise_case(
             step=step,
             rate=ticks_per_sample / sampling_interval,
             lag=velocity_lag * step,
-            clock=clock,
+            step_control=step_control,
             attempt=first,
             findings=rows.no_findings(),
             decision=StepDecision(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
@@ -215,7 +220,7 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
         q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
-def load_sample_motion(
+def load_motion_of_next_sample(
     kernel_input: Any,
     workspace: Any,
     lane_cases: Any,
@@ -255,10 +260,14 @@ def load_ground_motion(
         rows.store_base(
             state,
             j,
-            motion_over_sample(horizontal_base_acceleration[motion_rows[lane_cases[j]]], i, factor, samples_per_tick),
+            base_acceleration_over_sample(
+                horizontal_base_acceleration[motion_rows[lane_cases[j]]], i, factor, samples_per_tick
+            ),
         )
         if vertical_base_acceleration is not None:
-            rows.store_up(state, j, motion_over_sample(vertical_base_acceleration, i, factor, samples_per_tick))
+            rows.store_up(
+                state, j, base_acceleration_over_sample(vertical_base_acceleration, i, factor, samples_per_tick)
+            )
 
 
 def advance_one_sample(
@@ -327,19 +336,21 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
         state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
 
 
-def mark_ending_lanes(kernel_input: Any, workspace: Any, active_lane_count: int, lane_marks: Any) -> int:
+def mark_lanes_that_may_have_ended(
+    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
+) -> int:
     """Set a mark for each lane whose case is due for a test of its end, and return the number of marked lanes."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
-        lane_marks[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
+        end_marks_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
         workspace.state[rows.LAST_CHECK + j] = part
-        count += int(lane_marks[j])
+        count += int(end_marks_out[j])
     return count
 
 
 def skip_quiet_samples(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts: Any
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, in lanes whose scene is at rest, the samples in which the motion cannot move any element."""
     state, ground, row, scene, ticks = (
@@ -354,11 +365,13 @@ def skip_quiet_samples(
         now = case.sample + case.shaking.tick * (1.0 / kernel_input.settings.ticks)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
-        quiet = long and motion_below_rest_threshold(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
+        quiet = long and upcoming_motion_is_below_rest_limit(
+            ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit
+        )
         if quiet and all_elements_at_rest(state, j, scene):
             samples = count_skippable_samples(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
             state[rows.SAMPLE + j] += samples
-            skipped_sample_counts[j] += samples
+            skipped_sample_counts_out[j] += samples
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
@@ -379,7 +392,7 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
     write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
 
 
-register_implementations(
-    SceneKernelInput, allocate_workspace, start_case, load_sample_motion, advance_one_sample, mark_ending_lanes,
-    skip_quiet_samples, lane_end_status, write_lane_results,
+register_model_functions(
+    SceneKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
 )  # fmt: skip

@@ -2,23 +2,23 @@
 
 from typing import NamedTuple
 
-from overturning.dem.kernel.clock import Clock, StepAttempt
-from overturning.dem.kernel.ground import LinearMotion
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
 class BaseMotion(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the sample."""
 
-    base: LinearMotion
+    base: LinearBaseAcceleration
     """Acceleration towards the azimuth."""
-    up: LinearMotion
+    up: LinearBaseAcceleration
     """Upward acceleration."""
     tick: float
     """Ticks since the start of the sample."""
 
 
 class StoredFindings(NamedTuple):
-    """Findings of an attempted step, as numbers above 0 for true; see `overturning.dem.kernel.clock.StepFindings`."""
+    """Findings of an attempted step, as numbers above 0 for true; see `dem.kernel.clock.StepContactChanges`."""
 
     changed: float
     wrong: float
@@ -48,7 +48,7 @@ class CaseState(NamedTuple):
     """Ticks per second, 1/s."""
     lag: float
     """Time by which velocities lag behind poses, s."""
-    clock: Clock
+    step_control: CaseStepControl
     attempt: StepAttempt
     findings: StoredFindings
     decision: StepDecision

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite
+from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import (
     ElementPair,
@@ -162,7 +162,9 @@ def static_equilibrium(
     number = _displacement_slices(elements)
     load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
     while end_derivatives:
-        solution = solve_positive_definite(_stiffness_matrix(load.size, end_derivatives, normal_stiffness, held), load)
+        solution = solve_positive_definite_system(
+            _stiffness_matrix(load.size, end_derivatives, normal_stiffness, held), load
+        )
         if solution is None:
             return None
         ends = [

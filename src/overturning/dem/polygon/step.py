@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import SCENE, StepFindings, choose_next_attempt
-from overturning.dem.kernel.ground import motion_at_tick_or_beyond
+from overturning.dem.kernel.clock import SCENE, StepContactChanges, choose_next_step_attempt
+from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
@@ -57,8 +57,8 @@ def base_acceleration_at_step_end(
     past = past if past > 0.0 else 0.0
     lift = 0.0
     if vertical_base_acceleration is not None:
-        lift = motion_at_tick_or_beyond(case.shaking.up, tick, past) * inertia.frame
-    return motion_at_tick_or_beyond(case.shaking.base, tick, past) * inertia.frame, lift
+        lift = base_acceleration_up_to_next_sample(case.shaking.up, tick, past) * inertia.frame
+    return base_acceleration_up_to_next_sample(case.shaking.base, tick, past) * inertia.frame, lift
 
 
 @njit(**APART)
@@ -122,11 +122,11 @@ def reset_step_findings(case_rows: Any) -> None:
 
 
 @njit(**INLINE)
-def step_findings(case: CaseState) -> StepFindings:
+def step_contact_changes(case: CaseState) -> StepContactChanges:
     """Return what the step control needs to know of an attempted step; in a fine step no contact state is wrong."""
     findings, long = case.findings, not is_fine_step(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
-    return StepFindings(
+    return StepContactChanges(
         changed=findings.changed > 0.0,
         fast=False,
         gentle=False,
@@ -144,8 +144,8 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
-        again, sooner, then = choose_next_attempt(
-            SCENE, case.clock, case.attempt, step_findings(case), tick, ticks_per_sample
+        again, sooner, then = choose_next_step_attempt(
+            SCENE, case.step_control, case.attempt, step_contact_changes(case), tick, ticks_per_sample
         )
         rows.store_decision(case_rows, j, StepDecision(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 

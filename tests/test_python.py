@@ -38,8 +38,8 @@ from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
-from overturning.records.declarations import Declarations, FileProperties
-from overturning.records.store import write_motion
+from overturning.records.declarations import FileDeclarations, FileProperties
+from overturning.records.store import write_record_to_motion_file
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 from overturning.study.schema import Study
@@ -285,7 +285,7 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
 def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: Path, tmp_path: Path) -> None:
     soil = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
     shutil.copytree(cube_file.parent, tmp_path, dirs_exist_ok=True)
-    write_motion(pulse("b", 5.0), tmp_path / "motion" / "soft" / "b.nc")
+    write_record_to_motion_file(pulse("b", 5.0), tmp_path / "motion" / "soft" / "b.nc")
     soft = overturning.open_cube(tmp_path / "cube.nc").load()
     said = json.loads(soft.attrs["study"]) | {"variants": {"soft": {"site": soil}}}
     soft.attrs |= {"study": json.dumps(said), "variant": "soft"}
@@ -561,7 +561,7 @@ def test_same_names_in_commands_python_and_studies() -> None:
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
     assert names(declared.BodyOptions, declared.PlaneOptions, declared.StoneOptions) <= study | body | contact
     assert names(declared.FileOptions) == {*FileProperties.model_fields}
-    assert names(declared.FileOptions) <= {*Declarations.model_fields} & {*RecordEntry.model_fields}
+    assert names(declared.FileOptions) <= {*FileDeclarations.model_fields} & {*RecordEntry.model_fields}
     assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(Simulation.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body

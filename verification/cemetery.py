@@ -21,7 +21,7 @@ from overturning.findings.population import population_findings
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
-from overturning.records.store import read_motion
+from overturning.records.store import read_record_from_motion_file
 from overturning.report.drawings import draw_fall_rates
 from overturning.report.filters import percent
 from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares
@@ -183,7 +183,7 @@ def simulate_each_stone(results: StudyResults) -> str:
     planes = np.concatenate([stones.face, stones.face + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_names:
-        motion = motion_for_variant(results.study, read_motion(STUDY / "motion" / f"{name.id}.nc"))
+        motion = motion_for_variant(results.study, read_record_from_motion_file(STUDY / "motion" / f"{name.id}.nc"))
         for factor in found["amplitude"].to_numpy():
             flags = run_cases(scale_motion(motion, float(factor)), cases, threads=2).overturned
             rates.append(float((np.abs(flags) == 1).reshape(2, -1).any(axis=0).mean()))

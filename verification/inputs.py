@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.catalogue import RecordEntry, read_record_table
 from overturning.records.read import read_record
 from overturning.study.load import load_study
 from overturning.units import STANDARD_GRAVITY
@@ -86,7 +86,7 @@ def read_near_field_motion(number: int) -> Motion:
 @cache
 def read_default_motions() -> dict[str, Motion]:
     """Read the motions of the records of the default study, by record id."""
-    catalogue = read_catalogue(ROOT / "config" / "records.tsv")
+    catalogue = read_record_table(ROOT / "config" / "records.tsv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     return {name: Motion.of(read_record(catalogue[name], ROOT)) for name in study.records.use}
 

@@ -231,10 +231,10 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw hodographs of acceleration, velocity and displacement of a record."""
     from overturning.figures.ground import hodograph_figure
     from overturning.motion.motion import Motion
-    from overturning.records.store import read_motion
+    from overturning.records.store import read_record_from_motion_file
 
     one = _select_record(cube, record)
-    motion = _check_motion_not_zero(Motion.of(read_motion(_motion_file_path(one))), "hodograph")
+    motion = _check_motion_not_zero(Motion.of(read_record_from_motion_file(_motion_file_path(one))), "hodograph")
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
@@ -246,12 +246,14 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
     from overturning.figures.history import history_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
-    from overturning.records.store import read_motion, read_unprocessed_motion
+    from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
 
     if isinstance(motion, xr.Dataset):
         path = _motion_file_path(_select_record(motion, record))
-        used = read_motion(path)
-        return history_figure(read_unprocessed_motion(path) or used, _check_motion_not_zero(used, "history"))
+        used = read_record_from_motion_file(path)
+        return history_figure(
+            read_unprocessed_record_from_motion_file(path) or used, _check_motion_not_zero(used, "history")
+        )
     if record is not None:
         raise ArgumentError(
             f"record: {record!r}; it chooses a record of a cube, not of a motion or record: leave it out"

@@ -19,7 +19,7 @@ from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.records.store import read_motion
+from overturning.records.store import read_record_from_motion_file
 from overturning.study.gather import merge_parts
 from overturning.study.load import load_study_from_text
 from overturning.study.scenes import numerics_of_study
@@ -85,7 +85,7 @@ def space_hash(stored: Path, threads: int) -> str:
 
 def cube_hash(stored: Path, folder: Path, threads: int) -> str:
     """Return the hash of the cube file of a small study of one stored motion."""
-    record = read_motion(stored)
+    record = read_record_from_motion_file(stored)
     study = load_study_from_text(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
     sweep_record(study, record, folder / "part.nc", numerics=numerics_of_study(study, threads))

@@ -15,9 +15,9 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.records.catalogue import read_catalogue
+from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
-from overturning.records.store import write_motion
+from overturning.records.store import write_record_to_motion_file
 from tests.dem.near_field import near_field
 from tests.dem.paths import stone
 from tests.expect import every_or_first, lacking
@@ -107,7 +107,9 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     motion, _, _ = near_field(10)
     part = slice(100, 500)
     np.savez(folder / "motion.npz", north=motion.north[part], east=motion.east[part], interval=motion.sampling_interval)
-    write_motion(read_record(read_catalogue(ROOT / "config" / "records.tsv")["rinaldi"], ROOT), folder / "motion.nc")
+    write_record_to_motion_file(
+        read_record(read_record_table(ROOT / "config" / "records.tsv")["rinaldi"], ROOT), folder / "motion.nc"
+    )
     return folder
 
 

@@ -19,7 +19,7 @@ from overturning.figures.response import axis_figure
 from overturning.figures.style import style
 from overturning.model.scene import check_scene, load_scene
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import read_catalogue
+from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import round_to_stored_precision
@@ -167,7 +167,7 @@ def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
 def real(request: pytest.FixtureRequest) -> xr.Dataset:
     """A block that falls, one that falls while it slides, and one that rocks long and stands."""
     name, azimuth, b_over_h, height, friction = request.param
-    record = round_to_stored_precision(process_record(read_record(read_catalogue(TABLE)[name], Path()), None))
+    record = round_to_stored_precision(process_record(read_record(read_record_table(TABLE)[name], Path()), None))
     shaking = Motion(record.north, record.east, None, sampling_interval=record.sampling_interval)
     path = trajectory(shaking, azimuth_deg=azimuth, height=height, b_over_h=b_over_h, friction=friction)
     # The record is linear between its samples, which are not all rows of the path.

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from overturning.model.mesh import read_mesh
 from overturning.model.scene import load_scene
-from overturning.records.catalogue import read_catalogue
-from overturning.records.declarations import Declarations
-from overturning.records.read import read_without_processing
+from overturning.records.catalogue import read_record_table
+from overturning.records.declarations import FileDeclarations
+from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import check_record_files, check_size
 from overturning.surveys.stones import read_survey
@@ -37,7 +37,7 @@ def test_records_as_text(folder: Path) -> None:
         paths = [folder / name for name in WHOLE[form][0]]
         for path, text in zip(paths, WHOLE[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
-        met(lambda: read_without_processing(paths, Declarations(unit="gal")))
+        met(lambda: read_record_without_processing(paths, FileDeclarations(unit="gal")))
 
     forms = [
         st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode())) for form, (texts, _) in WHOLE.items()
@@ -61,13 +61,17 @@ def test_records_in_binary(folder: Path, form: str) -> None:
 
     def read(content: bytes) -> None:
         path.write_bytes(content)
-        met(lambda: read_without_processing([path] if form == "zip" else [path, other], Declarations(unit="gal")))
+        met(
+            lambda: read_record_without_processing(
+                [path] if form == "zip" else [path, other], FileDeclarations(unit="gal")
+            )
+        )
 
     fuzz(spoilt(whole), read)
 
 
 def whole_table(path: Path) -> None:
-    for name in read_catalogue(path):
+    for name in read_record_table(path):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
 
 

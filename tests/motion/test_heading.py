@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from overturning.motion.heading import daubechies_wavelet, peak_azimuths, strongest_pulse_axis_and_period
+from overturning.motion.heading import (
+    daubechies_wavelet_values,
+    peak_acceleration_and_velocity_azimuths,
+    strongest_pulse_axis_and_period,
+)
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 
@@ -23,7 +27,7 @@ def test_pulse_axis_and_period_are_recovered_from_noise(azimuth: float) -> None:
 
 def test_wavelet_matches_pywavelets_db4() -> None:
     """Values from PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments, shifts by definition."""
-    wavelet, x = daubechies_wavelet(), np.arange(1793) / 256
+    wavelet, x = daubechies_wavelet_values(), np.arange(1793) / 256
     known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
     assert np.interp(list(known), x, wavelet) == pytest.approx(list(known.values()), abs=5e-4)
     assert np.trapezoid(wavelet**2, x) == pytest.approx(1.0, abs=1e-6)
@@ -46,8 +50,8 @@ def test_pulse_axes_match_a_time_domain_convolution(number: int, axis: float, pe
 def test_peak_azimuths_point_along_the_largest_vector() -> None:
     north, east = np.zeros(200), np.zeros(200)
     north[50], east[50], north[120] = -3.0, 4.0, 4.9
-    towards = peak_azimuths(Motion(north, east, sampling_interval=0.01))
+    towards = peak_acceleration_and_velocity_azimuths(Motion(north, east, sampling_interval=0.01))
     assert towards["pga"] == pytest.approx(np.degrees(np.arctan2(4.0, -3.0)))
     still = Motion(np.zeros(10), np.zeros(10), sampling_interval=0.01)
-    assert np.isnan(peak_azimuths(still)["pgv"])
+    assert np.isnan(peak_acceleration_and_velocity_azimuths(still)["pgv"])
     assert np.isnan(strongest_pulse_axis_and_period(still)[0])

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.signal.windows import tukey
 
-from overturning.motion.fourier import rms_band_amplitude
-from overturning.motion.noise import onset_index, signal_to_noise_ratio
+from overturning.motion.fourier import rms_fourier_amplitude_in_bands
+from overturning.motion.noise import motion_onset_index, signal_to_noise_ratio
 from overturning.records.processing import (
     BOUNDS_HZ,
     DEFAULT_HZ,
-    choose_corner_frequency,
+    choose_highpass_corner_and_reason,
     default_processing_steps,
     process_record,
 )
@@ -30,8 +30,8 @@ def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.nd
 @pytest.mark.parametrize("drift", [0.0, 0.05])
 def test_the_onset_is_found_within_a_tenth_of_a_second(ahead, drift):
     samples = made(ahead, 0.01, drift=drift)
-    assert onset_index(samples) * DT == pytest.approx(ahead, abs=0.1)
-    assert onset_index(samples * 2.0**-24) == onset_index(samples)  # in any unit
+    assert motion_onset_index(samples) * DT == pytest.approx(ahead, abs=0.1)
+    assert motion_onset_index(samples * 2.0**-24) == motion_onset_index(samples)  # in any unit
 
 
 def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
@@ -58,7 +58,9 @@ def test_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     assert (last - first < 20) == (lasting == 12)
     for part, spectrum in ((moving[first:last], found.signal[0]), (moving[:first], found.noise[0])):
         window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
-        expected = rms_band_amplitude((part - part.mean()) * window, DT, found.frequency) / np.sqrt(part.size * DT)
+        expected = rms_fourier_amplitude_in_bands((part - part.mean()) * window, DT, found.frequency) / np.sqrt(
+            part.size * DT
+        )
         np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
 
 
@@ -86,23 +88,27 @@ def record(north, east) -> Record:
 def test_corner_is_where_the_signal_exceeds_the_noise():
     """The noise exceeds the signal below 0.4 Hz, so the corner is at 0.4 Hz."""
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
-    corner, reason = choose_corner_frequency(record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble))
+    corner, reason = choose_highpass_corner_and_reason(
+        record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble)
+    )
     assert 0.33 < corner < 0.6
     assert "less than 3 times the noise of the first 30" in reason
 
 
 def test_corner_without_noise_is_the_default_with_a_note():
-    corner, reason = choose_corner_frequency(record(made(0.5, 0.01), made(0.5, 0.01)))
+    corner, reason = choose_highpass_corner_and_reason(record(made(0.5, 0.01), made(0.5, 0.01)))
     assert corner == DEFAULT_HZ
     assert "no noise of 2 s before the onset" in reason
-    clean, reason = choose_corner_frequency(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
+    clean, reason = choose_highpass_corner_and_reason(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
     assert clean == pytest.approx(0.1, rel=0.01)  # three cycles in 30 s
     assert "as far down as that tells" in reason
     ahead = 0.001 * np.random.default_rng(7).normal(size=(2, 6000))
-    long, _ = choose_corner_frequency(record(*(np.append(ahead[n], made(30.0, 0.001, seed=3 + n)) for n in range(2))))
+    long, _ = choose_highpass_corner_and_reason(
+        record(*(np.append(ahead[n], made(30.0, 0.001, seed=3 + n)) for n in range(2)))
+    )
     assert BOUNDS_HZ[0] <= long <= 0.05
     # Three seconds of noise tell nothing of what is slower than a hertz.
-    short, reason = choose_corner_frequency(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
+    short, reason = choose_highpass_corner_and_reason(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
     assert short == DEFAULT_HZ
     assert "noise of the first 3.0 s as far down as that tells, 1" in reason
 
@@ -115,8 +121,8 @@ def test_sensor_tilt_raises_the_corner_and_recovers_the_displacement(tilt):
     ground = [np.exp(-((away / 5) ** 2)) * np.cos(2 * np.pi * away / 4 + phase) for phase in (0.0, 1.0)]
     noise = [1e-4 * random.normal(size=time.size) for _ in ground]
     level, tilted = (record(*(g + n + (away > 0) * a for g, n in zip(ground, noise, strict=True))) for a in (0.0, tilt))
-    corner, reason = choose_corner_frequency(tilted)
-    assert 1.2 * choose_corner_frequency(level)[0] < corner < 0.25
+    corner, reason = choose_highpass_corner_and_reason(tilted)
+    assert 1.2 * choose_highpass_corner_and_reason(level)[0] < corner < 0.25
     assert "offset that the shock leaves" in reason
     found, true = (
         np.hypot(*process_record(r, default_processing_steps(r, corner)).displacement).max()

@@ -15,10 +15,14 @@ from overturning.commands.workflow import compute_surface_motions
 from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.processing import process_record
-from overturning.records.pulses import parse_pulse, pulse_record
-from overturning.records.record import processing_entry_text, record_origin_and_processing
+from overturning.records.pulses import parse_pulse, record_of_pulse
+from overturning.records.record import processing_entry_text, record_source_and_processing
 from overturning.records.site import Site
-from overturning.records.store import read_motion, round_to_stored_precision, write_motion
+from overturning.records.store import (
+    read_record_from_motion_file,
+    round_to_stored_precision,
+    write_record_to_motion_file,
+)
 from tests.expect import refused
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
@@ -27,7 +31,7 @@ if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in
 INTERVAL = 0.01
 LAYER, ROCK = Layer(thickness_m=20, velocity_m_s=200), Rock(velocity_m_s=1000)
 SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
-PULSE = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
+PULSE = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
 def transfer(frequency: np.ndarray, layer: Layer, rock: Rock) -> np.ndarray:
@@ -128,11 +132,11 @@ def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     record = round_to_stored_precision(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")
-    write_motion(renamed, tmp_path / "rock" / "pulse.nc")
+    write_record_to_motion_file(renamed, tmp_path / "rock" / "pulse.nc")
     compute_surface_motions(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
-    found = read_motion(tmp_path / "soft" / "pulse.nc")
+    found = read_record_from_motion_file(tmp_path / "soft" / "pulse.nc")
     alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
-    assert record_origin_and_processing(found)["peaks"]["pga"] == pytest.approx(
+    assert record_source_and_processing(found)["peaks"]["pga"] == pytest.approx(
         [np.abs(record.north).max(), np.abs(alone.samples).max()]
     )

@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import azimuth_cosine_pairs, largest_motion_along_azimuths
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
+from overturning.motion.direction import largest_motion_along_azimuths, north_east_cosines_of_azimuths
+from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.intensity import (
     MEASURES,
     arias_intensity,
     cumulative_absolute_velocity,
     intensity_dataset_by_azimuth,
     intensity_measures_by_azimuth,
-    record_intensity_measures,
+    jma_intensity_and_peaks_of_record,
     significant_duration,
 )
 from overturning.motion.jma_intensity import (
@@ -34,9 +34,9 @@ from overturning.motion.jma_intensity import (
     truncate_to_published_intensity,
 )
 from overturning.motion.motion import Motion
-from overturning.motion.oscillator import OscillatorResponses
-from overturning.motion.spectra import response_spectra_by_azimuth, rotd_measures, spectrum_intensity
-from overturning.records.catalogue import read_catalogue
+from overturning.motion.oscillator import OscillatorResponseCalculator
+from overturning.motion.spectra import housner_spectrum_intensity, response_spectra_by_azimuth, rotd_percentile_measures
+from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import Record
@@ -59,7 +59,7 @@ def peer(name: str) -> Any:
 
 @pytest.fixture(scope="module")
 def rinaldi() -> Record:
-    return read_record(read_catalogue(TABLE)["rinaldi"], Path("unused"))
+    return read_record(read_record_table(TABLE)["rinaldi"], Path("unused"))
 
 
 @settings(max_examples=60, deadline=None)
@@ -67,7 +67,7 @@ def rinaldi() -> Record:
     arrays(np.float64, (2, 300), elements=st.floats(-1e3, 1e3)), st.lists(st.floats(0, 360), min_size=1, max_size=40)
 )
 def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
-    cosines = azimuth_cosine_pairs(np.array(azimuths))
+    cosines = north_east_cosines_of_azimuths(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
     np.testing.assert_array_equal(largest_motion_along_azimuths(pair, cosines), expected)
 
@@ -79,7 +79,7 @@ def test_largest_along_azimuths_of_a_linear_motion():
     azimuths = np.arange(0.0, 360.0, 7.5)
     expected = np.abs(wave).max() * np.abs(np.cos(np.radians(azimuths - 60)))
     np.testing.assert_allclose(
-        largest_motion_along_azimuths(pair, azimuth_cosine_pairs(azimuths)), expected, atol=1e-11
+        largest_motion_along_azimuths(pair, north_east_cosines_of_azimuths(azimuths)), expected, atol=1e-11
     )
 
 
@@ -93,7 +93,7 @@ def component_spectrum(samples, interval, periods, damping=0.05):
 def test_the_interpolated_motion_passes_through_its_samples(count):
     """White noise reaches the Nyquist frequency, which has a separate term if the number of samples is even."""
     noise = np.random.default_rng(count).normal(size=(2, count))
-    finer = OscillatorResponses(noise, 0.01, longest_period_s=0.0)._interpolated_components(4)
+    finer = OscillatorResponseCalculator(noise, 0.01, longest_period_s=0.0)._interpolated_components(4)
     np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 
@@ -136,12 +136,12 @@ def test_limits_of_the_spectrum(rinaldi):
 def test_rotd_agrees_with_pyrotd(name):
     pyrotd = peer("pyrotd")
     pyrotd.processes = 1
-    record = read_record(read_catalogue(TABLE)[name], Path("unused"))
+    record = read_record(read_record_table(TABLE)[name], Path("unused"))
     # pyrotd convolves in a circle: rest before and after keeps one end's motion from ringing into the other.
     ends = round(5 / record.sampling_interval), round(50 / record.sampling_interval)
     pair = np.pad(np.stack([record.north, record.east]), ((0, 0), ends))
     periods = np.geomspace(0.01, 4.0, 6)
-    mine = rotd_measures(Motion(*pair, sampling_interval=record.sampling_interval), periods)["psa"]
+    mine = rotd_percentile_measures(Motion(*pair, sampling_interval=record.sampling_interval), periods)["psa"]
     theirs = pyrotd.calc_rotated_spec_accels(
         record.sampling_interval,
         *pair,
@@ -157,7 +157,7 @@ def test_rotd_agrees_with_pyrotd(name):
 def test_rotd_of_motion_in_one_direction():
     """Over half a turn |cos| has the median cos 45°, the largest 1 and the smallest 0."""
     wave = np.sin(2 * np.pi * np.arange(0, 5, 0.01))
-    found = rotd_measures(Motion(wave * 0.5, wave * math.sqrt(0.75), sampling_interval=0.01), [0.5, 2.0])
+    found = rotd_percentile_measures(Motion(wave * 0.5, wave * math.sqrt(0.75), sampling_interval=0.01), [0.5, 2.0])
     for values in (found["pga"], found["pgv"], found["psa"][:, 0], found["psa"][:, 1]):
         assert values[0] == pytest.approx(0, abs=1e-9 * values[2])
         assert values[1] / values[2] == pytest.approx(math.cos(math.pi / 4), rel=0.01)
@@ -195,8 +195,10 @@ def three(record: Record) -> Motion:
 def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi):
     motion = three(rinaldi)
     assert jma_instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
-    np.testing.assert_allclose(spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
-    np.testing.assert_allclose(spectrum_intensity(motion, [0, 90], damping=0.05) * 100, PYSHINDO["si05"], rtol=0.005)
+    np.testing.assert_allclose(housner_spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
+    np.testing.assert_allclose(
+        housner_spectrum_intensity(motion, [0, 90], damping=0.05) * 100, PYSHINDO["si05"], rtol=0.005
+    )
 
 
 if sys.version_info >= (3, 12):
@@ -267,12 +269,12 @@ def test_cumulative_measures_of_a_sine():
 
 def test_fourier_amplitude_of_a_sine_and_of_a_pulse():
     time = np.arange(0, 10, 0.01)
-    frequency, amplitude = amplitude_spectrum(2.0 * np.sin(2 * np.pi * 3 * time), 0.01)
+    frequency, amplitude = fourier_amplitude_spectrum(2.0 * np.sin(2 * np.pi * 3 * time), 0.01)
     assert frequency[amplitude.argmax()] == pytest.approx(3.0)
     assert amplitude.max() == pytest.approx(2.0 * 10 / 2)  # half of amplitude times duration
     spike = np.zeros(1000)
     spike[500] = 7.0
-    np.testing.assert_allclose(amplitude_spectrum(spike, 0.01)[1], 0.07)
+    np.testing.assert_allclose(fourier_amplitude_spectrum(spike, 0.01)[1], 0.07)
 
 
 def test_konno_ohmachi_matches_formula_and_pykooh():
@@ -286,21 +288,21 @@ def test_konno_ohmachi_matches_formula_and_pykooh():
         with np.errstate(invalid="ignore"):
             window = np.where(np.abs(x) < 1e-12, 1.0, (np.sin(x) / x) ** 4)
         expected = (window * a).sum() / window.sum()
-        assert konno_ohmachi_smoothing(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
+        assert konno_ohmachi_smoothed_amplitude(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
         assert peer("pykooh").smooth(np.array([at]), f, a, 40.0)[0] == pytest.approx(expected, rel=1e-12)
     np.testing.assert_allclose(
-        konno_ohmachi_smoothing(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9
+        konno_ohmachi_smoothed_amplitude(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9
     )
     # 10 s have frequencies of 0.1, 0.2, 0.3 Hz. At 0.14 Hz the next ones weigh (sin x/x)⁴ of x = −5.8 and 6.2:
     # nothing.
     short = np.arange(0, 25, 0.1)
-    assert np.isnan(konno_ohmachi_smoothing(short, np.ones(short.size), [0.1, 0.14, 2.0])).tolist() == [
+    assert np.isnan(konno_ohmachi_smoothed_amplitude(short, np.ones(short.size), [0.1, 0.14, 2.0])).tolist() == [
         False,
         True,
         False,
     ]
     with pytest.raises(ArgumentError, match="positive"):
-        konno_ohmachi_smoothing(frequency, amplitude, [0.0])
+        konno_ohmachi_smoothed_amplitude(frequency, amplitude, [0.0])
 
 
 @pytest.mark.parametrize("frequency", [8.0, 15.0, 20.0])
@@ -344,17 +346,17 @@ def test_predominant_period_is_between_0_04_and_4_s():
 
 def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
     done = process_record(rinaldi, [Scale(factor=2), Highpass(corner_hz=0.2)])
-    found = record_intensity_measures(Motion.of(done), done.processing)
+    found = jma_intensity_and_peaks_of_record(Motion.of(done), done.processing)
     assert found["pga_unprocessed"] == pytest.approx(max(np.abs(rinaldi.north).max(), np.abs(rinaldi.east).max()))
     assert found["pgd_processed"] < 0.9 * 2 * found["pgd_unprocessed"]
     assert found["jma_intensity"] is None
-    assert record_intensity_measures(Motion.of(rinaldi), rinaldi.processing)["pga_processed"] is None
+    assert jma_intensity_and_peaks_of_record(Motion.of(rinaldi), rinaldi.processing)["pga_processed"] is None
 
 
 @pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [[1.0]]])
 def test_invalid_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
-        rotd_measures(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
+        rotd_percentile_measures(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
 
 
 @pytest.mark.long

@@ -11,8 +11,8 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
-from overturning.records.declarations import Declarations
-from overturning.records.read import read_without_processing
+from overturning.records.declarations import FileDeclarations
+from overturning.records.read import read_record_without_processing
 from overturning.records.source import SourceFile, unpack_archive
 from tests.bounds import bounded
 from tests.records.record_writers import csmip_text, knet_text
@@ -52,12 +52,12 @@ def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_
     third = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50
     path = tmp_path / "ce.zip"
     path.write_bytes(zip_of({"CE1.V3": third.encode(), "CE1.V2": second.encode(), "read.pdf": b"%PDF"}))
-    record = read_without_processing(path)
+    record = read_record_without_processing(path)
     north, east = FORMS["csmip2"].north_east(*steps[:2])
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-9)
     assert record.notes == ["CE1.V3 left out: it holds no acceleration"]
     path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V2": second.encode(), "CE1.V3": third.encode()}))
-    record = read_without_processing(path)
+    record = read_record_without_processing(path)
     np.testing.assert_allclose(record.north, north, atol=1e-9)
     assert record.extra["processed"] is True
     assert record.notes == [
@@ -66,13 +66,13 @@ def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_
     ]
     assert [finding.record is not None for finding in check_records_in_files([path])] == [True]
     path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V3": third.encode()}))
-    assert read_without_processing(path).extra["processed"] is False
+    assert read_record_without_processing(path).extra["processed"] is False
     path.write_bytes(zip_of({"CE1.V3": third.encode()}))
     with pytest.raises(RecordError, match=r"CE1\.V3: none of the archive's members is an accelerogram"):
-        read_without_processing(path)
+        read_record_without_processing(path)
     (tmp_path / "CE1.V3").write_text(third)
     with pytest.raises(RecordError, match="volume 3"):
-        read_without_processing(tmp_path / "CE1.V3")
+        read_record_without_processing(tmp_path / "CE1.V3")
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_velocities_in_an_archive_of_accelerations_are_left_out(tmp_path, form, 
     assert all(data not in files.values() for data in others.values())
     path = tmp_path / "x.zip"
     path.write_bytes(zip_of(others | files))
-    record = read_without_processing(path)
+    record = read_record_without_processing(path)
     np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
     assert [n for n in record.notes if "left" in n] == [f"{name} left out: it holds no acceleration" for name in others]
 
@@ -109,7 +109,7 @@ def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
     }
     path = tmp_path / "x.zip"
     path.write_bytes(pack(beside | {"CE1/x.V2": text}))
-    record = read_without_processing(path)
+    record = read_record_without_processing(path)
     np.testing.assert_allclose(record.north, wave / 100, atol=1e-6)
     assert [note for note in record.notes if "left out" in note] == []
 
@@ -155,8 +155,8 @@ def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_
     ):
         text = SEARCH_RESULTS if table.startswith("_") else "Dear user, cite the data."
         path.write_bytes(zip_of({table: text.encode()} | files))
-        for declared in (None, Declarations(format="peer-at2")):
-            record = read_without_processing(path, declared)
+        for declared in (None, FileDeclarations(format="peer-at2")):
+            record = read_record_without_processing(path, declared)
             np.testing.assert_allclose([record.north, record.east], FORMS["peer"].north_east(*steps[:2]), atol=1e-8)
             assert record.notes == [f"{table} left out: {why}"]
 
@@ -168,7 +168,7 @@ def test_an_archive_with_an_unreadable_file_named_as_its_records_is_refused(tmp_
     path = tmp_path / "peer.zip"
     path.write_bytes(zip_of({"a.txt": files[0], "b.txt": files[1], "c.txt": files[2][300:]}))
     with pytest.raises(RecordError, match=r"c\.txt: the format is not recognised"):
-        read_without_processing(path)
+        read_record_without_processing(path)
 
 
 def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
@@ -227,7 +227,7 @@ def test_harmful_archives_are_refused(tmp_path, name):
     path.parent.mkdir()
     path.write_bytes(data)
     with pytest.raises(RecordError, match=word):
-        read_without_processing(path)
+        read_record_without_processing(path)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["archive.bin", "in"]
 
 
@@ -254,7 +254,7 @@ def test_archive_bombs_stay_within_1_gb_and_10_s(tmp_path, kind):
     path = tmp_path / "bomb.zip"
     path.write_bytes(bomb(kind))
     with bounded(), pytest.raises(RecordError):
-        read_without_processing(path)
+        read_record_without_processing(path)
 
 
 def test_stated_sizes_of_archive_members_are_checked():

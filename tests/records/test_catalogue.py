@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_record_paths, read_catalogue
+from overturning.records.catalogue import LABELS, PLACES, RecordEntry, paths_of_record_files, read_record_table
 from overturning.records.fault_trace import parse_fault_trace
-from overturning.records.read import NO_SOURCE, add_table_labels, read_record, read_record_without_labels
-from overturning.records.store import write_motion
+from overturning.records.read import NO_SOURCE, add_table_labels, read_record, read_record_without_table_labels
+from overturning.records.store import write_record_to_motion_file
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
 
@@ -37,7 +37,7 @@ def test_invalid_lines_are_named(tmp_path, text, words):
     path = tmp_path / "records.tsv"
     path.write_text(text)
     with refused(ConfigError, "records.tsv", *words):
-        read_catalogue(path)
+        read_record_table(path)
 
 
 def test_comments_bom_and_empty_cells(tmp_path):
@@ -46,7 +46,7 @@ def test_comments_bom_and_empty_cells(tmp_path):
         "\ufeff# mine\n" + HEAD + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
         encoding="utf-8",
     )
-    table = read_catalogue(path)
+    table = read_record_table(path)
     assert list(table) == ["a", "b"]
     assert table["a"].fault_strike_deg is None
     assert table["a"].pulse is None
@@ -55,7 +55,7 @@ def test_comments_bom_and_empty_cells(tmp_path):
 
 def test_a_missing_table_is_named(tmp_path):
     with pytest.raises(ConfigError, match=r"none\.tsv"):
-        read_catalogue(tmp_path / "none.tsv")
+        read_record_table(tmp_path / "none.tsv")
 
 
 def test_a_record_with_a_missing_file_is_refused(tmp_path):
@@ -63,9 +63,9 @@ def test_a_record_with_a_missing_file_is_refused(tmp_path):
         (tmp_path / name).write_text("")
     entry = RecordEntry(id="x", source="x.NS x.EW x.UD")
     with refused(MissingDataError, "record x", "x.UD is not in"):
-        find_record_paths(entry, tmp_path)
+        paths_of_record_files(entry, tmp_path)
     (tmp_path / "x.UD").write_text("")
-    assert [path.name for path in find_record_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
+    assert [path.name for path in paths_of_record_files(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
 
 
 LABELLED = RecordEntry(
@@ -104,10 +104,10 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
     bare, labelled = (
-        read_record_without_labels(one, tmp_path) for one in (RecordEntry(id="mine", source="mine.V2A"), LABELLED)
+        read_record_without_table_labels(one, tmp_path) for one in (RecordEntry(id="mine", source="mine.V2A"), LABELLED)
     )
-    write_motion(bare, tmp_path / "bare.nc")
-    write_motion(labelled, tmp_path / "labelled.nc")
+    write_record_to_motion_file(bare, tmp_path / "bare.nc")
+    write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
     described = add_table_labels(bare, LABELLED)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
@@ -117,8 +117,8 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
         "fault_trace": "-43.6 172.0, -43.6 172.3",
         "fault_trace_source": "map of 2011",
     }
-    write_motion(described, tmp_path / "described.nc")
-    write_motion(read_record(LABELLED, tmp_path), tmp_path / "whole.nc")
+    write_record_to_motion_file(described, tmp_path / "described.nc")
+    write_record_to_motion_file(read_record(LABELLED, tmp_path), tmp_path / "whole.nc")
     assert (tmp_path / "described.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 
@@ -135,7 +135,7 @@ def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
-    samples = read_record_without_labels(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
+    samples = read_record_without_table_labels(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
         add_table_labels(samples, RecordEntry(id="mine", source="mine.V2A", **cells))

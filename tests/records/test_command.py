@@ -6,9 +6,9 @@ import pytest
 import overturning
 from overturning.cli import main
 from overturning.errors import ArgumentError
-from overturning.records.catalogue import read_catalogue
+from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
-from overturning.records.record import record_origin_and_processing
+from overturning.records.record import record_source_and_processing
 from tests.expect import refused
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
 from tests.records.seed_writers import write_inventory, write_mseed
@@ -117,7 +117,7 @@ def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
     with pytest.warns(UserWarning, match=word):
         record = overturning.read(path)
     assert record.up is None
-    assert word in record_origin_and_processing(record)["notes"][0]
+    assert word in record_source_and_processing(record)["notes"][0]
     table = tmp_path / "records.tsv"
     place = ("--table", table, "--folder", tmp_path / "data")
     for command in (
@@ -145,14 +145,14 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     table, folder = tmp_path / "records.tsv", tmp_path / "data"
     assert run("records", "add", there / "x_090.AT2", "--id", "x", "--table", table, "--folder", folder) == 0
     assert sorted(path.name for path in folder.iterdir()) == sorted(files)
-    entry = read_catalogue(table)["x"]
+    entry = read_record_table(table)["x"]
     assert sorted(entry.source.split()) == sorted(files)
     assert read_record(entry, folder).up is not None
     # MiniSEED needs its StationXML.
     write_inventory(there / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
     write_mseed(there / "z.mseed", {"HNN": np.int64(1000 * A), "HNE": np.int64(1000 * B)})
     assert run("records", "add", there / "z.mseed", "--table", table, "--folder", folder) == 0
-    assert read_catalogue(table)["z"].source == "z.mseed s.xml"
+    assert read_record_table(table)["z"].source == "z.mseed s.xml"
 
 
 def test_add_prints_the_notes_of_check_and_names_duplicates(tmp_path, capsys):
@@ -196,7 +196,7 @@ def test_add_refuses_invalid_cells(tmp_path, capsys):
     assert not table.exists()
     assert not folder.exists()
     assert run("records", "add", path, *place, "--set", 'station=Te "Mara"') == 0
-    assert read_catalogue(table)["mine"].station == 'Te "Mara"'
+    assert read_record_table(table)["mine"].station == 'Te "Mara"'
 
 
 def test_add_keeps_the_records_that_come_with_the_package(tmp_path, capsys, monkeypatch):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from overturning.errors import RecordError
-from overturning.motion.plausible import count_clipped_samples, sampling_interval_doubts
-from overturning.records.declarations import Declarations
-from overturning.records.read import read_without_processing
-from overturning.records.record import record_origin_and_processing
+from overturning.motion.plausible import clipped_sample_count_and_level, sampling_interval_doubts
+from overturning.records.declarations import FileDeclarations
+from overturning.records.read import read_record_without_processing
+from overturning.records.record import record_source_and_processing
 from tests.expect import refused
 
 RATE = 100.0
@@ -32,7 +32,9 @@ def columns(path, *axes, time=TIME):
 
 
 def read_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
-    return read_without_processing(path, Declarations(columns=declared, processed=more.pop("processed", True), **more))
+    return read_record_without_processing(
+        path, FileDeclarations(columns=declared, processed=more.pop("processed", True), **more)
+    )
 
 
 OFFSET = 0.3 + 0.0 * EAST
@@ -48,7 +50,7 @@ def test_a_dead_horizontal_is_refused_unless_it_is_declared(tmp_path, dead, proc
     with refused(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_columns(path, processed=processed)
     trusted = read_columns(path, processed=processed, trust_data=True)
-    assert "axis 'east' is dead" in record_origin_and_processing(trusted)["trusted"][0]
+    assert "axis 'east' is dead" in record_source_and_processing(trusted)["trusted"][0]
     assert read_columns(columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
@@ -95,7 +97,7 @@ def test_clipped_axis_is_named_with_its_number_of_samples(tmp_path):
     record = read_columns(columns(tmp_path / "x.csv", clipped, EAST))
     (note,) = record.notes
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
-    assert record_origin_and_processing(record)["notes"] == [note], "the report prints the account's notes"
+    assert record_source_and_processing(record)["notes"] == [note], "the report prints the account's notes"
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])
@@ -104,13 +106,13 @@ def test_the_rounded_top_of_a_smooth_wave_is_not_clipped(bits, hertz):
     """Coarse digitisers give several equal samples at a peak; the same wave cut at 70 % of it is found."""
     wave = np.sin(2 * np.pi * hertz * TIME + 0.3) * np.exp(-TIME / 15)
     counts = np.round(wave * 2**bits)
-    assert count_clipped_samples(counts) == (0, 0.0)
+    assert clipped_sample_count_and_level(counts) == (0, 0.0)
     level = np.floor(0.7 * np.abs(counts).max())
     cut = np.clip(counts, -level, level)
     if bits >= 8:
-        assert count_clipped_samples(cut)[0] >= 3
-        assert count_clipped_samples(cut)[1] == level
-    assert count_clipped_samples(np.zeros(9)) == (0, 0.0)
+        assert clipped_sample_count_and_level(cut)[0] >= 3
+        assert clipped_sample_count_and_level(cut)[1] == level
+    assert clipped_sample_count_and_level(np.zeros(9)) == (0, 0.0)
 
 
 def test_seconds_declared_as_milliseconds_are_refused_by_the_interval(tmp_path):

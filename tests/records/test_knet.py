@@ -10,12 +10,12 @@ import overturning
 from overturning.cli import app
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
-from overturning.records.component import check_header_peak
-from overturning.records.declarations import Declarations
+from overturning.records.component import checked_header_peak_difference
+from overturning.records.declarations import FileDeclarations
 from overturning.records.formats import knet
 from overturning.records.processing import process_record
-from overturning.records.read import read_record, read_without_processing
-from overturning.records.record import record_origin_and_processing
+from overturning.records.read import read_record, read_record_without_processing
+from overturning.records.record import record_source_and_processing
 from overturning.records.source import SourceFile, read_source_file
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
@@ -33,16 +33,16 @@ def test_surface_and_borehole_are_distinguished_and_have_their_own_gains(tmp_pat
     top = write_knet_set(
         tmp_path, "TTRH02X", UP, NORTH, EAST, kik=2, station="TTRH02", scale=(7845, 8223790), rate="200Hz"
     )
-    surface = read_without_processing([*deep, *top])
+    surface = read_record_without_processing([*deep, *top])
     np.testing.assert_allclose(surface.north, UP * 7845 / 8223790 * 0.01, rtol=1e-12)
-    borehole = read_without_processing([*top, *deep], Declarations(sensor="borehole"))
+    borehole = read_record_without_processing([*top, *deep], FileDeclarations(sensor="borehole"))
     np.testing.assert_allclose(borehole.north, NORTH * 3920 / 6182761 * 0.01, rtol=1e-12)
     assert surface.sampling_interval == 0.005
     assert surface.station == "TTRH02"
     with pytest.raises(RecordError, match="borehole"):
-        read_without_processing(top, Declarations(sensor="borehole"))
+        read_record_without_processing(top, FileDeclarations(sensor="borehole"))
     assert surface.notes == []  # the other sensor gives a separate record
-    mixed = read_without_processing(
+    mixed = read_record_without_processing(
         [*(path for path in top if ".UD" not in path.name), *(p for p in deep if ".UD" in p.name)]
     )
     assert mixed.up is None
@@ -53,7 +53,7 @@ def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_sta
     files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
     refused = r"axis (NS|EW)1 is of the borehole sensor of ISKH01; declare it .*--sensor borehole"
     with pytest.raises(RecordError, match=refused):
-        read_without_processing(files[0])
+        read_record_without_processing(files[0])
     with pytest.raises(RecordError, match=refused):
         overturning.read(files)
     assert overturning.read(files, sensor="borehole").station == "ISKH01 (borehole)"
@@ -63,7 +63,7 @@ def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_sta
     named = RecordEntry.model_validate(line | {"sensor": "borehole", "station": "ISKH01 Otani"})
     record = read_record(named, tmp_path)
     assert record.station == "ISKH01 Otani (borehole)"
-    assert record_origin_and_processing(process_record(record, None))["declared"] == ["borehole sensor"]
+    assert record_source_and_processing(process_record(record, None))["declared"] == ["borehole sensor"]
 
 
 def test_commands_refuse_or_name_the_borehole(tmp_path):
@@ -112,7 +112,7 @@ def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
             record = read_record(RecordEntry(id="x", format=declared, source="TST0010102031305"), folder)
             assert record.source == f"{name} TST0010102031305"
         with refused(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
-            read_without_processing(first, Declarations(format="k-net" if kik else "geonet"))
+            read_record_without_processing(first, FileDeclarations(format="k-net" if kik else "geonet"))
     with refused(MissingDataError, "TST001.NS, TST001.EW, TST001.UD (or"):
         read_record(RecordEntry(id="x", format="k-net", source="TST001"), tmp_path)
 
@@ -126,10 +126,10 @@ def test_missing_files_are_named_with_source_and_folder(tmp_path):
 
 def test_one_component_alone_is_refused(tmp_path):
     north, east = write_knet_set(tmp_path, "T", NORTH, EAST)
-    assert read_without_processing(north).north.size == NORTH.size  # the other component is in the same folder
+    assert read_record_without_processing(north).north.size == NORTH.size  # the other component is in the same folder
     east.unlink()
     with pytest.raises(RecordError, match="two horizontal"):
-        read_without_processing(north)
+        read_record_without_processing(north)
 
 
 def read_text(text: str, name: str = "T.NS"):
@@ -187,7 +187,7 @@ def test_an_archive_of_many_stations_asks_which(tmp_path):
     path.parent.mkdir()
     path.write_bytes(zip_of({file.name: file.read_bytes() for file in files}))
     with refused(RecordError, "2 records (TST001, TST002)"):
-        read_without_processing(path)
+        read_record_without_processing(path)
     with refused(RecordError, "2 records"):
         read_record(RecordEntry(id="all", source="event.zip"), path.parent)
     entry = RecordEntry(id="two", format="kik-net", source="TST0020102031305")
@@ -250,6 +250,6 @@ def test_a_real_file_agrees_with_its_own_header():
     trace = obspy.read(str(path), format="KNET")[0]
     np.testing.assert_allclose(component.samples, trace.data * trace.stats.calib, rtol=1e-12)
     assert component.start == trace.stats.starttime.datetime.replace(tzinfo=UTC)
-    difference = check_header_peak(component, lambda *why: pytest.fail("; ".join(why)))
+    difference = checked_header_peak_difference(component, lambda *why: pytest.fail("; ".join(why)))
     assert difference is not None
     assert difference < 0.001

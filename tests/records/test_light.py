@@ -10,17 +10,17 @@ TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 HEAVY = {"xarray", "pandas", "scipy", "matplotlib", "numba", "dask", "snakemake"}
 READ = f"""
 from pathlib import Path
-from overturning.records.catalogue import read_catalogue
+from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.store import read_motion, write_motion
-record = process_record(read_record(read_catalogue({str(TABLE)!r})["rinaldi"], Path()), None)
+from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
+record = process_record(read_record(read_record_table({str(TABLE)!r})["rinaldi"], Path()), None)
 """
 STORE = """
 import tempfile
 with tempfile.TemporaryDirectory() as folder:
-    write_motion(record, Path(folder) / "motion.nc")
-    read_motion(Path(folder) / "motion.nc")
+    write_record_to_motion_file(record, Path(folder) / "motion.nc")
+    read_record_from_motion_file(Path(folder) / "motion.nc")
 """
 
 

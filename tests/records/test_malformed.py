@@ -13,16 +13,16 @@ import pytest
 
 from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble_record
-from overturning.records.declarations import Declarations
+from overturning.records.declarations import FileDeclarations
 from overturning.records.files import read_components
-from overturning.records.read import read_without_processing
+from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record
 from overturning.records.source import SourceFile
 from tests.bounds import bounded
 from tests.records.malformed_corpus import COUNTS, UNCOUNTED, WHOLE, corpus
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
-OPTIONS = Declarations(unit="gal")
+OPTIONS = FileDeclarations(unit="gal")
 
 CORPUS = {form: dict(corpus(form)) for form in WHOLE}
 
@@ -56,7 +56,7 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
     """
     try:
         with bounded():
-            record = read_without_processing(paths, OPTIONS)
+            record = read_record_without_processing(paths, OPTIONS)
     except OverturningError as problem:
         message = str(problem)
         if not any(path.name in message for path in paths):
@@ -71,7 +71,7 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
 @pytest.mark.parametrize("form", CORPUS)
 def test_text_is_refused_by_name_or_read_right(tmp_path, form):
     paths = write(tmp_path, form)
-    good, whole = read_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
+    good, whole = read_record_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
     objections = {}
     for name, change in CORPUS[form].items():
         if name in UNCOUNTED.get(form, ()):
@@ -87,10 +87,10 @@ HARMLESS = ("BOM", "CRLF", "CR", "DOS end of file", "zeros behind", "blank lines
 @pytest.mark.parametrize("form", WHOLE)
 def test_marks_of_other_systems_do_no_harm(tmp_path, form):
     paths = write(tmp_path, form)
-    good, whole = read_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
+    good, whole = read_record_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
     for name in HARMLESS:
         paths[0].write_bytes(CORPUS[form][name](whole))
-        assert same_motion(read_without_processing(paths, OPTIONS), good), name
+        assert same_motion(read_record_without_processing(paths, OPTIONS), good), name
 
 
 @pytest.mark.parametrize("form", WHOLE)
@@ -156,7 +156,7 @@ BYTES: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::obspy.io.mseed.InternalMSEEDWarning")
 def test_binary_is_refused_by_name_or_read_right(tmp_path, form):
     path, other = binary_files(tmp_path, form)
-    good, whole = read_without_processing([path, other], OPTIONS), path.read_bytes()
+    good, whole = read_record_without_processing([path, other], OPTIONS), path.read_bytes()
     objections = {}
     for name, change in BYTES.items():
         path.write_bytes(change(whole))
@@ -166,9 +166,9 @@ def test_binary_is_refused_by_name_or_read_right(tmp_path, form):
 
 def test_a_folder_and_a_missing_file(tmp_path):
     with pytest.raises(RecordError, match="folder"):
-        read_without_processing(tmp_path)
+        read_record_without_processing(tmp_path)
     with pytest.raises(OverturningError, match="no such file"):
-        read_without_processing(tmp_path / "none.V2A")
+        read_record_without_processing(tmp_path / "none.V2A")
 
 
 def test_an_unreadable_file(tmp_path, monkeypatch):
@@ -180,4 +180,4 @@ def test_an_unreadable_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "read_bytes", refuse)
     with pytest.raises(RecordError, match="Permission denied"):
-        read_without_processing(path)
+        read_record_without_processing(path)

@@ -5,8 +5,8 @@ import pytest
 
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files
-from overturning.records.declarations import Declarations
-from overturning.records.read import read_record, read_without_processing
+from overturning.records.declarations import FileDeclarations
+from overturning.records.read import read_record, read_record_without_processing
 from tests.records.record_writers import peer_text
 
 A, B, C = np.random.default_rng(2).normal(0, 0.05, (3, 500))
@@ -23,12 +23,12 @@ def test_a_vertical_component_that_is_left_out_is_named(tmp_path, names):
     (tmp_path / "RSN2_TEST_UP.AT2").write_text(peer_text(C, 0.01, "UP").replace("Receiving", "Other"))
     note = f"vertical component left out: {paths[2].name} in the same folder holds it; name it too"
     named = paths[0] if given == 1 else paths[:2]
-    assert note in read_without_processing(named).notes
+    assert note in read_record_without_processing(named).notes
     (finding,) = check_records_in_files([named] if given == 1 else named)
     assert note in finding.record.notes
     entry = RecordEntry(id="x", source=" ".join(path.name for path in paths[:2]))
     assert note in read_record(entry, tmp_path).notes
-    assert note not in read_without_processing(paths).notes
-    assert note not in read_without_processing(paths[:2], Declarations(vertical_sense="none")).notes
+    assert note not in read_record_without_processing(paths).notes
+    assert note not in read_record_without_processing(paths[:2], FileDeclarations(vertical_sense="none")).notes
     paths[2].unlink()
-    assert read_without_processing(paths[:2]).notes == []
+    assert read_record_without_processing(paths[:2]).notes == []

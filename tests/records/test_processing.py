@@ -12,15 +12,15 @@ from scipy import signal
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.records.check import RecordCheck, format_record_check
-from overturning.records.component import Component
+from overturning.records.check import RecordCheckResult, format_record_check
+from overturning.records.component import RecordComponent
 from overturning.records.processing import Step, default_processing_steps, process_record
 from overturning.records.record import (
     Record,
     as_record,
-    drift_evidence,
+    displacement_drift_evidence,
     processing_entry_text,
-    record_origin_and_processing,
+    record_source_and_processing,
 )
 from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
 from tests.expect import refused
@@ -43,18 +43,18 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
     cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
     swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # forward and backward pulse: no residual displacement
-    assert drift_evidence(record(swing, swing)) == ""
+    assert displacement_drift_evidence(record(swing, swing)) == ""
     # An offset of c for 60 s ends the velocity at 60 c: 1 % of 1/π with c = 5.3e-5, 5 % with 2.65e-4.
     little, more = (record(swing, swing + share / np.pi / 60) for share in (0.01, 0.05))
-    assert "velocity" not in drift_evidence(little)
-    assert "velocity of east ends at 5 % of its peak" in drift_evidence(more)
-    assert "displacement of east is largest at the last sample" in drift_evidence(more)
-    assert "north" not in drift_evidence(more)
-    assert record_origin_and_processing(more)["drift"] == drift_evidence(more)
-    axis = Component(more.east, DT, "E", 90.0, 0, "x", "")
-    text = format_record_check(RecordCheck(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
+    assert "velocity" not in displacement_drift_evidence(little)
+    assert "velocity of east ends at 5 % of its peak" in displacement_drift_evidence(more)
+    assert "displacement of east is largest at the last sample" in displacement_drift_evidence(more)
+    assert "north" not in displacement_drift_evidence(more)
+    assert record_source_and_processing(more)["drift"] == displacement_drift_evidence(more)
+    axis = RecordComponent(more.east, DT, "E", 90.0, 0, "x", "")
+    text = format_record_check(RecordCheckResult(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
     assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
-    assert drift_evidence(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
+    assert displacement_drift_evidence(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
 
 
 @pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Los_Angeles"])
@@ -75,7 +75,7 @@ def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
 def test_a_motion_from_python_is_not_labelled_processed() -> None:
     motion = Motion(sine(1.0), sine(2.0), sampling_interval=DT)
     given = as_record(motion)
-    assert record_origin_and_processing(process_record(given, None))["data"] == "as given"
+    assert record_source_and_processing(process_record(given, None))["data"] == "as given"
     assert process_record(given, None).processing == ()
 
 

@@ -9,8 +9,8 @@ import pytest
 from overturning.errors import ConfigError, RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
-from overturning.records.earthquakes import group_by_earthquake
-from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.earthquakes import assign_records_to_earthquakes
+from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
 from overturning.study.load import check_study, record_table_rows
 from tests.expect import refused
@@ -18,7 +18,7 @@ from tests.expect import refused
 
 def along(line: str):
     pulse = parse_pulse(line)
-    record = pulse_record(pulse)
+    record = record_of_pulse(pulse)
     time = np.arange(record.north.size) * record.sampling_interval - pulse.before_s
     return time, Motion.of(record).along(pulse.azimuth_deg), pulse
 
@@ -34,7 +34,7 @@ def test_one_line_is_a_record(tmp_path):
     assert (record.record_id, record.event, record.up) == ("sine", "made", None)
     assert read_record(entry, tmp_path).sha256 == record.sha256
     # At rest it is 0 whichever way the pulse goes: −0 has another byte.
-    back = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=240"))
+    back = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=240"))
     for samples in (back.north, back.east):
         assert samples[:100].tobytes() == np.zeros(100).tobytes()
 
@@ -47,7 +47,7 @@ def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
     assert said.items() <= record.extra.items()
     assert (record.latitude, record.longitude) == (35.0, 133.0)
     other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
-    assert len(set(group_by_earthquake([record, other]).labels)) == 2
+    assert len(set(assign_records_to_earthquakes([record, other]).labels)) == 2
     with refused(RecordError, "SHA-256"):
         read_record(RecordEntry(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
     for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):
@@ -159,7 +159,7 @@ def test_invalid_pulses_are_named(line, words):
 
 def test_too_coarse_a_sampling_is_refused():
     with pytest.raises(ConfigError, match="ten samples"):
-        pulse_record(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))
+        record_of_pulse(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))
 
 
 @pytest.mark.parametrize(
@@ -169,4 +169,4 @@ def test_too_coarse_a_sampling_is_refused():
 def test_a_pulse_whose_samples_are_those_of_a_longer_period_is_refused(line):
     """6 ms in samples of 5 ms are the samples of 30 ms, backwards."""
     with refused(ConfigError, "record pulse", "four samples", "sampling_interval_s ≤ 0.001"):
-        pulse_record(parse_pulse(line))
+        record_of_pulse(parse_pulse(line))

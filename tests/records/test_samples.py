@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import spectrum_intensity
+from overturning.motion.spectra import housner_spectrum_intensity
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files, format_record_check, has_non_record_name
 from overturning.records.processing import process_record
-from overturning.records.read import read_record, read_without_processing
+from overturning.records.read import read_record, read_record_without_processing
 from overturning.records.steps import RemoveMean
 
 ROOT = Path(__file__).parents[2]
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason=f"no folder of samp
 
 def test_geonet_te_mara():
     """Kaikoura 2016, WTMC: axes N28W and S62W, 974 and 797 Gal."""
-    record = read_without_processing(SAMPLES / "20161113_110259_WTMC_20.V2A")
+    record = read_record_without_processing(SAMPLES / "20161113_110259_WTMC_20.V2A")
     motion = Motion.of(record)
     assert np.abs(motion.along(332)).max() * 100 == pytest.approx(973.31, abs=0.01)
     assert np.abs(motion.along(242)).max() * 100 == pytest.approx(796.64, abs=0.01)
@@ -34,8 +34,8 @@ def test_geonet_te_mara():
 
 
 def test_geonet_raw_and_processed_agree():
-    raw = read_without_processing(SAMPLES / "20161113_110313_THZ_20.V1A")
-    done = read_without_processing(SAMPLES / "20161113_110313_THZ_20.V2A")
+    raw = read_record_without_processing(SAMPLES / "20161113_110313_THZ_20.V1A")
+    done = read_record_without_processing(SAMPLES / "20161113_110313_THZ_20.V2A")
     assert np.abs(raw.east).max() * 100 == pytest.approx(39.97, abs=0.01)
     assert np.abs(done.east).max() * 100 == pytest.approx(35.78, abs=0.01)
     ahead = (datetime.fromisoformat(str(raw.start)) - datetime.fromisoformat(str(done.start))).total_seconds()
@@ -45,14 +45,14 @@ def test_geonet_raw_and_processed_agree():
 
 
 def test_smc_three_files_make_one_record():
-    record = read_without_processing(SAMPLES / "0111a.smc")
+    record = read_record_without_processing(SAMPLES / "0111a.smc")
     assert record.up is not None
     assert np.abs(record.north).max() * 100 == pytest.approx(104.41, abs=0.01)
     assert np.abs(record.east).max() * 100 == pytest.approx(70.44, abs=0.01)
 
 
 def test_csmip_channels_of_different_length_are_cut():
-    record = read_without_processing(SAMPLES / "CICLC.v1")
+    record = read_record_without_processing(SAMPLES / "CICLC.v1")
     assert record.north.size == 31932
     assert record.processing[0]["left_out_s"] == pytest.approx(2.58)
     assert "trusted" not in record.extra
@@ -81,4 +81,4 @@ if PAPER:
         """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are not here."""
         entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
         record = process_record(read_record(entry, PAPER[0].parent), [RemoveMean()])
-        assert spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)
+        assert housner_spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)

@@ -10,10 +10,10 @@ from hypothesis.extra.numpy import arrays
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files, format_record_check
-from overturning.records.declarations import Declarations
+from overturning.records.declarations import FileDeclarations
 from overturning.records.files import read_components
 from overturning.records.formats.table import find_format_by_name
-from overturning.records.read import read, read_record, read_without_processing
+from overturning.records.read import read, read_record, read_record_without_processing
 from overturning.records.record import processing_label
 from overturning.records.source import SourceFile
 from tests.expect import refused
@@ -29,7 +29,7 @@ def test_miniseed_with_stationxml_in_its_folder(tmp_path):
     write_inventory(tmp_path / "XX.TST1.xml", CHANNELS)
     (tmp_path / "other.xml").write_text("<notes>not about stations</notes>")
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
-    record = read_without_processing(path)
+    record = read_record_without_processing(path)
     np.testing.assert_allclose(record.north, N / 400_000, rtol=1e-12)
     np.testing.assert_allclose(record.east, E / 400_000, rtol=1e-12)
     np.testing.assert_allclose(record.up, Z / 400_000, rtol=1e-12)
@@ -45,7 +45,7 @@ def test_miniseed_with_stationxml_in_its_folder(tmp_path):
 
 def test_orientation_comes_from_the_stationxml(tmp_path):
     write_inventory(tmp_path / "s.xml", {"HN1": (60.0, 0.0), "HN2": (150.0, 0.0), "HNZ": (0.0, 90.0)})
-    record = read_without_processing(
+    record = read_record_without_processing(
         [write_mseed(tmp_path / "x.mseed", {"HN1": N, "HN2": E, "HNZ": Z}), tmp_path / "s.xml"]
     )
     c, s = np.cos(np.radians(60)), np.sin(np.radians(60))
@@ -59,7 +59,7 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     write_inventory(tmp_path / "s.xml", both)
     mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
     with refused(RecordError, "components of '00' and '10'; they are not of one record"):
-        read_without_processing(mixed)
+        read_record_without_processing(mixed)
     # Regression: the first sensor lacks its north component and used that of the second.
     write_mseed(tmp_path / "x.mseed", {"00.HNE": E, "00.HNZ": Z, "10.HNE": E, "10.HNN": N, "10.HNZ": Z})
     assert [len(finding.components) for finding in check_records_in_files([tmp_path]) if finding.record] == [3]
@@ -70,10 +70,10 @@ def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
     metadata = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)})
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "BNE": E})
     with refused(RecordError, "components of 'BN' and 'HN'; they are not of one record"):
-        read_without_processing([waves, metadata])
+        read_record_without_processing([waves, metadata])
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HHE", E, 90.0))]
     with refused(RecordError, "components of 'HN' and 'HH'"):
-        read_without_processing(paths, Declarations(unit="gal"))
+        read_record_without_processing(paths, FileDeclarations(unit="gal"))
 
 
 def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
@@ -81,9 +81,9 @@ def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
     metadata = tmp_path / "s.xml"
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     write_inventory(metadata, {"HNN": (356.0, 0.0), "HNE": (86.0, 0.0), "HNZ": (0.0, -90.0)})
-    assert read_without_processing(waves).notes == []
+    assert read_record_without_processing(waves).notes == []
     write_inventory(metadata, {"HNN": (90.0, 0.0), "HNE": (0.0, 0.0), "HNZ": (0.0, 90.0)})
-    record = read_without_processing(waves)
+    record = read_record_without_processing(waves)
     np.testing.assert_allclose(record.east, N / 400_000, rtol=1e-12)
     says = (("HNE", "at 0°", "east"), ("HNN", "at 90°", "north"), ("HNZ", "down", "up"))
     assert sorted(record.notes) == [
@@ -91,14 +91,14 @@ def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
     ]
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 270.0), ("HN2", E, 0.0))]
     metadata.unlink()
-    (note,) = read_without_processing(paths, Declarations(unit="gal")).notes
+    (note,) = read_record_without_processing(paths, FileDeclarations(unit="gal")).notes
     assert note == "channel HNN is taken at 270°, as its header says; its code says north"
 
 
 def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
     with refused(RecordError, "components of '--' and '10'; they are not of one record"):
-        read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "10.HNE": E}))
+        read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "10.HNE": E}))
 
 
 @pytest.mark.parametrize(
@@ -118,8 +118,8 @@ def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path
         struct.pack_into(code, header, 4 * word, value)
     paths[1].write_bytes(bytes(header))
     with refused(RecordError, why, "--trust-data"):
-        read_without_processing(paths, Declarations(unit="gal"))
-    trusting = read_without_processing(paths, Declarations(unit="gal", trust_data=True))
+        read_record_without_processing(paths, FileDeclarations(unit="gal"))
+    trusting = read_record_without_processing(paths, FileDeclarations(unit="gal", trust_data=True))
     assert why in trusting.extra["trusted"][0]
 
 
@@ -129,14 +129,14 @@ def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path)
     rise = np.linspace(0, 1, N.size) ** 2
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
     with refused(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
-        read_without_processing(path)
-    trusting = read_without_processing(path, Declarations(trust_data=True))
+        read_record_without_processing(path)
+    trusting = read_record_without_processing(path, FileDeclarations(trust_data=True))
     assert trusting.samples == 100
     assert all("breaks off" in why for why in trusting.extra["trusted"])
     path = write_mseed(
         tmp_path / "x.mseed", {"HNN": N * rise[::-1], "HNE": E * rise[::-1], "HNZ": (Z * rise[::-1])[:100]}
     )
-    assert read_without_processing(path).samples == 100, "the coda of a record may be short"
+    assert read_record_without_processing(path).samples == 100, "the coda of a record may be short"
 
 
 def test_gaps_are_refused(tmp_path):
@@ -147,7 +147,7 @@ def test_gaps_are_refused(tmp_path):
     stream = obspy.Stream([*pieces, trace(E.astype(np.int32), "HNE")])
     stream.write(str(tmp_path / "x.mseed"), format="MSEED")
     with pytest.raises(RecordError, match="gap"):
-        read_without_processing(tmp_path / "x.mseed")
+        read_record_without_processing(tmp_path / "x.mseed")
 
 
 def test_a_velocity_sensor_is_deconvolved(tmp_path):
@@ -155,7 +155,7 @@ def test_a_velocity_sensor_is_deconvolved(tmp_path):
     time = np.arange(4000) / 100
     counts = np.round(1e6 * np.sin(2 * np.pi * time)).astype(np.int32)
     write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
-    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 2}))
+    record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 2}))
     middle = record.north[1500:2500]
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
     np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
@@ -176,7 +176,7 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
     counts = 1e9 * np.fft.irfft(speed, time.size)
     write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e9, unit="M/S", broadband=True)
     traces = {"HHN": np.round(counts), "HHE": np.round(counts / 2)}
-    record = read_without_processing(write_mseed(tmp_path / "x.mseed", traces, rate=rate))
+    record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", traces, rate=rate))
     np.testing.assert_allclose(record.north, wave, atol=1e-4 * wave.max())
     # A burst of 35 Hz has PGV/PGA near 1/(2π 35 Hz) = 4.5 ms, which no earthquake has.
     assert [note for note in record.notes if "PGV/PGA is then" not in note] == []
@@ -186,12 +186,14 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
 def test_a_velocity_sensor_beyond_its_range_is_noted_and_an_accelerometer_in_velocity_refused(tmp_path):
     counts = np.round(1e6 * np.sin(np.arange(4000) / 16)).astype(np.int32)  # 10 cm/s
     write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
-    notes = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 100})).notes
+    notes = read_record_without_processing(
+        write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 100})
+    ).notes
     assert len(notes) == 1
     assert "channel HHN of a velocity sensor reaches 10 cm/s: most saturate" in notes[0]
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}, gain=1e7, unit="M/S")
     with refused(RecordError, "is of an accelerometer by its code (N), but in M/S in the StationXML"):
-        read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": counts, "HNE": counts}))
+        read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": counts, "HNE": counts}))
 
 
 def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
@@ -201,8 +203,8 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
         write_sac(tmp_path / "T.HNZ.sac", Z / 1e5, "HNZ", 0.0, 0.0),
     ]
     with pytest.raises(RecordError, match="unit"):
-        read_without_processing(paths)
-    record = read_without_processing(paths, Declarations(unit="gal"))
+        read_record_without_processing(paths)
+    record = read_record_without_processing(paths, FileDeclarations(unit="gal"))
     c, s = np.cos(np.radians(332)), np.sin(np.radians(332))
     np.testing.assert_allclose(record.north, (N * c - E * s) / 1e7, atol=1e-7)
     np.testing.assert_allclose(record.up, Z / 1e7, atol=1e-8)
@@ -223,14 +225,14 @@ def test_the_origin_of_a_sac_file_is_relative_to_its_reference_time(tmp_path):
         for word, value in ((5, 3.0), (7, 1.0)):
             header[4 * word : 4 * word + 4] = struct.pack("<f", value)
         path.write_bytes(bytes(header))
-    record = read_without_processing(paths, Declarations(unit="gal"))
+    record = read_record_without_processing(paths, FileDeclarations(unit="gal"))
     first, origin = (np.datetime64(text.rstrip("Z")) for text in (record.start, record.extra["origin_time"]))
     assert first - origin == np.timedelta64(2, "s")
     for path in paths:  # without a reference time (words 70 to 75) both are unknown
         header = bytearray(path.read_bytes())
         header[280:304] = struct.pack("<6i", *[-12345] * 6)
         path.write_bytes(bytes(header))
-    undated = read_without_processing(paths, Declarations(unit="gal"))
+    undated = read_record_without_processing(paths, FileDeclarations(unit="gal"))
     assert undated.start is None
     assert "origin_time" not in undated.extra
 
@@ -240,11 +242,11 @@ def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sens
     files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]
     files.append(write_inventory(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
     other = "surface" if sensor == "borehole" else "borehole"
-    assert read_without_processing(files, Declarations(sensor=sensor)).station == (
+    assert read_record_without_processing(files, FileDeclarations(sensor=sensor)).station == (
         "TST1" if sensor == "surface" else "TST1 (borehole)"
     )
     with pytest.raises(RecordError, match=f"is of the {sensor} sensor of TST1; declare it"):
-        read_without_processing(files, Declarations(sensor=other))
+        read_record_without_processing(files, FileDeclarations(sensor=other))
 
 
 @pytest.mark.parametrize(
@@ -260,9 +262,9 @@ def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, station
     if stationxml:
         files.append(write_inventory(tmp_path / "a.xml", stationxml))
     with refused(RecordError, "a.mseed", *words):
-        read_without_processing(files)
+        read_record_without_processing(files)
     if "HHN" in channels:
-        assert read_without_processing(files, Declarations(unit="m/s2")).station == "TST1"
+        assert read_record_without_processing(files, FileDeclarations(unit="m/s2")).station == "TST1"
 
 
 @pytest.mark.parametrize(
@@ -276,7 +278,7 @@ def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key
         trace.stats.sac[key] = value
         trace.write(str(path), format="SAC")
     with refused(RecordError, "a.HNE.sac" if key == "idep" else "a.HN", words):
-        read_without_processing(path, Declarations(unit="m/s2"))
+        read_record_without_processing(path, FileDeclarations(unit="m/s2"))
 
 
 @pytest.mark.parametrize(
@@ -291,29 +293,31 @@ def test_sac_other_than_even_accelerations_is_refused(tmp_path, word, value, wor
         struct.pack_into("<i", header, 4 * word, value)
         path.write_bytes(bytes(header))
     with refused(RecordError, "HNN.sac", words, "by its header"):
-        read_without_processing(paths, Declarations(unit="gal"))
+        read_record_without_processing(paths, FileDeclarations(unit="gal"))
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
 def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)
     paths = [write_sac(tmp_path / f"{name}.sac", x, name, 0.0, 90.0) for name, x in (("HNN", N), ("HNE", E))]
-    np.testing.assert_allclose(read_without_processing([*paths, tmp_path / "s.xml"]).north, N / 4e5 * scale, rtol=1e-6)
+    np.testing.assert_allclose(
+        read_record_without_processing([*paths, tmp_path / "s.xml"]).north, N / 4e5 * scale, rtol=1e-6
+    )
     write_inventory(tmp_path / "s.xml", CHANNELS, unit="V")
     with refused(RecordError, "HNN.sac", "V in the StationXML"):
-        read_without_processing([*paths, tmp_path / "s.xml"])
+        read_record_without_processing([*paths, tmp_path / "s.xml"])
 
 
 def test_the_scale_in_a_sac_header_is_not_applied_with_a_note(tmp_path):
     """Header word 3, SCALE, is not used by SAC itself; obspy multiplies by it."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
-    plain = read_without_processing(paths, Declarations(unit="gal"))
+    plain = read_record_without_processing(paths, FileDeclarations(unit="gal"))
     assert plain.notes == []
     for path in paths:
         header = bytearray(path.read_bytes())
         struct.pack_into("<f", header, 4 * 3, 0.5)
         path.write_bytes(bytes(header))
-    scaled = read_without_processing(paths, Declarations(unit="gal"))
+    scaled = read_record_without_processing(paths, FileDeclarations(unit="gal"))
     np.testing.assert_array_equal(scaled.north, plain.north)
     told = "its header's SCALE, 0.5, is not applied: samples are in gal, as declared"
     assert scaled.notes == [f"{name}.sac: {told}" for name in ("HNN", "HNE")]
@@ -337,7 +341,7 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
     data[632:] = (np.frombuffer(bytes(data[632:]), "<f4") * 2).astype("<f4").tobytes()
     path.write_bytes(bytes(data))
     with pytest.raises(RecordError, match="states a peak"):
-        read_without_processing([path, other], Declarations(unit="gal"))
+        read_record_without_processing([path, other], FileDeclarations(unit="gal"))
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
@@ -384,7 +388,9 @@ def test_columns_that_contradict_the_declaration_are_refused(tmp_path, text, col
     path = tmp_path / "x.csv"
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
-        read_without_processing(path, Declarations(columns=columns, sampling_interval_s=interval, processed=True))
+        read_record_without_processing(
+            path, FileDeclarations(columns=columns, sampling_interval_s=interval, processed=True)
+        )
 
 
 @pytest.mark.parametrize(
@@ -414,7 +420,7 @@ def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, 
     """Regression: east declared as north was accepted without a note, although the heading contradicted it."""
     path = tmp_path / "x.csv"
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
-    record = read_without_processing(path, Declarations(columns="time:s north:gal 90:gal", processed=True))
+    record = read_record_without_processing(path, FileDeclarations(columns="time:s north:gal 90:gal", processed=True))
     assert record.notes == [f"x.csv: the column under {why}, as declared" for why in told]
 
 
@@ -432,8 +438,8 @@ def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, 
 def test_a_line_of_text_with_another_unit_is_noted(tmp_path, line, unit):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
-    record = read_without_processing(
-        path, Declarations(columns="time:s north:gal east:gal skip skip skip", processed=True)
+    record = read_record_without_processing(
+        path, FileDeclarations(columns="time:s north:gal east:gal skip skip skip", processed=True)
     )
     told = [f"x.txt: the line {line.lstrip('#% ')!r} names {unit}; columns are taken in gal, as declared"]
     assert record.notes == (told if unit else [])
@@ -444,7 +450,9 @@ def test_a_line_of_text_with_another_quantity_is_refused(tmp_path, line):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     with refused(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
-        read_without_processing(path, Declarations(columns="time:s north:gal east:gal skip skip skip", processed=True))
+        read_record_without_processing(
+            path, FileDeclarations(columns="time:s north:gal east:gal skip skip skip", processed=True)
+        )
 
 
 SCEC = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
@@ -467,7 +475,7 @@ def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings
     rows = [separator.join(map(str, (n, n * n % 7, -2 * n, 3 * n))) for n in range(250)]
     path = tmp_path / "x.bbp"
     path.write_text("\n".join([*headings.split("\n"), *rows]) + "\n")
-    record = read_without_processing(path, Declarations(columns=columns, processed=True, trust_data=True))
+    record = read_record_without_processing(path, FileDeclarations(columns=columns, processed=True, trust_data=True))
     said = [note for note in record.notes if "as declared" in note]
     assert [
         note for note, text in zip(said, dict.fromkeys(told), strict=False) if f"under {text!r} is" not in note
@@ -487,10 +495,10 @@ def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, 
     path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))
     declared = {"columns": "time:s north:gal east:gal", "processed": True}
     with refused(RecordError, "a.vel.bbp", "north in gal is declared", "--trust-data"):
-        read_without_processing(path, Declarations(**declared))
+        read_record_without_processing(path, FileDeclarations(**declared))
     assert any(
         "trusted although" in note
-        for note in read_without_processing(path, Declarations(**declared, trust_data=True)).notes
+        for note in read_record_without_processing(path, FileDeclarations(**declared, trust_data=True)).notes
     )
 
 
@@ -502,11 +510,11 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
             text = "".join(f"{v!r}\n" for v in (samples * (1 + (stem == "b"))).tolist())
             (tmp_path / f"{stem}_{axis}.txt").write_text(text)
     given_ = {"sampling_interval_s": 0.01, "processed": True}
-    exact = Declarations(columns="a_n.txt=north:gal a_e.txt=east:gal a_z.txt=down:gal", **given_)
-    starred = Declarations(columns="*_n.txt=north:gal *_e.txt=east:gal *_z.txt=down:gal", **given_)
+    exact = FileDeclarations(columns="a_n.txt=north:gal a_e.txt=east:gal a_z.txt=down:gal", **given_)
+    starred = FileDeclarations(columns="*_n.txt=north:gal *_e.txt=east:gal *_z.txt=down:gal", **given_)
     three = [tmp_path / f"a_{axis}.txt" for axis in "zne"]
     for paths, declared in (([three[1]], exact), (three, exact), (three, starred)):
-        record = read_without_processing(paths, declared)
+        record = read_record_without_processing(paths, declared)
         for found, samples in ((record.north, N), (record.east, E), (record.up, -Z)):
             np.testing.assert_allclose(found, samples / 1e5, rtol=1e-12)
     found = check_records_in_files([tmp_path], starred)
@@ -524,8 +532,8 @@ def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
         lines = ["STATION X", "ACCELERATION, 403 VALUES", *("".join(cells[i : i + 8]) for i in range(0, 403, 8))]
         (tmp_path / f"{axis}.dat").write_text("\n".join(lines) + "\n")
     columns = f"n.dat=north:gal{word} e.dat=east:gal{word}"
-    declared = Declarations(columns=columns, sampling_interval_s=0.01, processed=True, trust_data=True)
-    record = read_without_processing([tmp_path / "n.dat", tmp_path / "e.dat"], declared)
+    declared = FileDeclarations(columns=columns, sampling_interval_s=0.01, processed=True, trust_data=True)
+    record = read_record_without_processing([tmp_path / "n.dat", tmp_path / "e.dat"], declared)
     np.testing.assert_allclose(record.north, np.round(N[:403] / 1e3, 3) / 100, rtol=1e-12)
     np.testing.assert_allclose(record.east, np.round(E[:403] / 1e3, 3) / 100, rtol=1e-12)
 
@@ -535,7 +543,7 @@ def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
 def test_any_columns_are_read_back(samples, data):
     unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
     text = "".join(f"{a!r},{b!r}\n" for a, b in (samples.T / 10).tolist())
-    declared = Declarations(columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True)
+    declared = FileDeclarations(columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True)
     for component, expected in zip(read_components([SourceFile("x", text.encode())], declared), samples, strict=True):
         np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
 
@@ -550,7 +558,7 @@ def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
     folder = tmp_path_factory.mktemp("mseed")
     metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)})
     paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
-    (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], Declarations())
+    (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], FileDeclarations())
     np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)
     assert component.sampling_interval == pytest.approx(1 / rate)
 
@@ -559,6 +567,6 @@ def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
 @given(arrays(np.float32, st.integers(2, 60), elements=st.floats(-1e4, 1e4, width=32)), st.floats(0, 359))
 def test_any_sac_is_read_back(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
-    (component,) = read_components([SourceFile("x.sac", path.read_bytes())], Declarations(unit="gal"))
+    (component,) = read_components([SourceFile("x.sac", path.read_bytes())], FileDeclarations(unit="gal"))
     np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)
     assert component.azimuth_deg == pytest.approx(azimuth, rel=1e-6)

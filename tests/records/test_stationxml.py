@@ -10,9 +10,9 @@ from obspy.core.inventory.response import CoefficientsTypeResponseStage
 
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
-from overturning.records.declarations import Declarations
-from overturning.records.formats.stationxml import acceleration_unit_size, is_velocity_unit
-from overturning.records.read import read_without_processing
+from overturning.records.declarations import FileDeclarations
+from overturning.records.formats.stationxml import acceleration_unit_in_m_s2, is_velocity_unit
+from overturning.records.read import read_record_without_processing
 from tests.expect import refused
 from tests.records.record_writers import peer_text
 from tests.records.seed_writers import START, write_inventory, write_mseed, write_sac
@@ -32,7 +32,7 @@ def write_channel_gain(metadata, gain):
 def test_a_gain_that_its_stages_contradict_a_little_is_noted(tmp_path, factor, noted):
     """Regression: differences of up to 5 % were read without a note."""
     write_channel_gain(write_inventory(tmp_path / "s.xml", CHANNELS), 400_000 * factor)
-    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
+    record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
     np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
     gain = f"{400_000 * factor:g}"
     what = (
@@ -48,7 +48,7 @@ def test_a_velocity_sensor_whose_gain_differs_from_its_stages_is_noted_and_print
     metadata = write_inventory(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
     write_channel_gain(metadata, 4e8)
     waves = write_mseed(tmp_path / "x.mseed", {code: x // 10 for code, x in zip(channels, (N, E, Z), strict=True)})
-    record = read_without_processing(waves)
+    record = read_record_without_processing(waves)
     assert capfd.readouterr() == ("", "")
     for code in channels:
         (told,) = [note for note in record.notes if f"channel XX.TST1..{code} has a gain" in note]
@@ -56,7 +56,7 @@ def test_a_velocity_sensor_whose_gain_differs_from_its_stages_is_noted_and_print
         assert told.endswith("computed with the stages")
     write_channel_gain(metadata, 3.9e8)
     with refused(RecordError, "has a gain of 3.9e+08 in the StationXML, whose stages make 7.9e+08", "--trust-data"):
-        read_without_processing(waves)
+        read_record_without_processing(waves)
 
 
 def test_a_filter_whose_coefficients_do_not_add_up_to_1_is_noted_and_prints_nothing(tmp_path, capfd):
@@ -79,7 +79,7 @@ def test_a_filter_whose_coefficients_do_not_add_up_to_1_is_noted_and_prints_noth
                 **{f"decimation_{name}": value for name, value in decimation.items()},
             )  # fmt: skip
         inventory.write(str(metadata), format="STATIONXML")
-        return read_without_processing(waves)
+        return read_record_without_processing(waves)
 
     coefficients = [0.3, 0.6, 0.2]
     changed, right = read(coefficients), read([one / sum(coefficients) for one in coefficients])
@@ -100,7 +100,7 @@ def test_stages_that_state_their_gain_at_another_frequency_agree(tmp_path):
         channel.response.instrument_sensitivity.frequency = corner
     inventory.write(str(metadata), format="STATIONXML")
     waves = write_mseed(tmp_path / "x.mseed", {"HHN": N // 100, "HHE": E // 100})
-    assert not [note for note in read_without_processing(waves).notes if "stages make" in note]
+    assert not [note for note in read_record_without_processing(waves).notes if "stages make" in note]
 
 
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
@@ -108,12 +108,12 @@ def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
     """Regression: a gain wrong by a factor of ten only gave a warning."""
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
-    assert read_without_processing(waves).notes == []
+    assert read_record_without_processing(waves).notes == []
     write_channel_gain(metadata, 400_000 * factor)
     what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
     with refused(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
-        read_without_processing(waves)
-    record = read_without_processing(waves, Declarations(trust_data=True))
+        read_record_without_processing(waves)
+    record = read_record_without_processing(waves, FileDeclarations(trust_data=True))
     np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
     assert record.extra["trusted"][:2] == [f"x.mseed: channel XX.TST1..{code} {what}" for code in ("HNE", "HNN")]
 
@@ -128,16 +128,16 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
     (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
     what = "has 2 epochs in the StationXML that fit"
     with refused(RecordError, f"HNE {what}", f"HNN {what}", "gain 100000", "1990-01-01", "gain 400000", "--trust-data"):
-        read_without_processing(waves)
-    trusted = read_without_processing(waves, Declarations(trust_data=True))
+        read_record_without_processing(waves)
+    trusted = read_record_without_processing(waves, FileDeclarations(trust_data=True))
     np.testing.assert_allclose(trusted.north, N / 4e5, rtol=1e-12)  # gain of the epoch that began last
     assert all(what in text for text in trusted.extra["trusted"][:2])
     for channel in older[0][0]:
         channel.end_date = obspy.UTCDateTime(2000, 1, 1)
     (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
-    np.testing.assert_allclose(read_without_processing(waves).north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(read_record_without_processing(waves).north, N / 4e5, rtol=1e-12)
     (newer + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
-    assert read_without_processing(waves).notes == [], "the same channel twice is no contradiction"
+    assert read_record_without_processing(waves).notes == [], "the same channel twice is no contradiction"
 
 
 def test_epoch_ending_within_the_trace_is_refused(tmp_path):
@@ -149,11 +149,13 @@ def test_epoch_ending_within_the_trace_is_refused(tmp_path):
         channel.start_date = START + 2
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     older.write(str(tmp_path / "s.xml"), format="STATIONXML")
-    assert read_without_processing(waves).notes == []
+    assert read_record_without_processing(waves).notes == []
     (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
     with refused(RecordError, "HNN changes in the StationXML while it records", "gain 100000", "gain 400000"):
-        read_without_processing(waves)
-    np.testing.assert_allclose(read_without_processing(waves, Declarations(trust_data=True)).north, N / 1e5, rtol=1e-12)
+        read_record_without_processing(waves)
+    np.testing.assert_allclose(
+        read_record_without_processing(waves, FileDeclarations(trust_data=True)).north, N / 1e5, rtol=1e-12
+    )
 
 
 def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
@@ -164,24 +166,24 @@ def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
         channel.response.response_stages[0].input_units = "M/S"
     inventory.write(str(metadata), format="STATIONXML")
     with refused(RecordError, "HNE is in M/S**2 in the StationXML, whose first stage is in M/S", "--trust-data"):
-        read_without_processing(waves)
+        read_record_without_processing(waves)
     for unit in ("m/s^2", "V", ""):
         for channel in inventory[0][0]:
             channel.response.response_stages[0].input_units = unit
         inventory.write(str(metadata), format="STATIONXML")
-        assert read_without_processing(waves).notes == []
+        assert read_record_without_processing(waves).notes == []
 
 
 def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
-    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
+    record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, -Z / 4e5, rtol=1e-12)
     assert len(record.notes) == 3
     assert all("a negative gain, -400000" in note for note in record.notes)
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=0.0)
     with refused(RecordError, "HNN has a gain of 0.0; correct the StationXML"):
-        read_without_processing(tmp_path / "x.mseed")
+        read_record_without_processing(tmp_path / "x.mseed")
 
 
 @pytest.mark.parametrize(("code", "unit"), [("HN", "M/S**2"), ("HH", "M/S")])
@@ -194,15 +196,15 @@ def test_a_response_without_stages(tmp_path, code, unit):
     inventory.write(str(path), format="STATIONXML")
     waves = write_mseed(tmp_path / "x.mseed", {f"{code}N": N, f"{code}E": E})
     if code == "HN":
-        np.testing.assert_allclose(read_without_processing(waves).north, N / 4e5, rtol=1e-12)
+        np.testing.assert_allclose(read_record_without_processing(waves).north, N / 4e5, rtol=1e-12)
     else:
         with refused(RecordError, "x.mseed: response of XX.TST1..HHE has no stages", "get level=response"):
-            read_without_processing(waves)
+            read_record_without_processing(waves)
     for channel in inventory[0][0]:
         channel.response = None
     inventory.write(str(path), format="STATIONXML")
     with refused(RecordError, f"x.mseed: channel XX.TST1..{code}E has no gain in the StationXML; get it with level="):
-        read_without_processing(waves)
+        read_record_without_processing(waves)
 
 
 @pytest.mark.parametrize(
@@ -215,7 +217,7 @@ def test_a_response_without_stages(tmp_path, code, unit):
     ],
 )
 def test_units_in_every_spelling(unit, scale):
-    assert acceleration_unit_size(unit) == scale
+    assert acceleration_unit_in_m_s2(unit) == scale
     assert is_velocity_unit(unit) == (unit in ("M/S", "m / sec"))
 
 
@@ -235,8 +237,8 @@ def test_an_unknown_orientation_is_not_read_as_north(tmp_path, text):
     inventory.write(str(path), format="STATIONXML")
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     with refused(RecordError, "axis 'HNE', 'HNN' says nothing about north"):
-        read_without_processing(waves)
-    record = read_without_processing(waves, Declarations(azimuths_deg=(90.0, 0.0)))
+        read_record_without_processing(waves)
+    record = read_record_without_processing(waves, FileDeclarations(azimuths_deg=(90.0, 0.0)))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, Z / 4e5, rtol=1e-12)
     assert sum(f"the StationXML says {text!r}" in note for note in record.notes) == 2
@@ -248,18 +250,18 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
         for code, x in zip(CHANNELS, (N, E, Z), strict=True)
     }
-    record = read_without_processing(files["HNE"], Declarations(unit="gal"))
+    record = read_record_without_processing(files["HNE"], FileDeclarations(unit="gal"))
     for samples, truth in zip(record.components, (N, E, Z), strict=True):
         np.testing.assert_allclose(samples, truth / 1e7, atol=1e-8)
     assert sum("its header states no direction (CMPAZ, CMPINC); the code of channel" in x for x in record.notes) == 3
-    turned = read_without_processing(files["HNE"], Declarations(unit="gal", azimuths_deg=(0.0, 90.0)))
+    turned = read_record_without_processing(files["HNE"], FileDeclarations(unit="gal", azimuths_deg=(0.0, 90.0)))
     np.testing.assert_allclose(turned.north, E / 1e7, atol=1e-8)
     assert "axis 'HNE' is taken at 0°, as declared; its file says 90°" in turned.notes
     assert "axis 'HNN' is taken at 90°, as declared; its file says 0°" in turned.notes
     for path in files.values():
         path.unlink()
     write_inventory(tmp_path / "s.xml", dict.fromkeys(CHANNELS, (None, None)))
-    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
+    record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
 
@@ -267,14 +269,14 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
 def test_codes_that_name_no_axis_stay_unknown(tmp_path):
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, None, None) for c, x in (("HN1", N), ("HN2", E))]
     with refused(RecordError, "axis 'HN1', 'HN2' says nothing about north"):
-        read_without_processing(paths, Declarations(unit="gal"))
+        read_record_without_processing(paths, FileDeclarations(unit="gal"))
 
 
 def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
     samples = {"HNN": N / 4e5, "HNE": E / 4e5, "HNZ": Z / 4e5}
     for code, wave in samples.items():
         (tmp_path / f"RSN1_A_{code}.AT2").write_text(peer_text(wave, 0.01, code))
-    record = read_without_processing([tmp_path / f"RSN1_A_{code}.AT2" for code in ("HNE", "HNZ", "HNN")])
+    record = read_record_without_processing([tmp_path / f"RSN1_A_{code}.AT2" for code in ("HNE", "HNZ", "HNN")])
     for found, wave in zip(record.components, samples.values(), strict=True):
         np.testing.assert_allclose(found, wave * 9.80665, atol=1e-5)
     assert sum("its header states no azimuth; the code of channel" in note for note in record.notes) == 3
@@ -291,20 +293,24 @@ def test_two_bands_of_one_sensor_are_two_records(tmp_path):
     assert second.files == ("HNE.mseed", "HNN.mseed", "HNZ.mseed")
     np.testing.assert_allclose(first.record.north, N[::5] / 4e5, rtol=1e-12)
     np.testing.assert_allclose(second.record.north, N / 4e5, rtol=1e-12)
-    np.testing.assert_allclose(read_without_processing(tmp_path / "HNE.mseed").north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(read_record_without_processing(tmp_path / "HNE.mseed").north, N / 4e5, rtol=1e-12)
 
 
 def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
     write_inventory(tmp_path / "other.xml", CHANNELS, station="OTHER")
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
-    (finding,) = check_records_in_files([tmp_path], Declarations(unit="gal"))
+    (finding,) = check_records_in_files([tmp_path], FileDeclarations(unit="gal"))
     np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
-    np.testing.assert_allclose(read_without_processing(paths[0], Declarations(unit="gal")).east, E / 1e7, atol=1e-8)
+    np.testing.assert_allclose(
+        read_record_without_processing(paths[0], FileDeclarations(unit="gal")).east, E / 1e7, atol=1e-8
+    )
     with refused(RecordError, "HNN", "is not in the StationXML given"):
-        read_without_processing([*paths, tmp_path / "other.xml"])
+        read_record_without_processing([*paths, tmp_path / "other.xml"])
     # Its own goes before the declaration, as ever.
     write_inventory(tmp_path / "own.xml", CHANNELS, gain=1e3)
-    np.testing.assert_allclose(read_without_processing(paths[0], Declarations(unit="gal")).north, N / 1e8, rtol=1e-6)
+    np.testing.assert_allclose(
+        read_record_without_processing(paths[0], FileDeclarations(unit="gal")).north, N / 1e8, rtol=1e-6
+    )
 
 
 def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
@@ -321,4 +327,4 @@ def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
     monkeypatch.setattr(obspy.Stream, "merge", warning_merge)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert read_without_processing(waves).notes == ["x.mseed: obspy warns: two lines"]
+        assert read_record_without_processing(waves).notes == ["x.mseed: obspy warns: two lines"]

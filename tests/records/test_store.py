@@ -8,7 +8,11 @@ from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ResultError
 from overturning.records.record import Record
-from overturning.records.store import read_motion, round_to_stored_precision, write_motion
+from overturning.records.store import (
+    read_record_from_motion_file,
+    round_to_stored_precision,
+    write_record_to_motion_file,
+)
 
 samples = arrays(np.float64, 40, elements=st.floats(-50, 50))
 texts = st.text(st.characters(blacklist_categories=("Cs", "Cc")), max_size=12)
@@ -48,36 +52,38 @@ def test_writing_and_reading_are_inverse(tmp_path, north, east, up, event, inter
         processing=({"step": "detrend", "order": 1, "effect": {"pga": [1.0, 2.0]}},),
         extra={"axes": ["N28W", "S62W"], "pulse": True},
     )
-    write_motion(record, tmp_path / "motion.nc")
-    back = read_motion(tmp_path / "motion.nc")
+    write_record_to_motion_file(record, tmp_path / "motion.nc")
+    back = read_record_from_motion_file(tmp_path / "motion.nc")
     same(round_to_stored_precision(record), back)
     np.testing.assert_allclose(back.north, north, atol=5.1e-10)
 
 
 def test_same_bytes_each_time_and_no_file_left_behind(tmp_path):
     record = Record("x", np.sin(np.arange(500.0)), np.cos(np.arange(500.0)), None, 0.01, extra={"b": 1, "a": 2})
-    write_motion(record, tmp_path / "one.nc")
-    write_motion(dataclasses.replace(record, extra={"a": 2, "b": 1}), tmp_path / "two.nc")  # whichever key came first
+    write_record_to_motion_file(record, tmp_path / "one.nc")
+    write_record_to_motion_file(
+        dataclasses.replace(record, extra={"a": 2, "b": 1}), tmp_path / "two.nc"
+    )  # whichever key came first
     assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["one.nc", "two.nc"]
 
 
 def test_damaged_missing_or_foreign_files_are_named(tmp_path):
     record = Record("x", np.zeros(9), np.zeros(9), None, 0.01)
-    write_motion(record, tmp_path / "motion.nc")
+    write_record_to_motion_file(record, tmp_path / "motion.nc")
     whole = (tmp_path / "motion.nc").read_bytes()
     (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
     (tmp_path / "text.nc").write_text("hello")
     for name in ("cut.nc", "text.nc", "none.nc"):
         with pytest.raises(ResultError, match=name):
-            read_motion(tmp_path / name)
+            read_record_from_motion_file(tmp_path / name)
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     import netCDF4
 
     record = Record("x", np.zeros(9), np.zeros(9), None, 0.01)
-    write_motion(record, tmp_path / "motion.nc")
+    write_record_to_motion_file(record, tmp_path / "motion.nc")
     before = (tmp_path / "motion.nc").read_bytes()
 
     def fail(*args, **kwargs):
@@ -85,6 +91,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(netCDF4.Dataset, "createVariable", fail)
     with pytest.raises(OSError, match="no space"):
-        write_motion(dataclasses.replace(record, station="other"), tmp_path / "motion.nc")
+        write_record_to_motion_file(dataclasses.replace(record, station="other"), tmp_path / "motion.nc")
     assert (tmp_path / "motion.nc").read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["motion.nc"]

@@ -8,8 +8,8 @@ import pytest
 from overturning.findings.collect import Findings
 from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, record_processing
 from overturning.records.declarations import Declarations
-from overturning.records.read import read_without_processing
-from overturning.records.record import Record, record_origin_and_processing
+from overturning.records.read import read_record_without_processing
+from overturning.records.record import Record, record_source_and_processing
 from overturning.report.page import report_page
 from overturning.report.render import LANGUAGES, label, parse_markdown, read_labels, render_markdown
 from overturning.report.terminal import paragraphs_of
@@ -25,12 +25,12 @@ def record_of(path: Path, north: np.ndarray, trust_data: bool = False) -> Record
     """Return the record of a file with two columns, read with declared columns."""
     np.savetxt(path, np.column_stack([TIME, north, ACROSS]), fmt="%.9g", delimiter=",")
     given = Declarations(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
-    return read_without_processing(path, given)
+    return read_record_without_processing(path, given)
 
 
 def report_of_record(record: Record, language: str) -> str:
     """Return the Markdown of a report on one record."""
-    processing = record_processing(record_origin_and_processing(record))
+    processing = record_processing(record_source_and_processing(record))
     doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
     parts = {"records": [RECORD | {"processing": processing}], "record_notes": notes}
@@ -56,12 +56,12 @@ def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_drift_and_trusted_contradictions_are_named(tmp_path: Path, language: str) -> None:
     drifting = record_of(tmp_path / "x.csv", WAVE + 0.003)
-    assert DRIFT in record_processing(record_origin_and_processing(drifting)).doubts
+    assert DRIFT in record_processing(record_source_and_processing(drifting)).doubts
     text = report_of_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
     assert label(DRIFT, read_labels(language)) in text
     dead = record_of(tmp_path / "y.csv", 1e-9 * WAVE, trust_data=True)
-    assert record_processing(record_origin_and_processing(dead)).doubts == [TRUSTED]
+    assert record_processing(record_source_and_processing(dead)).doubts == [TRUSTED]
     text = report_of_record(dead, language)
     assert "north\\' is dead" in text
     assert label(TRUSTED, read_labels(language)) in text

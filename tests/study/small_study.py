@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from overturning.records.record import Record
-from overturning.records.store import read_motion, write_motion
+from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.study.gather import merge_parts
 from overturning.study.load import check_study
 from overturning.study.parts import WHOLE, SweepChunk, part_paths
@@ -37,8 +37,8 @@ def cube_of(
 ) -> Path:
     """The cube of a study's variant in a folder, as the workflow makes it, with the motions beside it."""
     for record in records:
-        write_motion(record, folder / "motion" / f"{record.record_id}.nc")
-    kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
+        write_record_to_motion_file(record, folder / "motion" / f"{record.record_id}.nc")
+    kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     parts = part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
         chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE

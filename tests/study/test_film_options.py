@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from overturning.cli import main
-from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.store import round_to_stored_precision
 from overturning.study.film_options import film_options
 from overturning.study.small import run_study
@@ -29,7 +29,7 @@ def test_the_command_gives_the_outcome_of_the_cell(
     keys: dict[str, Any], words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
-    cube = run_study([round_to_stored_precision(pulse_record(parse_pulse(PULSE)))], **keys)
+    cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **keys)
     film = film_options(cube)
     assert (film["missing"], " ".join(film["options"])) == ("", words)
     direction = "orientation" if "body" in keys else "azimuth"
@@ -45,6 +45,6 @@ def test_the_command_gives_the_outcome_of_the_cell(
 
 
 def test_the_reason_is_given_if_one_command_cannot_repeat_a_study() -> None:
-    record = round_to_stored_precision(pulse_record(parse_pulse(PULSE)))
+    record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
     assert film_options(cube)["missing"] == "the study has numerical settings of its own"

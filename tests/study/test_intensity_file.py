@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import rotd_measures
+from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import process_record
-from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.records.steps import Highpass
 from overturning.study.intensity import write_intensity
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.long
 def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     folder = tmp_path_factory.mktemp("intensity")
     study = check_study({"name": "x", "records": {"use": ["sine", "three"]}, "azimuth": {"step": 30}}, "x.yaml")
-    sine = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
+    sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
     three = Record("three", sine.north, sine.east, 0.5 * sine.north, sine.sampling_interval)
     records = [sine, process_record(three, [Highpass(corner_hz=0.2)])]
     for name in ("one.nc", "two.nc"):
@@ -48,11 +48,11 @@ def test_measures_by_azimuth_and_of_whole_records(table: xr.Dataset) -> None:
 def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Path) -> None:
     """An oscillator of another period than the ground's has its closed form in the tests of the spectra."""
     given = {"name": "x", "records": {"use": ["sine"]}, "azimuth": {"step": 90}, "population": {"period": ["0.5 s", 1]}}
-    sine = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
+    sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
     write_intensity(check_study(given, "x.yaml"), [sine], tmp_path / "one.nc")
     with xr.open_dataset(tmp_path / "one.nc") as table:
         assert table.period.size == 62  # 1 s is one of the twenty per decade
-        (psa,) = rotd_measures(Motion.of(sine), [0.5], percentiles=[50])["psa"]
+        (psa,) = rotd_percentile_measures(Motion.of(sine), [0.5], percentiles=[50])["psa"]
         assert table.psa_rotd.sel(percentile=50, period=0.5).values == pytest.approx(psa)
 
 

@@ -12,7 +12,7 @@ import pytest
 from overturning.errors import ResultError
 from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
-from overturning.records.store import read_motion, write_motion
+from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.settings import Ensemble
 from overturning.study.ensemble import EnsembleMembers, draw_members
 from overturning.study.resume import (
@@ -26,7 +26,7 @@ from overturning.study.resume import (
 
 def motion(path: Path) -> Path:
     samples = np.sin(np.arange(50.0))
-    write_motion(Record(path.stem, samples, samples, None, 0.01), path)
+    write_record_to_motion_file(Record(path.stem, samples, samples, None, 0.01), path)
     return path
 
 
@@ -34,12 +34,12 @@ def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
     path = motion(tmp_path / "a.nc")
     content = path.read_bytes()
     assert checksum_matches(path)
-    assert read_motion(path).north.size == 50
+    assert read_record_from_motion_file(path).north.size == 50
     for place in range(0, len(content), len(content) // 97):
         path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
         assert not checksum_matches(path), place
         with pytest.raises(ResultError, match=r"a\.nc: damaged"):
-            read_motion(path)
+            read_record_from_motion_file(path)
     for length in (0, 1, len(content) // 2, len(content) - 1):
         path.write_bytes(content[:length])
         assert not checksum_matches(path)
@@ -84,7 +84,7 @@ def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_oth
     samples = np.sin(np.arange(50.0))
     for name in ("kept", "gone"):
         for pattern in of_record:
-            write_motion(Record(name, samples, samples, None, 0.01), results / pattern.format(name))
+            write_record_to_motion_file(Record(name, samples, samples, None, 0.01), results / pattern.format(name))
         for pattern in (*drawn, *notes):
             path = results / pattern.format(name)
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -93,7 +93,7 @@ def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_oth
     for name in own:
         (results / name).touch()
     motion(results / "motion" / "renamed.nc").rename(results / "motion" / "other.nc")
-    write_motion(Record("gone", samples, samples, None, 0.01), outside / "gone.nc")
+    write_record_to_motion_file(Record("gone", samples, samples, None, 0.01), outside / "gone.nc")
     (results / "motion" / "linked").symlink_to(outside)
     assert remove_files_of_dropped_records(results, ["kept"]) == {"gone": len((*of_record, *drawn, *notes))}
     left = {path.relative_to(results).as_posix() for path in results.rglob("*") if path.is_file()}

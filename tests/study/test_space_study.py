@@ -12,7 +12,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import read_motion
+from overturning.records.store import read_record_from_motion_file
 from overturning.study.answers import azimuths_differ, count_differences, empty_outcomes, outcomes_differ
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
@@ -59,7 +59,7 @@ def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 @pytest.fixture(scope="module")
 def motion(cube_file: Path) -> Motion:
-    return Motion.of(read_motion(cube_file.parent / "motion" / "a.nc"))
+    return Motion.of(read_record_from_motion_file(cube_file.parent / "motion" / "a.nc"))
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +160,7 @@ def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study
     sample = read_sample(cube_file, settings.verification)
     assert sample.index.shape == (6, 5)
     done = replace(sample, block_steps=10_000_000)
-    found = check_convergence(settings, [read_motion(cube_file.parent / "motion" / "a.nc")], done)
+    found = check_convergence(settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done)
     for part in (found.finer, found.stiffer):
         assert part.block_steps > 0
         assert part.outcomes[0].cases == found.chosen == 6

@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.findings.surveys import inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.records.store import write_motion
+from overturning.records.store import write_record_to_motion_file
 from overturning.report.drawings import draw_posterior
 from overturning.settings import Population
 from overturning.surveys import responses as computed
@@ -78,7 +78,7 @@ def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
     """Regression: for a record on rock and on soil the figure had one bar, and the table two lines with one name."""
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
-        write_motion(pulse(path.stem, peak), path)
+        write_record_to_motion_file(pulse(path.stem, peak), path)
     assert [one.name for one in candidate_motions(read_motions_with_unique_ids(paths), only_user_records=True)] == [
         *map(str, paths[:2]),
         "b",

@@ -13,7 +13,7 @@ from overturning.model.status import Status
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import round_to_stored_precision, write_motion
+from overturning.records.store import round_to_stored_precision, write_record_to_motion_file
 from overturning.study.gather import describe_cube, merge_parts
 from overturning.study.load import check_study
 from overturning.study.parts import SweepChunk, grid_of_chunk, part_path, write_part
@@ -120,7 +120,7 @@ def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str 
 def write_synthetic_motions(study: Study, folder: Path) -> None:
     """Write the motion of every record."""
     for record in synthetic_records(study):
-        write_motion(record, folder / f"{record.record_id}.nc")
+        write_record_to_motion_file(record, folder / f"{record.record_id}.nc")
 
 
 def write_study(study: Study, path: Path) -> None:

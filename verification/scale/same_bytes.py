@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from overturning.records.store import read_motion
+from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.gather import merge_parts
 from overturning.study.parts import WHOLE, part_path
@@ -95,7 +95,9 @@ def run_without_snakemake(folder: Project, way: str, client: object = None) -> S
     begin = time.perf_counter()
     with open_cube(folder.cube) as cube:
         settings = study_of_cube(cube)
-    records = [read_motion(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use]
+    records = [
+        read_record_from_motion_file(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use
+    ]
     parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
         sweep_record(settings, record, part, numerics=numerics_of_study(settings, client=client))

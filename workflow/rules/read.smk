@@ -19,7 +19,7 @@ rule read:
             "processing", "site", use=[wildcards.record]
         ),
         entry=lambda wildcards: ENTRIES[wildcards.record]
-        .without_labels()
+        .without_descriptive_columns()
         .model_dump_json(),
         content=lambda wildcards: [file_hash(path) for path in FILES[wildcards.record]],
         sources=step_source_hash("records", "motion", "study"),

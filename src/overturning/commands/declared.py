@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
-from overturning.records.declarations import Declarations, FileProperties
+from overturning.records.declarations import FileDeclarations, FileProperties
 
 TABLE: Final = Path("config/records.tsv")
 """Default record table."""
@@ -69,15 +69,15 @@ class FileOptions:
     unit: Annotated[str, _file_property_option("unit")] = ""
     vertical_sense: Annotated[str, _file_property_option("vertical_sense")] = ""
 
-    def declarations(self) -> Declarations:
-        """Return the options as `Declarations` for the readers; raise an ArgumentError that names a wrong option."""
+    def declarations(self) -> FileDeclarations:
+        """Return the options as `FileDeclarations`; raise an ArgumentError that names a wrong option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import find_format_by_name
 
         given: dict[str, Any] = {name: value for name, value in vars(self).items() if value not in ("", None)}
         try:
             find_format_by_name(self.format or "auto")
-            return Declarations(**given)
+            return FileDeclarations(**given)
         except ArgumentError as problem:
             raise ArgumentError(
                 re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_flag(key[2]), str(problem))

@@ -37,7 +37,7 @@ def simulate_one_stone(
     """Simulate one block or scene, print the outcome, and write a film or a figure of it."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
-    from overturning.records.record import start_offset_from_file
+    from overturning.records.record import start_offset_from_file_start_s
     from overturning.translation.texts import visible_language
 
     _check_output_files(output_options, body_options)
@@ -51,7 +51,7 @@ def simulate_one_stone(
         raise ArgumentError("--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body")
     if not body_options.body and not plane_options.azimuth:
         raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
-    shift = start_offset_from_file(record)
+    shift = start_offset_from_file_start_s(record)
     found = (
         _simulate_body(motion, motion_options.amplitude, body_options, stone_options, shift)
         if body_options.body
@@ -273,10 +273,10 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
     """Return a record of the table, a file or a pulse, with the default processing of a study."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint
     from overturning.files import find_project_file
-    from overturning.records.catalogue import read_catalogue
+    from overturning.records.catalogue import read_record_table
     from overturning.records.processing import process_record
-    from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
-    from overturning.records.read import read_record, read_without_processing
+    from overturning.records.pulses import SHAPES, parse_pulse, record_of_pulse
+    from overturning.records.read import read_record, read_record_without_processing
     from overturning.records.store import round_to_stored_precision
 
     name, table = motion_options.record, motion_options.table or TABLE
@@ -286,15 +286,15 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
         return round_to_stored_precision(
-            process_record(read_without_processing(Path(name), file_options.declarations()), None)
+            process_record(read_record_without_processing(Path(name), file_options.declarations()), None)
         )
     if file_options != FileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
-        return round_to_stored_precision(pulse_record(parse_pulse(name)))
+        return round_to_stored_precision(record_of_pulse(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
-    entries = read_catalogue(find_project_file(table))
+    entries = read_record_table(find_project_file(table))
     if name not in entries:
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"

@@ -29,12 +29,12 @@ def check_record_files(paths: Paths, file_options: FileOptions) -> None:
     """
     from overturning.records.check import check_records_in_files, format_record_check, skipped_file_names
     from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
-    from overturning.records.earthquakes import group_by_earthquake
+    from overturning.records.earthquakes import assign_records_to_earthquakes
 
     findings = check_records_in_files(paths, file_options.declarations())
     for finding in findings:
         typer.echo(format_record_check(finding))
-    _print_notes(group_by_earthquake(f.record for f in findings if f.record is not None).notes)
+    _print_notes(assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes)
     named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
     for text in duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
@@ -56,9 +56,9 @@ def _print_notes(notes: Iterable[str]) -> None:
 
 def _print_record_notes(record: "Record") -> None:
     """Print the notes of a record."""
-    from overturning.records.check import record_notes
+    from overturning.records.check import check_report_notes
 
-    for note in record_notes(record):
+    for note in check_report_notes(record):
         typer.echo(f"  {note}")
 
 
@@ -208,8 +208,8 @@ def fetch_records_from_fdsn(
 ) -> None:
     """Download waveforms and StationXML from FDSN web services, and check them."""
     from overturning.records.check import check_records_in_files, format_record_check
-    from overturning.records.fdsn import FdsnRequest, fetch_fdsn_record
+    from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
 
-    request = FdsnRequest(server, network, station, location, channel, *astuple(window))
+    request = FdsnWaveformRequest(server, network, station, location, channel, *astuple(window))
     for finding in check_records_in_files(fetch_fdsn_record(request, folder, timeout=timeout, report_note=typer.echo)):
         typer.echo(format_record_check(finding))

@@ -49,8 +49,8 @@ def read_and_process_record(
     """Read and process one record of the table, and write its motion without the labels of the table."""
     from overturning.errors import ArgumentError
     from overturning.records.processing import process_record
-    from overturning.records.read import read_record_without_labels
-    from overturning.records.store import write_motion
+    from overturning.records.read import read_record_without_table_labels
+    from overturning.records.store import write_record_to_motion_file
     from overturning.study.load import load_study_from_text, record_table_rows
 
     settings = load_study_from_text(study)
@@ -58,18 +58,18 @@ def read_and_process_record(
     if record not in entries:
         raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
-    raw = read_record_without_labels(entry, Path(settings.records.folder))
+    raw = read_record_without_table_labels(entry, Path(settings.records.folder))
     done = process_record(raw, settings.processing, settings.site)
-    write_motion(done, output, unprocessed_record=None if done is raw else raw)
+    write_record_to_motion_file(done, output, unprocessed_record=None if done is raw else raw)
 
 
 def _load_study_and_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
     """Return the study and the processed motions of its records."""
-    from overturning.records.store import read_motion
+    from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_text
 
     settings = load_study_from_text(study)
-    return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
+    return settings, [read_record_from_motion_file(motions / f"{name}.nc") for name in settings.records.use]
 
 
 def compute_surface_motions(
@@ -80,12 +80,12 @@ def compute_surface_motions(
 ) -> None:
     """Compute the motions of all records at the surface of the soil of a variant."""
     from overturning.records.processing import process_record
-    from overturning.records.store import write_motion
+    from overturning.records.store import write_record_to_motion_file
     from overturning.study.scenes import variant_settings
 
     settings, records = _load_study_and_motions(study, motions)
     for rock in records:
-        write_motion(
+        write_record_to_motion_file(
             process_record(rock, (), variant_settings(settings, variant).site),
             output / f"{rock.record_id}.nc",
             unprocessed_record=rock,
@@ -97,15 +97,23 @@ def add_record_labels(
 ) -> None:
     """Add station, event and site from the record table to the motions of all records."""
     from overturning.records import read
-    from overturning.records.store import read_motion, read_unprocessed_motion, write_motion
+    from overturning.records.store import (
+        read_record_from_motion_file,
+        read_unprocessed_record_from_motion_file,
+        write_record_to_motion_file,
+    )
     from overturning.study.load import load_study_from_text, record_table_rows
 
     settings = load_study_from_text(study)
     for name, entry in record_table_rows(settings, settings.name).items():
         path = motions / f"{name}.nc"
-        before = read_unprocessed_motion(path)
+        before = read_unprocessed_record_from_motion_file(path)
         labelled = None if before is None else read.add_table_labels(before, entry)
-        write_motion(read.add_table_labels(read_motion(path), entry), output / path.name, unprocessed_record=labelled)
+        write_record_to_motion_file(
+            read.add_table_labels(read_record_from_motion_file(path), entry),
+            output / path.name,
+            unprocessed_record=labelled,
+        )
 
 
 def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -> None:
@@ -135,7 +143,7 @@ def simulate_cases_of_record(
     threads: Threads = 1,
 ) -> None:
     """Simulate all cases of one record, or one chunk of them."""
-    from overturning.records.store import read_motion
+    from overturning.records.store import read_record_from_motion_file
     from overturning.study.ensemble import EnsembleMembers
     from overturning.study.load import load_study_from_text
     from overturning.study.parts import SweepChunk
@@ -143,7 +151,7 @@ def simulate_cases_of_record(
     from overturning.study.sweep import sweep_record
 
     settings, part = load_study_from_text(study), SweepChunk.parse(chunk)
-    record, drawn = read_motion(motion), EnsembleMembers.read_csv(members) if members else None
+    record, drawn = read_record_from_motion_file(motion), EnsembleMembers.read_csv(members) if members else None
     numerics = numerics_of_study(settings, threads, _percent_progress())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 

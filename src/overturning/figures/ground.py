@@ -10,10 +10,10 @@ from matplotlib.ticker import MaxNLocator
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import close_curve
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
+from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import pseudo_acceleration
+from overturning.motion.spectra import pseudo_acceleration_spectra
 from overturning.units import CM, GAL
 
 Spectrum = tuple[FloatArray, list[FloatArray]]
@@ -77,14 +77,14 @@ def fourier_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
     """Return Fourier amplitudes (m/s) by frequency (Hz), smoothed with the Konno-Ohmachi window."""
     nyquist = 0.5 / motion.sampling_interval
     at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
-    pairs = (amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
-    return at, [konno_ohmachi_smoothing(frequency, amplitude, at) for frequency, amplitude in pairs]
+    pairs = (fourier_amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
+    return at, [konno_ohmachi_smoothed_amplitude(frequency, amplitude, at) for frequency, amplitude in pairs]
 
 
 def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
     """Return pseudo-accelerations (m/s²) by period (s), damping ratio 0.05."""
     periods = np.geomspace(0.05, 10.0, 60)
-    return periods, list(pseudo_acceleration(motion, periods, azimuth_deg).T)
+    return periods, list(pseudo_acceleration_spectra(motion, periods, azimuth_deg).T)
 
 
 def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figure:

@@ -18,11 +18,11 @@ from overturning.figures.style import (
     group_extremes,
     label_axes,
 )
-from overturning.motion.fourier import rms_band_amplitude
+from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.noise import SignalToNoiseRatio, signal_to_noise_ratio
-from overturning.motion.spectra import rotd_measures
+from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, processing_entry_text, processing_label
 from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
@@ -185,7 +185,7 @@ def _draw_spectra(panel: "Axes", unprocessed: Record, processed: Record, compone
     ):
         samples = getattr(record, component_name)
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
-        amplitude = rms_band_amplitude(samples, record.sampling_interval, frequency) / CM
+        amplitude = rms_fourier_amplitude_in_bands(samples, record.sampling_interval, frequency) / CM
         panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
     for corner in _corner_frequencies(processed.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
@@ -233,7 +233,7 @@ def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, component_names
 
 def compute_rotd(record: Record) -> FloatArray:
     """Return RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s², shape (3, periods)."""
-    return rotd_measures(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
+    return rotd_percentile_measures(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
 
 
 def _draw_response(panel: "Axes", spectra: FloatArray) -> None:

@@ -21,7 +21,7 @@ from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
-from overturning.records.store import read_motion
+from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.illustrative import IllustrativeCase, case_with_differing_outcomes, find_illustrative_cases
 from overturning.study.cube import open_records, study_of_cube
@@ -120,7 +120,7 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
 def _motion_of_variant(study: Study, motion_folder: Path, record: str, variant: str) -> Motion:
     """Return the motion of a record in a variant; a variant with soil has a folder of its own."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
-    return motion_for_variant(study, read_motion(folder / f"{record}.nc"), variant)
+    return motion_for_variant(study, read_record_from_motion_file(folder / f"{record}.nc"), variant)
 
 
 def _film_title(

@@ -11,7 +11,7 @@ from overturning.figures.maps import map_figure
 from overturning.figures.style import style
 from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
-from overturning.records.store import read_motion, read_unprocessed_motion
+from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
 from overturning.study.cube import element_of_cube, first_shown_block, open_cube, study_of_cube
 from overturning.study.scenes import variant_scene
 
@@ -55,7 +55,7 @@ def draw_record_figures(
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
             title = f"{station}, {event}" if event else station
             motion = motions / f"{name}.nc"
-            used = read_motion(motion)
+            used = read_record_from_motion_file(motion)
             with style():
                 write(
                     map_figure(one.sel(first_shown_block(one)), f"{title}{stone}", around["pgv"]),
@@ -66,7 +66,7 @@ def draw_record_figures(
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
                 spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
                 save(
-                    history_figure(read_unprocessed_motion(motion) or used, used, spectra),
+                    history_figure(read_unprocessed_record_from_motion_file(motion) or used, used, spectra),
                     folder / "history" / f"{name}.svg",
                 )
 

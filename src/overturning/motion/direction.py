@@ -48,7 +48,7 @@ def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     return azimuths
 
 
-def azimuth_cosine_pairs(azimuth_deg: ArrayLike) -> FloatArray:
+def north_east_cosines_of_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     """Return the direction cosines towards north and east, shape (m, 2), of m azimuths in degrees."""
     return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
@@ -73,15 +73,15 @@ def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines
     for first in range(0, azimuth_cosines.shape[0], _GROUP):
         group = azimuth_cosines[first : first + _GROUP]
         largest[first : first + _GROUP] = _largest_motion_of_samples(
-            _samples_reaching_bound(far, group, bounds[first : first + _GROUP].min()), group
+            _samples_that_may_reach_bound(far, group, bounds[first : first + _GROUP].min()), group
         )
     return largest
 
 
-def _samples_reaching_bound(
+def _samples_that_may_reach_bound(
     horizontal_motion: FloatArray, azimuth_cosines: FloatArray, lower_bound: float
 ) -> FloatArray:
-    """Return the horizontal samples, shape (2, k), that may reach a lower bound along one of m azimuths."""
+    """Return those samples, shape (2, any number), whose motion may reach a lower bound along one of the azimuths."""
     middle = azimuth_cosines[len(azimuth_cosines) // 2]
     along = np.abs(middle[0] * horizontal_motion[0] + middle[1] * horizontal_motion[1])
     across = np.abs(middle[0] * horizontal_motion[1] - middle[1] * horizontal_motion[0])

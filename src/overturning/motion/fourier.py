@@ -7,7 +7,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 
-def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
+def fourier_amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
     """Return the frequencies, Hz, and Fourier amplitudes |∫ a exp(−2πift) dt| of n samples, shape (n // 2 + 1,)."""
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
@@ -19,17 +19,17 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
 
 
 def cosine_taper_window(sample_count: int, taper_width: int) -> FloatArray:
-    """Return a cosine-tapered (Tukey) window, shape (n,): it rises and falls over `taper_width` samples at its ends."""
+    """Return a Tukey window of `sample_count` weights; at both ends it is a half cosine over `taper_width` samples."""
     window = np.ones(sample_count)
     window[:taper_width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(taper_width) / taper_width))
     window[-taper_width:] = window[:taper_width][::-1]
     return window
 
 
-def rms_band_amplitude(
+def rms_fourier_amplitude_in_bands(
     acceleration: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
 ) -> FloatArray:
-    """Return the root mean square Fourier amplitude, m/s, in each of m frequency bands, shape (m,).
+    """Return the root mean square Fourier amplitude, m/s, in bands around m `centre_frequencies`, shape (m,).
 
     The bands lie around logarithmically spaced ``centre_frequencies``, Hz. A short component is padded with zeros so
     that every band contains at least one frequency.
@@ -37,15 +37,17 @@ def rms_band_amplitude(
     ratio = float(centre_frequencies[1] / centre_frequencies[0])
     needed = int(np.ceil(2.0 / (centre_frequencies[0] * (ratio - 1.0)) / sampling_interval))
     padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
-    frequency, amplitude = amplitude_spectrum(padded, sampling_interval)
+    frequency, amplitude = fourier_amplitude_spectrum(padded, sampling_interval)
     edges = np.append(centre_frequencies / np.sqrt(ratio), centre_frequencies[-1] * np.sqrt(ratio))
     bounds = np.searchsorted(frequency, edges)
     powers = np.concatenate([[0.0], np.cumsum(amplitude**2)])
     return np.sqrt((powers[bounds[1:]] - powers[bounds[:-1]]) / np.maximum(np.diff(bounds), 1))
 
 
-def konno_ohmachi_smoothing(frequency: FloatArray, amplitude: FloatArray, centre_frequencies: ArrayLike) -> FloatArray:
-    """Smooth a Fourier spectrum at ``centre_frequencies``, Hz (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
+def konno_ohmachi_smoothed_amplitude(
+    frequency: FloatArray, amplitude: FloatArray, centre_frequencies: ArrayLike
+) -> FloatArray:
+    """Return Fourier amplitudes smoothed at ``centre_frequencies`` (Konno & Ohmachi 1998, BSSA 88, 228, equation 4).
 
     Frequencies are in Hz; 0 is left out of the spectrum and refused in ``centre_frequencies``. The bandwidth
     coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the record is

@@ -25,7 +25,7 @@ _POINTS = 256
 """Points of the wavelet per unit of its argument."""
 
 
-def peak_azimuths(motion: Accelerogram) -> dict[str, float]:
+def peak_acceleration_and_velocity_azimuths(motion: Accelerogram) -> dict[str, float]:
     """Return the azimuths, degrees, of the largest horizontal acceleration and velocity; NaN without motion."""
     acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
@@ -36,27 +36,27 @@ def _azimuth_of_largest_vector(horizontal_motion: FloatArray) -> float:
     """Return the azimuth, degrees, at which a horizontal motion, shape (2, n), is largest; NaN without motion."""
     square = (horizontal_motion**2).sum(axis=0)
     at = int(square.argmax())
-    return _azimuth_deg(*horizontal_motion[:, at]) if square[at] > 0 else float("nan")
+    return _azimuth_deg_of_vector(*horizontal_motion[:, at]) if square[at] > 0 else float("nan")
 
 
-def _azimuth_deg(north: float, east: float) -> float:
+def _azimuth_deg_of_vector(north: float, east: float) -> float:
     """Return the azimuth of a horizontal vector, degrees clockwise from north, rounded to 1e-6."""
     return float(np.round(np.degrees(np.arctan2(east, north)) % 360.0, 6) % 360.0)
 
 
 @cache
-def daubechies_wavelet() -> FloatArray:
+def daubechies_wavelet_values() -> FloatArray:
     """Return the Daubechies wavelet db4 (unit energy) at arguments from 0 to 7 in steps of 1/256, shape (1793,)."""
 
-    def filter_response(filter_taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
+    def filter_frequency_response(filter_taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
         turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(filter_taps.size)))
         return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
     period = _SUPPORT + 1  # slightly more than the support, to avoid wrap-around
     half = np.arange(period * _POINTS // 2 + 1) / (2.0 * period)
-    transform = filter_response(_FILTER[::-1] * (-1.0) ** np.arange(_FILTER.size), half)
+    transform = filter_frequency_response(_FILTER[::-1] * (-1.0) ** np.arange(_FILTER.size), half)
     for level in range(1, 25):
-        transform *= filter_response(_FILTER, half / 2.0**level)
+        transform *= filter_frequency_response(_FILTER, half / 2.0**level)
     return np.fft.irfft(transform, period * _POINTS)[: _SUPPORT * _POINTS + 1] * _POINTS
 
 
@@ -75,7 +75,7 @@ def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]
     interval, series = step * motion.sampling_interval, velocity[:, ::step]
     count = series.shape[1] + int(_CYCLES * PULSE_PERIODS[-1] / interval) + 1
     spectrum = np.fft.rfft(series, count)
-    wavelet = daubechies_wavelet()
+    wavelet = daubechies_wavelet_values()
     places = np.arange(wavelet.size) / _POINTS
     best, found = 0.0, (float("nan"), float("nan"))
     for period in PULSE_PERIODS:
@@ -87,5 +87,5 @@ def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]
         if strength[at] > best * (1.0 + 1e-9):
             best = float(strength[at])
             north, east = coefficient[:, at]
-            found = (float(np.round(_azimuth_deg(north, east) % 180.0, 4) % 180.0), float(period))
+            found = (float(np.round(_azimuth_deg_of_vector(north, east) % 180.0, 4) % 180.0), float(period))
     return found

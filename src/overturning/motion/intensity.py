@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import azimuth_cosine_pairs, checked_azimuths, largest_motion_along_azimuths
+from overturning.motion.direction import checked_azimuths, largest_motion_along_azimuths, north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.units import STANDARD_GRAVITY
@@ -45,21 +45,21 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
     once.
     """
-    from overturning.motion.spectra import pseudo_acceleration, spectrum_intensity
+    from overturning.motion.spectra import housner_spectrum_intensity, pseudo_acceleration_spectra
 
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     series = (motion.horizontal, velocity, integrate(velocity, motion.sampling_interval))
     measures = {
-        name: largest_motion_along_azimuths(pair, azimuth_cosine_pairs(half))
+        name: largest_motion_along_azimuths(pair, north_east_cosines_of_azimuths(half))
         for name, pair in zip(PEAKS, series, strict=True)
     }
     measures["arias"] = arias_intensity(motion, half)
     measures["cav"] = cumulative_absolute_velocity(motion, half)
     measures["duration"] = significant_duration(motion, half)
-    measures["si20"] = spectrum_intensity(motion, half, damping=0.20)
-    measures["si05"] = spectrum_intensity(motion, half, damping=0.05)
-    spectra = pseudo_acceleration(motion, PREDOMINANT_PERIODS, half, points_per_period=24)
+    measures["si20"] = housner_spectrum_intensity(motion, half, damping=0.20)
+    measures["si05"] = housner_spectrum_intensity(motion, half, damping=0.05)
+    spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIODS, half, points_per_period=24)
     measures["predominant_period"] = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
     return {name: values[back] for name, values in measures.items()}
 
@@ -77,8 +77,10 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def record_intensity_measures(motion: Accelerogram, processing_entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the JMA intensity of a processed record, and its peak values before and after the processing.
+def jma_intensity_and_peaks_of_record(
+    motion: Accelerogram, processing_entries: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Return JMA intensities of a processed record, and its peak values before and after the processing steps.
 
     Returns
     -------
@@ -103,34 +105,34 @@ def record_intensity_measures(motion: Accelerogram, processing_entries: Sequence
 
 
 def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
-    """Return the Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), m/s, shape (m,).
+    """Return the Arias intensity π/(2g) ∫ a² dt (Arias 1970), m/s, along m azimuths in degrees, shape (m,).
 
     The integral uses the trapezoidal rule. a(φ)² is a quadratic form in cos φ and sin φ, so three integrals give
     the intensity along all azimuths.
     """
-    cosines = azimuth_cosine_pairs(azimuth_deg)
-    squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _component_products(motion)])
+    cosines = north_east_cosines_of_azimuths(azimuth_deg)
+    squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _horizontal_component_products(motion)])
     return math.pi / (2.0 * STANDARD_GRAVITY) * (_squared_motion_coefficients(cosines) @ squares)
 
 
 def cumulative_absolute_velocity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
-    """Return the cumulative absolute velocity along azimuths, ∫ |a| dt (EPRI 1988), m/s, shape (m,).
+    """Return the cumulative absolute velocity ∫ |a| dt (EPRI 1988), m/s, along m azimuths in degrees, shape (m,).
 
     The integral uses the trapezoidal rule.
     """
-    cosines = azimuth_cosine_pairs(azimuth_deg)
+    cosines = north_east_cosines_of_azimuths(azimuth_deg)
     sizes = (np.abs(c * motion.north + s * motion.east) for c, s in cosines)
     return np.array([np.trapezoid(size, dx=motion.sampling_interval) for size in sizes])
 
 
 def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
-    """Return the time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975), s, shape (m,).
+    """Return the time from 5 to 95 % of the Arias intensity along m azimuths (Trifunac & Brady 1975), s, shape (m,).
 
     The cumulative intensity is interpolated linearly between samples. The duration is 0 along an azimuth without
     motion.
     """
-    cosines = azimuth_cosine_pairs(azimuth_deg)
-    summed = integrate(_component_products(motion), motion.sampling_interval)
+    cosines = north_east_cosines_of_azimuths(azimuth_deg)
+    summed = integrate(_horizontal_component_products(motion), motion.sampling_interval)
     time = np.arange(motion.samples) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_squared_motion_coefficients(cosines)):
@@ -143,7 +145,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     return measure
 
 
-def _component_products(motion: Accelerogram) -> FloatArray:
+def _horizontal_component_products(motion: Accelerogram) -> FloatArray:
     """Return the products n², n e and e² of the components towards north and east, m²/s⁴, shape (3, samples)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 

@@ -9,8 +9,8 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, OverturningError, suggest_keywords
 from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import integrate
-from overturning.motion.plausible import axis_doubts, implausible_amplitude_reason
-from overturning.motion.streams import stream_components
+from overturning.motion.plausible import implausible_amplitude_reason, recorded_axis_doubts
+from overturning.motion.streams import stream_accelerations_and_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +20,7 @@ _DRIFTING = 0.5
 
 
 class Accelerogram:
-    """Base class of records and motions: acceleration towards north, east and optionally up, m/s², shape (n,)."""
+    """Base class of records and motions: acceleration towards north, east and optionally up, n samples each, m/s²."""
 
     north: FloatArray
     east: FloatArray
@@ -108,7 +108,7 @@ class Accelerogram:
 
     @property
     def samples(self) -> int:
-        """Number of samples n."""
+        """Number of samples n of each component."""
         return int(self.north.size)
 
     @property
@@ -204,10 +204,10 @@ class Motion(Accelerogram):
             If north or east is missing or given twice; if a trace has gaps (is masked), is not an acceleration or
             belongs to the other sensor; or if traces differ in station, location, start, length or sampling interval.
         """
-        values, interval = stream_components(stream, unit, sensor)
+        values, interval = stream_accelerations_and_interval(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
-        for why in axis_doubts(motion.components, ("north", "east", "up")):
+        for why in recorded_axis_doubts(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
             if speed[-1] > _DRIFTING * speed.max():

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.motion.fourier import cosine_taper_window, rms_band_amplitude
+from overturning.motion.fourier import cosine_taper_window, rms_fourier_amplitude_in_bands
 
 SHORTEST_NOISE: Final = 2.0
 """Shortest time before the onset that is used as noise, s."""
@@ -39,7 +39,7 @@ class SignalToNoiseRatio:
         return self.signal / np.hypot(self.noise, self.offset)
 
 
-def onset_index(samples: FloatArray) -> int:
+def motion_onset_index(samples: FloatArray) -> int:
     """Return the index of the sample at which the motion of a component begins; 0 if no noise precedes it.
 
     The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
@@ -74,7 +74,7 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
     the amplitude a/(2πf).
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
-    first = min((onset_index(samples) for samples in moving), default=0)
+    first = min((motion_onset_index(samples) for samples in moving), default=0)
     if first * sampling_interval < SHORTEST_NOISE or not all(np.ptp(samples[:first]) > 0 for samples in moving):
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
@@ -82,7 +82,9 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
     lowest, highest = max(CYCLES / (first * sampling_interval), LOWEST_HZ), 0.4 / sampling_interval
     frequency = np.geomspace(lowest, highest, max(2, round(PER_DECADE * np.log10(highest / lowest)) + 1))
     signal, noise = (
-        np.stack([_band_amplitude_density(samples[part], sampling_interval, frequency) for samples in moving])
+        np.stack(
+            [_fourier_amplitude_per_root_duration(samples[part], sampling_interval, frequency) for samples in moving]
+        )
         for part in (slice(first, last), slice(0, first))
     )
     steps = [abs(_hann_weighted_mean(samples[last:]) - _hann_weighted_mean(samples[:first])) for samples in moving]
@@ -96,10 +98,12 @@ def _hann_weighted_mean(samples: FloatArray) -> float:
     return float(weight @ samples / weight.sum()) if samples.size else 0.0
 
 
-def _band_amplitude_density(
+def _fourier_amplitude_per_root_duration(
     samples: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
 ) -> FloatArray:
-    """Return the Fourier amplitude in m bands, divided by the square root of the duration, m/s^1.5, shape (m,)."""
+    """Return Fourier amplitudes around m ``centre_frequencies`` over the root of the duration, m/s^1.5, shape (m,)."""
     window = cosine_taper_window(samples.size, max(1, samples.size // 20))
-    amplitude = rms_band_amplitude((samples - samples.mean()) * window, sampling_interval, centre_frequencies)
+    amplitude = rms_fourier_amplitude_in_bands(
+        (samples - samples.mean()) * window, sampling_interval, centre_frequencies
+    )
     return amplitude / np.sqrt(samples.size * sampling_interval)

@@ -72,7 +72,7 @@ def oscillator_filter_coefficients(
     return numerators[:, 0].copy(), numerators[:, 1].copy(), np.array([1.0, -trace, determinant])
 
 
-class OscillatorResponses:
+class OscillatorResponseCalculator:
     """Calculator of the responses of oscillators of any period to one motion of k components.
 
     The motion is given in m/s², shape (k, n). It is padded with zeros for the longest period (at most 10 s), because
@@ -106,7 +106,7 @@ class OscillatorResponses:
             ]
         return self._finer[points_per_sample]
 
-    def points_per_sample(self, period_s: float) -> int:
+    def points_per_sample_for_period(self, period_s: float) -> int:
         """Return the number of points per sample that a period, s, needs: 1, 2, 4, 8 or 16."""
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
@@ -116,13 +116,13 @@ class OscillatorResponses:
     ) -> list[FloatArray]:
         """Return the response of an oscillator over time, relative to the ground, for each quantity, m or m/s.
 
-        Each array has the shape (k, points) for k components, with `points_per_sample` points per sample of the motion.
+        Each array has the shape (k, points) for k components; `points_per_sample_for_period` says how many per sample.
         """
         from scipy.signal import lfilter
 
         if not 0 <= damping < 1:
             raise ArgumentError(f"damping: {damping}; give a ratio from 0 to below 1")
-        factor = self.points_per_sample(period_s)
+        factor = self.points_per_sample_for_period(period_s)
         # The free response decays: its peak lies within one period after the end of the motion.
         until = self._samples + math.ceil(period_s / self._interval)
         motion = self._interpolated_components(factor)[:, : factor * until]

@@ -141,7 +141,7 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
     return ""
 
 
-def axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
+def recorded_axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
     """Return texts on dead axes, axes with the same samples and clipped axes of a recorded motion.
 
     Parameters
@@ -153,16 +153,16 @@ def axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> 
     """
     dead = dead_horizontal_axis_reason(components, axis_names)
     doubts = [dead] if dead else []
-    if are_axes_identical(components[0], components[1]):
+    if are_axes_equal_up_to_offset_and_sign(components[0], components[1]):
         doubts.append(f"{axis_names[0]} and {axis_names[1]} have the same samples")
     for name, samples in zip(axis_names, components, strict=False):
-        count, rail = count_clipped_samples(samples)
+        count, rail = clipped_sample_count_and_level(samples)
         if count:
             doubts.append(f"{name} is clipped: {count} samples stand at its rail, {rail / CM:.4g} Gal")
     return doubts
 
 
-def are_axes_identical(first_samples: FloatArray, second_samples: FloatArray) -> bool:
+def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_samples: FloatArray) -> bool:
     """Return True if the samples of two axes differ only in offset and sign: one file was read, or written, twice."""
     if first_samples.size != second_samples.size:
         return False
@@ -171,8 +171,10 @@ def are_axes_identical(first_samples: FloatArray, second_samples: FloatArray) ->
     return bool(first_samples.any()) and unlike <= SAME_SAMPLES * float(np.abs(first_samples).max())
 
 
-def longest_pause(samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]) -> tuple[int, int] | None:
-    """Return the first and last index of the longest run of equal samples of an axis while another axis moves.
+def longest_standstill_of_axis(
+    samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]
+) -> tuple[int, int] | None:
+    """Return first and last index of the longest run of equal samples of an axis while another moves, or None.
 
     None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
     the axis is too coarse to show such a share of its own peak.
@@ -198,7 +200,7 @@ def _value_resolution(samples: FloatArray, peak: float) -> float:
     return float(np.quantile(gaps, 0.1)) if gaps.size else peak
 
 
-def count_clipped_samples(samples: FloatArray) -> tuple[int, float]:
+def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
     """Return the number of clipped samples of an axis, and the largest clipped level, m/s²; (0, 0) if not clipped.
 
     Counted are runs of at least `SHORTEST_RAIL` equal samples at the largest or the smallest value. The rounded top of

@@ -28,7 +28,7 @@ TOLERANCE: Final = 0.01
 
 
 class Rock(BaseModel, extra="forbid", frozen=True):
-    """The half-space below the soil."""
+    """Half-space of rock below the soil layers."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
     density_kg_m3: float = Field(default=2200, ge=100, le=1e4, description="Density, kg/m³.")
@@ -36,7 +36,7 @@ class Rock(BaseModel, extra="forbid", frozen=True):
 
 
 class Layer(BaseModel, extra="forbid", frozen=True):
-    """A layer of soil."""
+    """Layer of soil, linear or with a published modulus-reduction curve."""
 
     thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
@@ -53,7 +53,7 @@ class Layer(BaseModel, extra="forbid", frozen=True):
 
 
 @dataclass(frozen=True)
-class SurfaceComponent:
+class SurfaceComponentResult:
     """Acceleration of a horizontal component at the ground surface, and convergence of the soil analysis."""
 
     samples: FloatArray  # acceleration, m/s², shape (n + tail,)
@@ -74,7 +74,7 @@ def import_pystrata() -> Any:
     return package
 
 
-def check_soil_layers(soil_layers: Sequence[Layer]) -> None:
+def check_soil_layer_curves(soil_layers: Sequence[Layer]) -> None:
     """Raise an ArgumentError if pystrata is missing, or does not know the modulus-reduction curve of a soil layer."""
     package = import_pystrata()
     for layer in soil_layers:
@@ -83,7 +83,7 @@ def check_soil_layers(soil_layers: Sequence[Layer]) -> None:
 
 def propagate_through_soil(
     samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
-) -> SurfaceComponent:
+) -> SurfaceComponentResult:
     """Compute a horizontal component of the motion at the surface of soil layers from the motion of the rock below.
 
     Parameters
@@ -112,8 +112,8 @@ def propagate_through_soil(
     motion = package.motion.TimeSeriesMotion(
         "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
     )
-    below = package.site.Layer(_soil_type(package, rock), 0, rock.velocity_m_s)
-    soil = [package.site.Layer(_soil_type(package, one), one.thickness_m, one.velocity_m_s) for one in layers]
+    below = package.site.Layer(_pystrata_soil_type(package, rock), 0, rock.velocity_m_s)
+    soil = [package.site.Layer(_pystrata_soil_type(package, one), one.thickness_m, one.velocity_m_s) for one in layers]
     profile = package.site.Profile([*soil, below])
     nonlinear = any(one.curve for one in layers)
     linear, equivalent = package.propagation.LinearElasticCalculator, package.propagation.EquivalentLinearCalculator
@@ -124,10 +124,10 @@ def propagate_through_soil(
     surface = motion.calc_time_series(transfer)[:count] * STANDARD_GRAVITY
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
-    return SurfaceComponent(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
+    return SurfaceComponentResult(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
-def _soil_type(pystrata_package: Any, soil_layer: Layer | Rock) -> Any:
+def _pystrata_soil_type(pystrata_package: Any, soil_layer: Layer | Rock) -> Any:
     """Return the soil type of pystrata for a soil layer or for the rock below."""
     weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(soil_layer, Rock) or soil_layer.curve is None:

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import azimuth_cosine_pairs, largest_motion_along_azimuths
+from overturning.motion.direction import largest_motion_along_azimuths, north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
-from overturning.motion.oscillator import POINTS_PER_PERIOD, OscillatorResponses, Quantity, checked_periods
+from overturning.motion.oscillator import POINTS_PER_PERIOD, OscillatorResponseCalculator, Quantity, checked_periods
 
 SI_PERIODS = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""
@@ -34,14 +34,16 @@ def response_spectra_by_azimuth(
         ``displacement`` (m) and ``velocity`` (m/s) relative to the ground, ``acceleration`` = ω² × displacement
         (m/s², pseudo-acceleration).
     """
-    periods, cosines = checked_periods(period_s), azimuth_cosine_pairs(azimuth_deg)
-    both = _peak_responses(motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period)
+    periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(azimuth_deg)
+    both = _peak_oscillator_responses(
+        motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period
+    )
     spectra = dict(zip(("displacement", "velocity"), both, strict=True))
-    spectra["acceleration"] = _pseudo_acceleration(spectra["displacement"], periods)
+    spectra["acceleration"] = _pseudo_acceleration_from_displacement(spectra["displacement"], periods)
     return spectra
 
 
-def pseudo_acceleration(
+def pseudo_acceleration_spectra(
     motion: Accelerogram,
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
@@ -54,18 +56,18 @@ def pseudo_acceleration(
     This takes half the time of `response_spectra_by_azimuth`, which computes the velocity too.
     """
     periods = checked_periods(period_s)
-    peaks = _peak_responses(
-        motion, periods, azimuth_cosine_pairs(azimuth_deg), damping, ("displacement",), points_per_period
+    peaks = _peak_oscillator_responses(
+        motion, periods, north_east_cosines_of_azimuths(azimuth_deg), damping, ("displacement",), points_per_period
     )
-    return _pseudo_acceleration(peaks[0], periods)
+    return _pseudo_acceleration_from_displacement(peaks[0], periods)
 
 
-def _pseudo_acceleration(peak_displacement: FloatArray, periods: FloatArray) -> FloatArray:
-    """Return pseudo-accelerations, m/s², shape (p, m), from the largest displacements, m, for p periods, s."""
+def _pseudo_acceleration_from_displacement(peak_displacement: FloatArray, periods: FloatArray) -> FloatArray:
+    """Return ω² × `peak_displacement`, the pseudo-accelerations, m/s², shape (p, azimuths), for p periods, s."""
     return np.asarray(peak_displacement * (2.0 * np.pi / periods[:, None]) ** 2)
 
 
-def _peak_responses(
+def _peak_oscillator_responses(
     motion: Accelerogram,
     periods: FloatArray,
     azimuth_cosines: FloatArray,
@@ -73,8 +75,8 @@ def _peak_responses(
     response_quantities: Sequence[Quantity],
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
-    """Return the largest response of q quantities for p periods along m azimuths, shape (q, p, m)."""
-    oscillators = OscillatorResponses(
+    """Return the largest response for q `response_quantities`, p `periods` and m azimuths, shape (q, p, m)."""
+    oscillators = OscillatorResponseCalculator(
         motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period
     )
     peaks = np.empty((len(response_quantities), periods.size, azimuth_cosines.shape[0]))
@@ -84,7 +86,7 @@ def _peak_responses(
     return peaks
 
 
-def rotd_measures(
+def rotd_percentile_measures(
     motion: Accelerogram, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
     """Return percentiles over all azimuths (RotD) of PGA, PGV and pseudo-acceleration with a damping ratio of 0.05.
@@ -97,9 +99,9 @@ def rotd_measures(
     dict of str to ndarray
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s², for q percentiles and p periods (s).
     """
-    periods, cosines = checked_periods(period_s), azimuth_cosine_pairs(ROTD_AZIMUTHS)
-    (displacement,) = _peak_responses(motion, periods, cosines, 0.05, ("displacement",))
-    psa = _pseudo_acceleration(displacement, periods)
+    periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(ROTD_AZIMUTHS)
+    (displacement,) = _peak_oscillator_responses(motion, periods, cosines, 0.05, ("displacement",))
+    psa = _pseudo_acceleration_from_displacement(displacement, periods)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     return {
         "pga": np.percentile(largest_motion_along_azimuths(motion.horizontal, cosines), percentiles),
@@ -108,12 +110,14 @@ def rotd_measures(
     }
 
 
-def spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
+def housner_spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
     """Return Housner's spectrum intensity in the Japanese definition along m azimuths, m/s, shape (m,).
 
     SI = 1/2.4 ∫ S_v(T, h) dT from 0.1 to 2.5 s, by the trapezoidal rule over 121 periods. S_v is the largest velocity
     relative to the ground (Housner 1952), the damping ratio h is 0.20 (Katayama et al. 1988) or 0.05.
     """
     # 24 points per period (error at most 0.9 %, on average 0.3 % for one period) suffice for a mean over 121 periods.
-    (peaks,) = _peak_responses(motion, SI_PERIODS, azimuth_cosine_pairs(azimuth_deg), damping, ("velocity",), 24)
+    (peaks,) = _peak_oscillator_responses(
+        motion, SI_PERIODS, north_east_cosines_of_azimuths(azimuth_deg), damping, ("velocity",), 24
+    )
     return np.asarray(np.trapezoid(peaks, SI_PERIODS, axis=0) / (SI_PERIODS[-1] - SI_PERIODS[0]))

@@ -10,8 +10,8 @@ from overturning.errors import ArgumentError
 from overturning.units import UNITS
 
 
-def stream_components(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
-    """Return the accelerations of an obspy Stream by component, m/s², and its sampling interval, s.
+def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
+    """Return the accelerations of an obspy Stream, m/s², by component (``north``…), and the sampling interval, s.
 
     See `Motion.from_obspy` for the arguments and errors.
     """
@@ -20,7 +20,7 @@ def stream_components(stream: Any, unit: str | None, sensor: str) -> tuple[dict[
     traces: dict[str, Any] = {}
     for trace in stream:
         code = str(trace.stats.channel).upper()
-        if why := _not_acceleration_reason(trace, code, unit) or _wrong_sensor_reason(code, sensor):
+        if why := _reason_trace_is_no_acceleration(trace, code, unit) or _wrong_sensor_reason(code, sensor):
             raise ArgumentError(f"stream: channel {trace.id}: {why}")
         name = _direction_of_channel(trace, code)
         if name is None or name in traces:
@@ -57,7 +57,7 @@ def _check_same_sensor_and_window(traces: dict[str, Any]) -> None:
         raise ArgumentError(f"stream: channels of sensors {' and '.join(sensors)}; select those of one")
 
 
-def _not_acceleration_reason(trace: Any, channel_code: str, unit: str | None) -> str:
+def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | None) -> str:
     """Return why the samples of an obspy Trace are not an acceleration without gaps, and a remedy; "" if they are."""
     if np.ma.is_masked(trace.data):
         return (

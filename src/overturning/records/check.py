@@ -6,17 +6,17 @@ from pathlib import Path
 
 from overturning.errors import REASON_SEPARATOR, OverturningError
 from overturning.records.assembly import assemble_record
-from overturning.records.component import Component, peak_acceleration
-from overturning.records.declarations import Declarations
+from overturning.records.component import RecordComponent, peak_acceleration
+from overturning.records.declarations import FileDeclarations
 from overturning.records.files import read_components
 from overturning.records.formats.table import NO_ACCELERATION, holds_no_acceleration
 from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
-from overturning.records.read import add_notes_to_record, missing_vertical_notes, read_file_and_siblings
+from overturning.records.read import add_notes_to_record, missing_vertical_notes, read_components_of_file_and_siblings
 from overturning.records.record import (
     Record,
-    drift_evidence,
-    peak_ground_motion,
+    displacement_drift_evidence,
+    pga_pgv_pgd_of_larger_component,
     processing_entry_text,
     processing_label,
 )
@@ -24,18 +24,20 @@ from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_s
 
 
 @dataclass(frozen=True)
-class RecordCheck:
+class RecordCheckResult:
     """Result of the check of one record, or of one file that is refused or skipped."""
 
     files: tuple[str, ...]
-    components: tuple[Component, ...] = ()  # axes of the record; empty if the file cannot be read
+    components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
     record: Record | None = None  # None if refused or skipped
     reason: str = ""  # why the record is refused or skipped
     used: Record | None = None  # the record after the default processing
     skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
 
-def check_records_in_files(paths: Sequence[Path], declarations: Declarations | None = None) -> list[RecordCheck]:
+def check_records_in_files(
+    paths: Sequence[Path], declarations: FileDeclarations | None = None
+) -> list[RecordCheckResult]:
     """Read files and folders, sort their components into records, and check each record.
 
     Folders are read recursively; for a single file, the other files of its record are read too. Files that cannot be
@@ -43,67 +45,67 @@ def check_records_in_files(paths: Sequence[Path], declarations: Declarations | N
     are checked.
     """
     sources, findings = _read_source_files(paths)
-    declarations = (declarations or Declarations()).with_station_xml(sources)
+    declarations = (declarations or FileDeclarations()).with_station_xml(sources)
     records = [source for source in sources if source not in declarations.metadata]
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
-    findings += [RecordCheck((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
-    components, refused = _read_declared_components(
+    findings += [RecordCheckResult((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
+    components, refused = _read_components_of_declared_sensor(
         [source for source in records if source not in skipped], declarations
     )
     findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components, located = read_file_and_siblings(paths[0], declarations)
+        components, located = read_components_of_file_and_siblings(paths[0], declarations)
     groups = group_components_by_record(components)
     return findings + [_check_record(group, groups, located, declarations) for group in groups]
 
 
-def _read_declared_components(
-    source_files: Sequence[SourceFile], declarations: Declarations
-) -> tuple[list[Component], list[RecordCheck]]:
-    """Return the components of the declared sensor (of all if none is declared), and checks of refused files."""
-    components: list[Component] = []
-    others: list[Component] = []
+def _read_components_of_declared_sensor(
+    source_files: Sequence[SourceFile], declarations: FileDeclarations
+) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
+    """Return the components of the declared sensor (of all sensors if none is), and a check per refused file."""
+    components: list[RecordComponent] = []
+    others: list[RecordComponent] = []
     refused = []
     for source in source_files:
         try:
             for one in read_components([source], declarations):
                 (components if declarations.sensor in (None, one.sensor) else others).append(one)
         except OverturningError as problem:
-            refused.append(RecordCheck((source.name,), reason=str(problem)))
+            refused.append(RecordCheckResult((source.name,), reason=str(problem)))
     if others and not components:
         files = tuple(dict.fromkeys(one.file for one in others))
         refused.append(
-            RecordCheck(files, reason=f"of the {others[0].sensor} sensor; {declarations.sensor} is declared")
+            RecordCheckResult(files, reason=f"of the {others[0].sensor} sensor; {declarations.sensor} is declared")
         )
     return components, refused
 
 
 def _check_record(
-    components: Sequence[Component],
-    all_component_groups: Sequence[Sequence[Component]],
+    components: Sequence[RecordComponent],
+    all_component_groups: Sequence[Sequence[RecordComponent]],
     file_paths: Sequence[Path],
-    declarations: Declarations,
-) -> RecordCheck:
-    """Return the check of the components of one record: the record, or the reasons why it is refused."""
+    declarations: FileDeclarations,
+) -> RecordCheckResult:
+    """Return the result of the check of one record, given its components: the record, or why it is refused."""
     files = tuple(dict.fromkeys(c.file for c in components))
     try:
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declarations)
         own = [path for path in file_paths if path.name in files]
         record = add_notes_to_record(record, missing_vertical_notes(own, components, declarations) if own else [])
-        return RecordCheck(files, tuple(components), record, used=process_record(record, None))
+        return RecordCheckResult(files, tuple(components), record, used=process_record(record, None))
     except OverturningError as problem:
-        several = _several_locations_reason(components, all_component_groups)
+        several = _refusal_reason_of_several_locations(components, all_component_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
-        return RecordCheck(files, tuple(components), reason=reason)
+        return RecordCheckResult(files, tuple(components), reason=reason)
 
 
-def _several_locations_reason(
-    components: Sequence[Component], all_component_groups: Sequence[Sequence[Component]]
+def _refusal_reason_of_several_locations(
+    components: Sequence[RecordComponent], all_component_groups: Sequence[Sequence[RecordComponent]]
 ) -> str:
-    """Return a reason to refuse components of one station and event that have several locations; else ""."""
+    """Return why components are refused if sensors at several locations recorded this station and event; else ""."""
     first = components[0]
     alike = [
         one[0]
@@ -117,19 +119,19 @@ def _several_locations_reason(
     return f"{first.file}: components of {named} are not of one record; give the files of one place together"
 
 
-def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheck]]:
-    """Return the files at the paths, read into memory, and checks of paths that hold no readable file."""
+def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheckResult]]:
+    """Return the files at the paths, read into memory, and a check per unreadable file or folder without records."""
     sources, findings = [], []
     for path in paths:
         there, skipped = _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)
         if path.is_dir() and len(there) == len(skipped):
             why = f"{len(there)} files, none of them a record" if there else "an empty folder"
-            findings.append(RecordCheck((path.name,), reason=f"{path}: {why}"))
+            findings.append(RecordCheckResult((path.name,), reason=f"{path}: {why}"))
         for member in there:
             try:
                 sources += [] if member in skipped else [read_source_file(member)]
             except OverturningError as problem:
-                findings.append(RecordCheck((member.name,), reason=str(problem)))
+                findings.append(RecordCheckResult((member.name,), reason=str(problem)))
     return sources, findings
 
 
@@ -148,13 +150,13 @@ def has_non_record_name(path: Path) -> bool:
 
 
 def skipped_file_names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the files that are skipped because of their extension, or because they are hidden."""
+    """Return the names of the files at the paths, or in folders there, that are skipped: see `has_non_record_name`."""
     return sorted(
         p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)[1]
     )
 
 
-def format_record_check(record_check: RecordCheck) -> str:
+def format_record_check(record_check: RecordCheckResult) -> str:
     """Return the result of the check of a record as a few lines of text."""
     head = ", ".join(record_check.files)
     record = record_check.record
@@ -171,7 +173,7 @@ def format_record_check(record_check: RecordCheck) -> str:
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_format_component(c)}" for c in record_check.components),
-        *(f"  {note}" for note in record_notes(record, record_check.components[0].sensor)),
+        *(f"  {note}" for note in check_report_notes(record, record_check.components[0].sensor)),
         f"  north and east: {_format_peaks(record_check.used or record)}",
     ]
     return "\n".join(lines)
@@ -181,16 +183,18 @@ def _format_peaks(processed_record: Record) -> str:
     """Return a text with PGA, PGV and PGD of a record after the default processing."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
-        for peak in peak_ground_motion(processed_record.horizontal, processed_record.sampling_interval).values()
+        for peak in pga_pgv_pgd_of_larger_component(
+            processed_record.horizontal, processed_record.sampling_interval
+        ).values()
     )
-    why = drift_evidence(processed_record)
+    why = displacement_drift_evidence(processed_record)
     pgd, drifts = (f"({pgd})", f"\n  drift, so its PGD is none: {why}") if why else (pgd, "")
     steps = [processing_entry_text(step) for step in processed_record.processing if step["step"] != "common_window"]
     how = f"after the default processing ({', '.join(steps)})" if steps else "as the file is"
     return f"PGA {pga} Gal, PGV {pgv} cm/s, PGD {pgd} cm {how}{drifts}"
 
 
-def record_notes(record: Record, sensor: str = "surface") -> list[str]:
+def check_report_notes(record: Record, sensor: str = "surface") -> list[str]:
     """Return notes on a record: processing by the agency, omitted parts, declarations and trusted contradictions."""
     done = record.extra.get("agency_processing")
     cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
@@ -207,7 +211,7 @@ def record_notes(record: Record, sensor: str = "surface") -> list[str]:
     ]
 
 
-def _format_component(component: Component) -> str:
+def _format_component(component: RecordComponent) -> str:
     """Return a text with the direction, length and peak of a component, and the peak that its header states."""
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense

@@ -53,14 +53,14 @@ def parse_axis_direction(axis_name: str) -> Direction:
     return UNKNOWN
 
 
-def is_unsigned_vertical(axis_name: str) -> bool:
+def is_vertical_name_without_sense(axis_name: str) -> bool:
     """Return True if an axis name means vertical, but neither up nor down: ``V``, ``Vert``, ``402`` (COSMOS)."""
     word = axis_name.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
-def find_vertical_by_elimination(components: "Sequence[Component]") -> "Component | None":
-    """Return the component of three that must be vertical because the other two are horizontal.
+def find_vertical_by_elimination(components: "Sequence[RecordComponent]") -> "RecordComponent | None":
+    """Return the one of three components that must be vertical because the other two are horizontal; else None.
 
     Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
     (``HN3``). None if there is no such component.
@@ -80,14 +80,14 @@ MINIMUM_SINE: Final = 0.9
 """Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
-def channel_code_direction(channel_code: str) -> Direction:
-    """Return the direction that the last letter of a SEED channel code states: Z up, N north, E east (to 5°)."""
+def direction_of_channel_code(channel_code: str) -> Direction:
+    """Return the direction in the last letter of a SEED channel code: Z up, N north, E east; else `UNKNOWN`."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN)
 
 
-def channel_code_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
-    """Return a note if the direction of a SEED channel differs by more than 5° from the one that its code states."""
-    coded = channel_code_direction(channel_code) if len(channel_code) == 3 else UNKNOWN
+def channel_direction_mismatch_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
+    """Return a note if `direction` differs by more than 5° from the direction in a SEED channel code; else ()."""
+    coded = direction_of_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
         return ()
     if coded[0] is None or direction[0] is None:
@@ -101,14 +101,14 @@ def channel_code_notes(channel_code: str, direction: Direction, direction_source
     )
 
 
-def fill_direction_from_channel_code(
+def known_direction_or_that_of_channel_code(
     channel_code: str, direction: Direction, reason_unknown: str
 ) -> tuple[Direction, tuple[str, ...]]:
-    """Return ``direction``; if it is unknown, return the direction that the channel code names, with a note."""
+    """Return ``direction`` and (); if it is unknown, the direction in the channel code and a note on that."""
     if direction != UNKNOWN:
         return direction, ()
     coded = (
-        channel_code_direction(channel_code)
+        direction_of_channel_code(channel_code)
         if re.fullmatch("[A-Z]{2}[NEZ]", channel_code.upper())
         else parse_axis_direction(channel_code)
     )
@@ -118,7 +118,7 @@ def fill_direction_from_channel_code(
     return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
 
 
-def azimuth_code_direction(azimuth_code: float) -> Direction:
+def direction_of_azimuth_code(azimuth_code: float) -> Direction:
     """Return the direction of a horizontal axis whose code is an azimuth from 1 to 360 degrees; else `UNKNOWN`."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN
 
@@ -127,10 +127,10 @@ CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
-def direction_from_name_and_code(
+def axis_direction_from_name_or_code(
     axis_name: str, code_direction: Direction, create_line_error: Callable[[str], RecordError]
 ) -> Direction:
-    """Return the direction of an axis from its name, else from its code; if both state one, they must agree to 1°."""
+    """Return the direction in the axis name, else `code_direction`; raise an error if they differ by more than 1°."""
     named = parse_axis_direction(axis_name)
     if UNKNOWN in (named, code_direction):
         return code_direction if named == UNKNOWN else named
@@ -155,7 +155,7 @@ MAX_VAULT_DEPTH_M = 3.0
 """Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
-def classify_sensor(depth_m: float | None = None, location_text: str = "") -> Sensor:
+def surface_or_borehole_sensor(depth_m: float | None = None, location_text: str = "") -> Sensor:
     """Return "borehole" or "surface" for a sensor by its depth, m, or a text on its location; by default "surface"."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
@@ -178,13 +178,13 @@ _RAISED_PLACE: Final = re.compile(
 )
 
 
-def parse_sensor_location(header_line: str) -> str:
+def sensor_location_in_header_line(header_line: str) -> str:
     """Return the location of a sensor that a header line states; "" if it states none."""
     found = re.search(r"\bLocation:\s*(.*)", header_line, re.IGNORECASE)
     return " ".join(found[1].split()) if found else ""
 
 
-def structure_sensor_note(sensor_location: str) -> str:
+def note_on_sensor_in_structure(sensor_location: str) -> str:
     """Return a note if a sensor is located high up in a structure; "" for any other location."""
     return (
         f"a sensor at {sensor_location!r} has the motion of a structure, not of the ground"
@@ -195,7 +195,7 @@ def structure_sensor_note(sensor_location: str) -> str:
 
 @dataclass(frozen=True)
 class HeaderPeak:
-    """Peak acceleration that the header of a file states, with its resolution and line."""
+    """Peak acceleration of a component that a file header states, with resolution and line of the number."""
 
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
@@ -204,7 +204,7 @@ class HeaderPeak:
 
 
 @dataclass(frozen=True)
-class Component:
+class RecordComponent:
     """Acceleration along one axis of one sensor, as its file states it."""
 
     samples: FloatArray  # m/s², positive along the axis, shape (n,)
@@ -235,7 +235,7 @@ class Component:
     def from_file(
         cls, source_file: SourceFile, axis_name: str, direction: Direction, samples: FloatArray,
         sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
-    ) -> "Component":  # fmt: skip
+    ) -> "RecordComponent":  # fmt: skip
         """Return a component with the name and hash of its file; ``direction`` is azimuth and vertical sense."""
         other_fields |= {"latitude": coordinates[0], "longitude": coordinates[1]}
         return cls(
@@ -254,16 +254,18 @@ class Component:
             raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
 
 
-def peak_acceleration(component: Component) -> float:
-    """Return the peak acceleration of a component, m/s²; its mean is removed if it was for the header's peak."""
+def peak_acceleration(component: RecordComponent) -> float:
+    """Return the peak acceleration of a component, m/s²: from the mean if the header counts its peak from there."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
         samples = samples - samples.mean()
     return float(np.abs(samples).max())
 
 
-def check_header_peak(component: Component, report_contradiction: Callable[[str, str], None]) -> float | None:
-    """Return the relative difference between the peak of the data and the one in the header; None without one.
+def checked_header_peak_difference(
+    component: RecordComponent, report_contradiction: Callable[[str, str], None]
+) -> float | None:
+    """Return |data peak − header peak| / header peak of a component; None if its header states no peak.
 
     If they differ by more than 0.5 % and by more than half a unit of the header's last digit, call
     ``report_contradiction(reason, remedy)`` and return None.
@@ -289,7 +291,7 @@ MAX_SKEW_DEG = 5.0
 """Largest deviation of two horizontal axes from a right angle without a note, degrees."""
 
 
-def axis_skew_notes(components: Sequence[Component]) -> list[str]:
+def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[str]:
     """Return a note if the angle between two horizontal axes deviates from 90° by more than `MAX_SKEW_DEG`."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = abs((second - first + 180.0) % 360.0 - 180.0)
@@ -299,8 +301,8 @@ def axis_skew_notes(components: Sequence[Component]) -> list[str]:
     return [f"{which}, are taken as stated: look whether both azimuths are right"]
 
 
-def agency_processing_entry(components: Sequence[Component]) -> dict[str, str]:
-    """Return the processing that an agency applied to components as an entry of ``extra``; per axis if it differs."""
+def extra_entry_of_agency_processing(components: Sequence[RecordComponent]) -> dict[str, str]:
+    """Return the entry ``agency_processing`` of `Record.extra`: one text for all components, or a text per axis."""
     done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
@@ -309,7 +311,7 @@ def agency_processing_entry(components: Sequence[Component]) -> dict[str, str]:
     return {"agency_processing": next(iter(done.values())) if alike else of_each}
 
 
-def seed_band_and_instrument(component: Component) -> str:
-    """Return the band and instrument code (``HN``) of a component from a SEED channel; "" for any other."""
+def seed_band_and_instrument_code(component: RecordComponent) -> str:
+    """Return the first two letters (``HN``) of the SEED channel code of a component; "" for other axis names."""
     coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
     return component.axis[:2] if coded else ""

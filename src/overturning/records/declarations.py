@@ -17,7 +17,7 @@ assert set(UNITS) == set(get_args(Unit))
 
 
 def _split_number_text(text_or_value: Any) -> Any:
-    """Split a text into a list of number texts; return any other value unchanged."""
+    """Split a text at commas and blanks into number texts (None if empty); return any other value unchanged."""
     return (
         [part for part in text_or_value.replace(",", " ").split() if part] or None
         if isinstance(text_or_value, str)
@@ -49,7 +49,7 @@ class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docst
 
 
 @raise_argument_errors
-class Declarations(FileProperties, frozen=True):
+class FileDeclarations(FileProperties, frozen=True):
     """Properties of record files that the user declares; raises an `ArgumentError` if one is invalid."""
 
     correction_deg: float = 0.0
@@ -58,25 +58,25 @@ class Declarations(FileProperties, frozen=True):
     """StationXML files for MiniSEED or SAC files."""
 
     @model_validator(mode="after")
-    def _check_columns_format(self) -> "Declarations":
+    def _check_columns_format(self) -> "FileDeclarations":
         if self.columns and self.format not in ("auto", "csv"):
             raise ValueError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
         return self
 
     @property
-    def sample_declarations(self) -> list[str]:
+    def sample_declaration_texts(self) -> list[str]:
         """Declarations about the samples, as texts for the report."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
         return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
     @property
-    def axis_declarations(self) -> list[str]:
+    def axis_declaration_texts(self) -> list[str]:
         """Declarations about the axes, as texts for the report."""
         words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
         words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
-    def with_station_xml(self, source_files: Iterable[SourceFile]) -> "Declarations":
-        """Return a copy of the declarations with the StationXML files among ``source_files`` added to its metadata."""
+    def with_station_xml(self, source_files: Iterable[SourceFile]) -> "FileDeclarations":
+        """Return a copy of the declarations whose `metadata` also holds the StationXML files of ``source_files``."""
         found = [file for file in source_files if b"FDSNStationXML" in file.data[:2000]]
         return self.model_copy(update={"metadata": (*self.metadata, *found)})

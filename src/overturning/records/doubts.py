@@ -7,13 +7,13 @@ import numpy as np
 
 from overturning.motion.plausible import (
     DEAD_RATIO,
-    are_axes_identical,
-    count_clipped_samples,
+    are_axes_equal_up_to_offset_and_sign,
+    clipped_sample_count_and_level,
     dead_horizontal_axis_reason,
-    longest_pause,
+    longest_standstill_of_axis,
     sampling_interval_doubts,
 )
-from overturning.records.component import Component
+from overturning.records.component import RecordComponent
 
 CLIPPED: Final = "is clipped"
 SAME_SAMPLES: Final = "have the same samples"
@@ -38,29 +38,36 @@ def doubt_kinds(notes: Iterable[str]) -> list[str]:
 
 
 def sample_quality_notes(
-    components: Sequence[Component], report_contradiction: Callable[[str, str], None]
+    components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
     """Return notes on dead, clipped or identical axes and on the sampling interval of the components of a record.
 
     ``report_contradiction(reason, remedy)`` is called for a sampling interval that fails two of the plausibility
     checks.
     """
-    notes = [*_sampling_interval_notes(components, report_contradiction), *_vertical_axis_notes(components)]
+    notes = [
+        *_doubtful_sampling_interval_notes(components, report_contradiction),
+        *_dead_vertical_axis_notes(components),
+    ]
     first, second = components[0], components[min(1, len(components) - 1)]
-    if first is not second and not second.vertical and are_axes_identical(first.samples, second.samples):
+    if (
+        first is not second
+        and not second.vertical
+        and are_axes_equal_up_to_offset_and_sign(first.samples, second.samples)
+    ):
         notes.append(
             f"{first.file}: axes {first.axis!r} and {second.axis!r} {SAME_SAMPLES}, so that the ground moves "
             "along one line: is one a copy of the other?"
         )
     for component in components:
-        count, rail = count_clipped_samples(component.samples)
+        count, rail = clipped_sample_count_and_level(component.samples)
         if count:
             notes.append(
                 f"{component.file}: axis {component.axis!r} {CLIPPED}: {count} samples stand at its rail, "
                 f"{100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.samples for other in components if other is not component]
-        if pause := longest_pause(component.samples, others):
+        if pause := longest_standstill_of_axis(component.samples, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
                 f"{component.file}: axis {component.axis!r} {STANDS_STILL} from {begin:.4g} to {end:.4g} s while the "
@@ -69,12 +76,14 @@ def sample_quality_notes(
     return notes
 
 
-def _peak_without_mean(component: Component) -> float:
+def _peak_without_mean(component: RecordComponent) -> float:
     """Return the peak of a component without its mean, m/s²: a dead channel may have an offset."""
     return float(np.abs(component.samples - component.samples.mean()).max())
 
 
-def check_dead_axis(components: Sequence[Component], report_contradiction: Callable[[str, str], None]) -> None:
+def report_dead_horizontal_axis(
+    components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
+) -> None:
     """Call ``report_contradiction(reason, remedy)`` if one or both horizontal axes are dead."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
@@ -85,8 +94,8 @@ def check_dead_axis(components: Sequence[Component], report_contradiction: Calla
         report_contradiction(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
 
 
-def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
-    """Return a note if the vertical axis is dead."""
+def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
+    """Return a note if the third component, which is vertical, is far weaker than the horizontal ones; else []."""
     peaks = [_peak_without_mean(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
         return []
@@ -97,8 +106,8 @@ def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
     ]
 
 
-def _sampling_interval_notes(
-    components: Sequence[Component], report_contradiction: Callable[[str, str], None]
+def _doubtful_sampling_interval_notes(
+    components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
     """Return a note if there is one doubt about the sampling interval; report a contradiction if there are more."""
     first = components[0]

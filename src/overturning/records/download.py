@@ -20,8 +20,8 @@ SET_CREDENTIALS: Final = f"set {USER} and {PASSWORD} in the environment"
 BLOCK: Final = 1 << 16
 
 
-def environment_credentials() -> tuple[str, str] | None:
-    """Return the user name and password from the environment; None unless both are set."""
+def download_credentials_from_environment() -> tuple[str, str] | None:
+    """Return user name and password for downloads from the environment variables; None unless both are set."""
     user, password = os.environ.get(USER), os.environ.get(PASSWORD)
     return (user, password) if user and password else None
 
@@ -76,7 +76,7 @@ def fetch_url(
     RecordError
         If the download fails or the file has another hash.
     """
-    target, folder = _checked_file_name(url, sha256, name), Path(folder)
+    target, folder = _checked_download_file_name(url, sha256, name), Path(folder)
     path, part = folder / target, folder / f".{target}.part"
     folder.mkdir(parents=True, exist_ok=True)
     if path.is_file() and _file_sha256(path) == sha256.lower():
@@ -103,8 +103,8 @@ def _file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _checked_file_name(url: str, sha256: str, file_name: str | None) -> str:
-    """Check the address, hash and file name of a download; return the file name."""
+def _checked_download_file_name(url: str, sha256: str, file_name: str | None) -> str:
+    """Return the file name of a download; raise an error if its address, hash or file name is unusable."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")
@@ -136,7 +136,9 @@ def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
     have = partial_file.stat().st_size if partial_file.exists() else 0
     # Request an unencoded body: an encoded one has another length than the file.
     headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
-    with requests.get(url, headers=headers, timeout=timeout, stream=True, auth=environment_credentials()) as answer:
+    with requests.get(
+        url, headers=headers, timeout=timeout, stream=True, auth=download_credentials_from_environment()
+    ) as answer:
         status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
         if status in (401, 403):
             raise MissingDataError(

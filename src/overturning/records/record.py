@@ -104,8 +104,8 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
     return Record(record_id, motion.north, motion.east, motion.up, motion.sampling_interval, extra=extra)
 
 
-def peak_ground_motion(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
-    """Return the larger PGA (m/s²), PGV (m/s) and PGD (m) of north and east, rounded to nine digits."""
+def pga_pgv_pgd_of_larger_component(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
+    """Return ``pga``, m/s², ``pgv``, m/s, and ``pgd``, m: the larger of north and east each, to nine digits."""
     velocity = integrate(horizontal_acceleration, sampling_interval)
     series = {"pga": horizontal_acceleration, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
     # Nine digits suffice for a report and are the same on every processor.
@@ -156,8 +156,8 @@ def processing_label(record: Record) -> str:
     return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
 
 
-def start_offset_from_file(record: Record) -> float:
-    """Return the time of a record's first sample relative to its file's, s; negative after padding by a filter."""
+def start_offset_from_file_start_s(record: Record) -> float:
+    """Return the time from the first sample of the file to that of the record, s; negative after filter padding."""
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
@@ -165,7 +165,7 @@ DRIFT: Final = 0.02
 """Largest final velocity of a component without drift, as a share of its peak."""
 
 
-def drift_evidence(record: Record) -> str:
+def displacement_drift_evidence(record: Record) -> str:
     """Return a text on the drift of the north or east component, which makes its displacement wrong; "" without drift.
 
     A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
@@ -184,22 +184,22 @@ def drift_evidence(record: Record) -> str:
     return "; ".join(said)
 
 
-def record_origin_and_processing(record: Record) -> dict[str, Any]:
-    """Return the origin and the processing of a record as a dictionary for the results of a study.
+def record_source_and_processing(record: Record) -> dict[str, Any]:
+    """Return data source and processing steps of a record as a dictionary for the results of a study.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
     `process_record`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see
-    `drift_evidence`),
+    `displacement_drift_evidence`),
     ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
-    now = peak_ground_motion(record.horizontal, record.sampling_interval)
+    now = pga_pgv_pgd_of_larger_component(record.horizontal, record.sampling_interval)
     return {
         "data": processing_label(record),
         "agency": record.extra.get("agency_processing", ""),
         "steps": list(record.processing),
         "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},
-        "drift": drift_evidence(record),
+        "drift": displacement_drift_evidence(record),
         "start": record.start or "",
         "duration_s": round(record.duration, 6),
         "declared": list(record.extra.get("declared") or ()),

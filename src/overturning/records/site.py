@@ -25,8 +25,8 @@ class Site(BaseModel, extra="forbid", frozen=True):
         default="outcrop", description="Rock under the instrument, outcropping or below the layers (within)."
     )
 
-    def apply(self, record: Record) -> tuple[Record, str]:
-        """Return the record at the surface and a text on the convergence of the iteration ("" for linear layers).
+    def move_record_to_surface(self, record: Record) -> tuple[Record, str]:
+        """Return the record at the surface, and a text on convergence and strain of the layers ("" if linear).
 
         Raises a RecordError for a borehole record as outcropping rock: it contains waves reflected at the surface.
         """

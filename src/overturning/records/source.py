@@ -139,10 +139,10 @@ def unpack_archive(
         raise RecordError(f"{archive_file.name}: {problem}; unpack it first") from problem
 
 
-def _archive_members(archive_file: SourceFile, remaining_budget: list[int]) -> Iterator[SourceFile]:
+def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list[int]) -> Iterator[SourceFile]:
     """Yield the files in an archive, without unpacking archives in it.
 
-    ``remaining_budget`` holds the numbers of bytes and members that are still allowed.
+    ``remaining_bytes_and_members`` holds the numbers of bytes and members that are still allowed.
     """
     for name, plain, folder, read_member in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(
         archive_file
@@ -155,14 +155,14 @@ def _archive_members(archive_file: SourceFile, remaining_budget: list[int]) -> I
             continue
         if not plain:
             raise RecordError(f"{archive_file.name}: member {name!r} is a link or a device; put the file itself there")
-        remaining_budget[1] -= 1
-        if remaining_budget[1] < 0:
+        remaining_bytes_and_members[1] -= 1
+        if remaining_bytes_and_members[1] < 0:
             raise RecordError(
                 f"{archive_file.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need"
             )
-        member = read_member(remaining_budget[0] + 1)
-        remaining_budget[0] -= len(member)
-        if remaining_budget[0] < 0:
+        member = read_member(remaining_bytes_and_members[0] + 1)
+        remaining_bytes_and_members[0] -= len(member)
+        if remaining_bytes_and_members[0] < 0:
             why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
             raise RecordError(f"{archive_file.name}: {why}")
         yield SourceFile(pure.name, member)
@@ -182,19 +182,19 @@ _Member = tuple[str, bool, bool, Callable[[int], bytes]]
 
 
 def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield the members of a zip file."""
+    """Yield the members of a zip file, each as a tuple `_Member`."""
     with zipfile.ZipFile(io.BytesIO(archive_file.data)) as archive:
         for info in archive.infolist():
 
-            def read_member(max_bytes: int, info: zipfile.ZipInfo = info) -> bytes:
-                with archive.open(info) as stream:
+            def read_zip_member(max_bytes: int, member_info: zipfile.ZipInfo = info) -> bytes:
+                with archive.open(member_info) as stream:
                     return stream.read(max_bytes)
 
-            yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), read_member
+            yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), read_zip_member
 
 
 def _tar_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield the members of a tar file."""
+    """Yield the members of a tar file, each as a tuple `_Member`."""
     with tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None

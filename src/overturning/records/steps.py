@@ -18,26 +18,26 @@ LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def _step_error(record: Record, step_label: str, reason: str) -> RecordError:
+def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> RecordError:
     """Return an error on a processing step that does not fit a record; it names the record and the step."""
     return RecordError(f"record {record.record_id}: {step_label}; {reason}")
 
 
-class _Step(BaseModel):
+class _ProcessingStep(BaseModel):
     """Base class of the processing steps."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:
-        """Return the samples of a component after the step, m/s²; raise a RecordError if the step does not fit."""
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:
+        """Return a component's samples after the step, m/s²; raise a RecordError if step and record do not fit."""
         raise NotImplementedError
 
-    def start_shift(self, sampling_interval: float) -> float:  # noqa: ARG002
-        """Return the time by which the processing step moves the start of a record, s."""
+    def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: ARG002
+        """Return the time by which the step moves the start of a record, s; negative if to an earlier time."""
         return 0.0
 
 
-class RemoveMean(_Step):
+class RemoveMean(_ProcessingStep):
     """Subtract the mean of the pre-event part, if its length is given, else of the whole record."""
 
     step: Literal["remove_mean"] = "remove_mean"
@@ -45,47 +45,47 @@ class RemoveMean(_Step):
         default=None, gt=0, description="Length of the pre-event part, s; none: the whole record."
     )
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         if self.first_s is None:
             return samples - samples.mean()
         count = round(self.first_s / record.sampling_interval)
         if not 1 <= count <= record.north.size:
             bounds = f"it must lie between one sample and {record.duration:g} s"
-            raise _step_error(record, f"remove_mean.first_s {self.first_s:g}", bounds)
+            raise _unsuitable_step_error(record, f"remove_mean.first_s {self.first_s:g}", bounds)
         return samples - samples[:count].mean()
 
 
-class Detrend(_Step):
-    """Subtract the least-squares polynomial of the whole record."""
+class Detrend(_ProcessingStep):
+    """Subtract from each component the least-squares polynomial of its whole length."""
 
     step: Literal["detrend"] = "detrend"
     order: int = Field(default=1, ge=0, le=5, description="Order of the polynomial; 1 is a line.")
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
         # Legendre polynomials on [-1, 1] keep the least-squares problem well conditioned at every length.
         abscissa = np.linspace(-1.0, 1.0, samples.size)
         fit = np.polynomial.legendre.legfit(abscissa, samples, self.order)
         return np.asarray(samples - np.polynomial.legendre.legval(abscissa, fit), dtype=np.float64)
 
 
-class Taper(_Step):
-    """Multiply both ends by half a cosine bell."""
+class Taper(_ProcessingStep):
+    """Multiply both ends of each component by half a cosine bell."""
 
     step: Literal["taper"] = "taper"
     length_s: float = Field(gt=0, description="Length of the bell at each end, s.")
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         width = round(self.length_s / record.sampling_interval)
         if not 1 <= width <= samples.size // 2:
             bounds = f"it must lie between one sample and half the record, {0.5 * record.duration:g} s"
-            raise _step_error(record, f"taper.length_s {self.length_s:g}", bounds)
+            raise _unsuitable_step_error(record, f"taper.length_s {self.length_s:g}", bounds)
         return samples * cosine_taper_window(samples.size, width)
 
 
 Positive = Annotated[float, Field(gt=0)]
 
 
-class Filter(_Step):
+class ButterworthFilter(_ProcessingStep):
     """Butterworth filter, forward and backward (zero phase)."""
 
     step: Literal["highpass", "lowpass"]  # first key of the step
@@ -95,13 +95,13 @@ class Filter(_Step):
     )
     order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         from scipy.signal import butter, sosfiltfilt
 
         nyquist, corner = 0.5 / record.sampling_interval, float(self.corner_hz)
         if corner >= nyquist:
             bounds = f"it must lie below the Nyquist frequency {nyquist:g} Hz"
-            raise _step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
+            raise _unsuitable_step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
         pad = self._padding_sample_count(record.sampling_interval)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
@@ -111,11 +111,11 @@ class Filter(_Step):
         return np.ascontiguousarray(kept, dtype=np.float64)
 
     def _padding_sample_count(self, sampling_interval: float) -> int:
-        """Return the number of padding zeros at each end: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
+        """Return the number of padding zeros at each end, for 1.5 order/corner seconds (Converse & Brady 1992, BAP)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
 
-class Highpass(Filter):
+class Highpass(ButterworthFilter):
     """Butterworth high-pass filter, forward and backward (zero phase).
 
     The record is padded with zeros at both ends, 1.5 n/f_c seconds each. The pads stay, because the filtered motion
@@ -127,21 +127,21 @@ class Highpass(Filter):
 
     step: Literal["highpass"] = "highpass"
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         before = {entry["step"] for entry in record.processing}
         offset = (
             0.0
             if before & {"remove_mean", "detrend", "highpass"}
-            else _baseline_offset(samples, record.sampling_interval)
+            else _constant_offset(samples, record.sampling_interval)
         )
-        return super().apply(samples - offset, record)
+        return super().apply_to_component(samples - offset, record)
 
-    def start_shift(self, sampling_interval: float) -> float:  # noqa: D102
+    def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: D102
         return -self._padding_sample_count(sampling_interval) * sampling_interval
 
 
-def _baseline_offset(samples: FloatArray, sampling_interval: float) -> float:
-    """Return the offset of a component, m/s²: its mean, or the median of its first or last second if closer to 0.
+def _constant_offset(samples: FloatArray, sampling_interval: float) -> float:
+    """Return the offset of a component, m/s²: mean, or median of the first or last second if that is closer to 0.
 
     It is 0 if these three values differ in sign.
     """
@@ -150,18 +150,18 @@ def _baseline_offset(samples: FloatArray, sampling_interval: float) -> float:
     return min(levels, key=abs) if min(levels) > 0 or max(levels) < 0 else 0.0
 
 
-class Lowpass(Filter):
+class Lowpass(ButterworthFilter):
     """Butterworth low-pass filter, forward and backward (zero phase); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"
     corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
-        offset = _baseline_offset(samples, record.sampling_interval)
-        return super().apply(samples - offset, record) + offset
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        offset = _constant_offset(samples, record.sampling_interval)
+        return super().apply_to_component(samples - offset, record) + offset
 
 
-class Baseline(_Step):
+class Baseline(_ProcessingStep):
     """Baseline correction by the named published scheme.
 
     ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the
@@ -184,13 +184,13 @@ class Baseline(_Step):
             raise ValueError("t1_s, t2_s, fit_from_s must ascend")
         return self
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         interval = record.sampling_interval
         time = np.arange(samples.size) * interval
         end = time >= self.fit_from_s - 1e-9
         if end.sum() < 10:
             bounds = f"the record ends at {record.duration:g} s and the fit needs ten samples"
-            raise _step_error(record, f"baseline.fit_from_s {self.fit_from_s:g}", bounds)
+            raise _unsuitable_step_error(record, f"baseline.fit_from_s {self.fit_from_s:g}", bounds)
         velocity = integrate(samples, interval)
         # Solve about the middle of the fitted part: well conditioned however late it lies.
         middle = float(time[end].mean())
@@ -209,29 +209,31 @@ class Baseline(_Step):
         return corrected
 
 
-class Resample(_Step):
+class Resample(_ProcessingStep):
     """Band-limited resampling (polyphase FIR); the ratio of the intervals must be a fraction of small whole numbers."""
 
     step: Literal["resample"] = "resample"
     sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         from scipy.signal import resample_poly
 
         exact = record.sampling_interval / self.sampling_interval_s
         ratio = Fraction(exact).limit_denominator(LARGEST_RATIO)
         if ratio.numerator > LARGEST_RATIO or ratio == 0 or not math.isclose(float(ratio), exact, rel_tol=1e-7):
             what = f"resample.sampling_interval_s {self.sampling_interval_s:g} from {record.sampling_interval:g}"
-            raise _step_error(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
+            raise _unsuitable_step_error(
+                record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}"
+            )
         if ratio == 1:
             return samples
-        offset = _baseline_offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
+        offset = _constant_offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
         out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
 
 
-class Cut(_Step):
-    """Keep the samples from start to end."""
+class Cut(_ProcessingStep):
+    """Keep the samples from ``start_s`` to ``end_s``."""
 
     step: Literal["cut"] = "cut"
     start_s: float = Field(default=0.0, ge=0, description="First sample kept, s after the record's start.")
@@ -243,25 +245,25 @@ class Cut(_Step):
             raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
         return self
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         first = round(self.start_s / record.sampling_interval)
         last = samples.size if self.end_s is None else round(self.end_s / record.sampling_interval) + 1
         if last > samples.size or last - first < 2:
             what = f"cut from {self.start_s:g} to {self.end_s} s"
-            raise _step_error(record, what, f"the record ends at {record.duration:g} s")
+            raise _unsuitable_step_error(record, what, f"the record ends at {record.duration:g} s")
         return samples[first:last].copy()
 
-    def start_shift(self, sampling_interval: float) -> float:  # noqa: D102
+    def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: D102
         return round(self.start_s / sampling_interval) * sampling_interval
 
 
-class Scale(_Step):
+class Scale(_ProcessingStep):
     """Multiply every sample by a factor."""
 
     step: Literal["scale"] = "scale"
     factor: float = Field(gt=0, description="Factor, without unit.")
 
-    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
+    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
         return samples * self.factor
 
 
@@ -273,7 +275,7 @@ Step = Annotated[
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
-    """Return the steps; raise a ValueError if one with times follows a step that moves the start by an unknown time."""
+    """Return the steps unchanged; raise a ValueError if a step with times follows a high-pass of automatic corner."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
         timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)

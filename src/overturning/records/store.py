@@ -25,7 +25,7 @@ def round_to_stored_precision(record: Record) -> Record:
     return record.with_changed_components(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
-def write_motion(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:
+def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:
     """Write a record to a NetCDF file (CF-1.11) atomically; create the folder if it is missing.
 
     With ``unprocessed_record``, the file also holds the record before its processing, for comparison.
@@ -34,16 +34,20 @@ def write_motion(record: Record, path: Path | str, unprocessed_record: Record | 
 
     record = round_to_stored_precision(record)
     with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
-        file.setncatts(_record_attributes(record))
-        _add_time_series(file, record)
+        file.setncatts(_record_netcdf_attributes(record))
+        _write_record_time_series(file, record)
         if unprocessed_record is not None:
             file.sampling_interval_unprocessed = unprocessed_record.sampling_interval
             if unprocessed_record.start:
                 file.start_unprocessed = unprocessed_record.start
-            _add_time_series(file, round_to_stored_precision(unprocessed_record), "_unprocessed", ", before processing")
+            _write_record_time_series(
+                file, round_to_stored_precision(unprocessed_record), "_unprocessed", ", before processing"
+            )
 
 
-def _add_time_series(netcdf_file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = "") -> None:
+def _write_record_time_series(
+    netcdf_file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = ""
+) -> None:
     """Write the times and components of a record to a NetCDF file as variables with a time dimension."""
     netcdf_file.createDimension(f"time{variable_suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
@@ -61,7 +65,7 @@ def _add_time_series(netcdf_file: Any, record: Record, variable_suffix: str = ""
             variable[:] = values
 
 
-def _record_attributes(record: Record) -> dict[str, Any]:
+def _record_netcdf_attributes(record: Record) -> dict[str, Any]:
     """Return the global attributes of a ``motion.nc``: metadata and processing of the record."""
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
@@ -78,16 +82,16 @@ def _record_attributes(record: Record) -> dict[str, Any]:
     return attributes
 
 
-def read_motion(path: Path | str) -> Record:
+def read_record_from_motion_file(path: Path | str) -> Record:
     """Read the record in a ``motion.nc``; raise a ResultError if the file is missing, damaged or of another kind."""
     return _read_stored_record(Path(path), "")
 
 
-def read_unprocessed_motion(path: Path | str) -> Record | None:
+def read_unprocessed_record_from_motion_file(path: Path | str) -> Record | None:
     """Read the unprocessed record from a ``motion.nc``; return None if the record was not processed."""
     import netCDF4
 
-    read_motion(path)
+    read_record_from_motion_file(path)
     with netCDF4.Dataset(path) as file:
         there = "north_unprocessed" in file.variables
     return replace(_read_stored_record(Path(path), "_unprocessed"), processing=()) if there else None

@@ -10,11 +10,11 @@ from pydantic import ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.files import atomic_write, find_project_file
-from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.catalogue import RecordEntry, read_record_table
 from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
-from overturning.records.earthquakes import group_by_earthquake
+from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.processing import process_record
-from overturning.records.read import read_file_and_siblings, read_record
+from overturning.records.read import read_components_of_file_and_siblings, read_record
 from overturning.records.record import Record
 from overturning.validation import format_validation_error
 
@@ -36,12 +36,12 @@ def add_record_to_table(
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
     cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **cells_by_column}
     before = find_project_file(table_path)
-    rows = read_catalogue(before) if before.exists() else {}
+    rows = read_record_table(before) if before.exists() else {}
     if cells["id"] in rows:
         raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")
-    entry = _validated_entry(cells)
+    entry = _validated_table_entry(cells)
     if len(paths) == 1 and "source" not in cells_by_column:
-        paths = read_file_and_siblings(paths[0], entry.declarations)[1]
+        paths = read_components_of_file_and_siblings(paths[0], entry.file_declarations)[1]
         cells["source"] = " ".join(path.name for path in paths)
         entry = entry.model_copy(update={"source": cells["source"]})
     _check_cell_characters(cells)
@@ -71,7 +71,7 @@ def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, s
         )
 
 
-def _validated_entry(cells_by_column: dict[str, str]) -> RecordEntry:
+def _validated_table_entry(cells_by_column: dict[str, str]) -> RecordEntry:
     """Return the record-table entry with the given cells; raise an ArgumentError for an invalid cell."""
     try:
         return RecordEntry.model_validate({name: text for name, text in cells_by_column.items() if text})
@@ -107,11 +107,13 @@ def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> l
     """
     others = [
         _read_record_or_keep_entry(entry, record_folder)
-        for entry in read_catalogue(table_path).values()
+        for entry in read_record_table(table_path).values()
         if entry.id != record.record_id
     ]
-    known = group_by_earthquake(others).notes
-    notes = [f"earthquakes: {note}" for note in group_by_earthquake([*others, record]).notes if note not in known]
+    known = assign_records_to_earthquakes(others).notes
+    notes = [
+        f"earthquakes: {note}" for note in assign_records_to_earthquakes([*others, record]).notes if note not in known
+    ]
     read = [process_record(one, None) for one in others if isinstance(one, Record)]
     texts = duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, [*read, record])))
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]

@@ -10,9 +10,9 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import Component, seed_band_and_instrument
+from overturning.records.component import RecordComponent, seed_band_and_instrument_code
 from overturning.records.earthquakes import great_circle_distance_km
-from overturning.records.record import peak_ground_motion
+from overturning.records.record import pga_pgv_pgd_of_larger_component
 
 MAX_SPREAD_S = 0.5
 """Largest difference in start or in length between components of one record, s."""
@@ -24,7 +24,7 @@ MAX_STATION_DISTANCE_KM = 1.0
 """Largest distance between stated places of one station, km; files round them to degrees or minutes."""
 
 
-class AssemblyRefusals(RefusalReasons):
+class AssemblyRefusalCollector(RefusalReasons):
     """Collector of the reasons to refuse components as one record, and of contradictions that the user trusts."""
 
     def __init__(self, *, trust_contradictions: bool) -> None:
@@ -44,7 +44,9 @@ class AssemblyRefusals(RefusalReasons):
         self.trusted.append(contradiction)
 
 
-def cut_to_common_window(components: Sequence[Component], refusals: AssemblyRefusals) -> list[Component]:
+def cut_to_common_window(
+    components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
+) -> list[RecordComponent]:
     """Cut components to the window of time that all of them cover.
 
     Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
@@ -52,11 +54,11 @@ def cut_to_common_window(components: Sequence[Component], refusals: AssemblyRefu
     stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
     places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
     """
-    _check_same_sensor(components, refusals)
+    _check_same_sensor(components, refusals_out)
     interval = _common_sampling_interval(components)
-    _check_same_place(components, refusals)
-    offsets = _samples_before_common_start(components, interval, refusals)
-    spread = _checked_length_difference(components, interval, refusals)
+    _check_station_distances(components, refusals_out)
+    offsets = _samples_before_common_start(components, interval, refusals_out)
+    spread = _checked_length_difference(components, interval, refusals_out)
     length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
@@ -65,25 +67,25 @@ def cut_to_common_window(components: Sequence[Component], refusals: AssemblyRefu
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
     if spread > MAX_SPREAD_S:
-        _check_window_peak(components, cut, refusals)
+        _check_peak_in_common_window(components, cut, refusals_out)
     return cut
 
 
-def _check_same_sensor(components: Sequence[Component], refusals: AssemblyRefusals) -> None:
-    """Refuse components of different stations, networks, earthquakes or sensors, and raw next to processed ones."""
+def _check_same_sensor(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
+    """Report a contradiction if components state different stations, events or sensors, or mix raw and processed."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
-        for c, sensor in zip(components, map(seed_band_and_instrument, components), strict=True)
+        for c, sensor in zip(components, map(seed_band_and_instrument_code, components), strict=True)
     ]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
         if len(named) > 1:
             why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            refusals.report_contradiction(why, f"they are not of one record: {remedy}")
+            refusals_out.report_contradiction(why, f"they are not of one record: {remedy}")
 
 
-def _common_sampling_interval(components: Sequence[Component]) -> float:
+def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
     """Return the sampling interval that the components share, s; raise a RecordError if they have different ones."""
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -96,14 +98,14 @@ def _common_sampling_interval(components: Sequence[Component]) -> float:
 
 
 def _samples_before_common_start(
-    components: Sequence[Component], sampling_interval: float, refusals: AssemblyRefusals
+    components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> list[int]:
-    """Return the number of samples of each component before the latest start of all; 0 if a component has no start."""
+    """Return for each component the number of samples before the latest start; all 0 if any component has no start."""
     starts = [c.start for c in components if c.start is not None]
     if 0 < len(starts) < len(components):
         undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
         remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
-        refusals.report_contradiction(f"{undated} does not say when it begins, other components do", remedy)
+        refusals_out.report_contradiction(f"{undated} does not say when it begins, other components do", remedy)
     if len(starts) < len(components):
         return [0] * len(components)
     latest = max(starts)
@@ -117,34 +119,36 @@ def _samples_before_common_start(
 
 
 def _checked_length_difference(
-    components: Sequence[Component], sampling_interval: float, refusals: AssemblyRefusals
+    components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
-    """Return the difference between the longest and the shortest component, s; refuse a large one between files."""
+    """Return the longest minus the shortest duration, s; report a contradiction if it is large between files."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
     if spread > MAX_SPREAD_S + 0.5 * sampling_interval and not one_file:
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
         remedy = "get the file again, or say --trust-data to keep the common part"
-        refusals.report_contradiction(f"{components[0].file}: components have {counts}", remedy)
+        refusals_out.report_contradiction(f"{components[0].file}: components have {counts}", remedy)
     return spread
 
 
-def _check_same_place(components: Sequence[Component], refusals: AssemblyRefusals) -> None:
-    """Refuse components whose stated station coordinates are more than `MAX_STATION_DISTANCE_KM` apart."""
+def _check_station_distances(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
+    """Report a contradiction if stated station coordinates are more than `MAX_STATION_DISTANCE_KM` apart."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
         if (apart := great_circle_distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            refusals.report_contradiction(why, f"they are not of one record: {remedy}")
+            refusals_out.report_contradiction(why, f"they are not of one record: {remedy}")
 
 
-def _check_window_peak(
-    components: Sequence[Component], cut_components: Sequence[Component], refusals: AssemblyRefusals
+def _check_peak_in_common_window(
+    components: Sequence[RecordComponent],
+    cut_components: Sequence[RecordComponent],
+    refusals_out: AssemblyRefusalCollector,
 ) -> None:
-    """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
+    """Report a contradiction if the common window holds less than `MIN_WINDOW_PEAK` of the peak of a component."""
     for component, kept in zip(components, cut_components, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
@@ -155,16 +159,19 @@ def _check_window_peak(
                 f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
             )
             remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
-            refusals.report_contradiction(why, remedy)
+            refusals_out.report_contradiction(why, remedy)
 
 
-def common_window_entry(
-    components: Sequence[Component], cut_components: Sequence[Component], north: FloatArray, east: FloatArray
+def common_window_processing_entry(
+    components: Sequence[RecordComponent],
+    cut_components: Sequence[RecordComponent],
+    north: FloatArray,
+    east: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
-    """Return the entry of a record's processing on the cut to the common window; () if all lengths are equal."""
+    """Return a tuple with the entry of `Record.processing` on the cut to the common window; () if nothing is cut."""
     sizes = {c.axis: c.samples.size for c in components}
     kept, interval = cut_components[0].samples.size, cut_components[0].sampling_interval
     left_out = max(sizes.values()) - kept
-    found = peak_ground_motion(np.stack([north, east]), interval)
+    found = pga_pgv_pgd_of_larger_component(np.stack([north, east]), interval)
     step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
     return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()

@@ -301,11 +301,11 @@ def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
 def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of coordinates.
 
-    See `overturning.records.catalogue.RecordDescription.place_properties`.
+    See `overturning.records.catalogue.RecordDescription.coordinate_source_and_fault_trace`.
     """
     return list(json_attribute(cube, "record_sources", list))
 
 
 def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """Return the provenance of each record, by id; see `overturning.records.record.record_origin_and_processing`."""
+    """Return the provenance of each record, by id; see `overturning.records.record.record_source_and_processing`."""
     return dict(json_attribute(cube, "record_processing", dict))

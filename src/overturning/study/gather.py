@@ -17,8 +17,8 @@ from overturning.model.grid import Grid
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicate_records
-from overturning.records.earthquakes import group_by_earthquake
-from overturning.records.record import Record, record_origin_and_processing
+from overturning.records.earthquakes import assign_records_to_earthquakes
+from overturning.records.record import Record, record_source_and_processing
 from overturning.study.load import study_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import open_part, record_and_variant_of_part
@@ -125,7 +125,11 @@ def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_
     for name, long_name, texts in (
         ("record_id", "identifier of the record", [record.record_id for record in records]),
         ("station", "station of the record", [record.station for record in records]),
-        ("event", "earthquake of the record, one name for each earthquake", group_by_earthquake(records).labels),
+        (
+            "event",
+            "earthquake of the record, one name for each earthquake",
+            assign_records_to_earthquakes(records).labels,
+        ),
     ):
         add(name, str, texts, long_name=long_name)
     strikes = [record.fault_strike_deg for record in records]
@@ -182,10 +186,10 @@ def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> d
         "comment": variant_model(study, variant).comment,
         "study": json.dumps(study_without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
-        "earthquakes": json.dumps(group_by_earthquake(records).notes, ensure_ascii=False),
+        "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {record.record_id: record_origin_and_processing(record) for record in records},
+            {record.record_id: record_source_and_processing(record) for record in records},
             ensure_ascii=False,
             default=str,
         ),

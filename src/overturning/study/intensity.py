@@ -8,12 +8,12 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.files import atomic_write
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
-from overturning.motion.heading import peak_azimuths, strongest_pulse_axis_and_period
-from overturning.motion.intensity import PEAKS, intensity_dataset_by_azimuth, record_intensity_measures
+from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
+from overturning.motion.heading import peak_acceleration_and_velocity_azimuths, strongest_pulse_axis_and_period
+from overturning.motion.intensity import PEAKS, intensity_dataset_by_azimuth, jma_intensity_and_peaks_of_record
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import rotd_measures
-from overturning.records.earthquakes import group_by_earthquake
+from overturning.motion.spectra import rotd_percentile_measures
+from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record
 from overturning.study.scenes import to_direction_values
 from overturning.study.schema import Study
@@ -41,7 +41,11 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
     table = table.assign_coords(
         record=("record", np.arange(len(records), dtype=np.int32), {"long_name": "number of the record"}),
         record_id=("record", [record.record_id for record in records], {"long_name": "identifier of the record"}),
-        event=("record", list(group_by_earthquake(records).labels), {"long_name": "earthquake, one name for each"}),
+        event=(
+            "record",
+            list(assign_records_to_earthquakes(records).labels),
+            {"long_name": "earthquake, one name for each"},
+        ),
     )
     own = study.population.period if study.population else ()
     table = table.assign(_record_measures(records, np.unique([*SPECTRUM_PERIODS, *own])))
@@ -57,9 +61,10 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
     """Compute measures that do not depend on azimuth, one value or spectrum per record; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
-        record_intensity_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)
+        jma_intensity_and_peaks_of_record(motion, record.processing)
+        for motion, record in zip(motions, records, strict=True)
     ]
-    spectra = [rotd_measures(motion, periods, percentiles=PERCENTILES) for motion in motions]
+    spectra = [rotd_percentile_measures(motion, periods, percentiles=PERCENTILES) for motion in motions]
     variables: dict[str, Any] = {}
 
     def add_variable(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
@@ -73,7 +78,7 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
         "jma_intensity_horizontal", "1", "JMA instrumental intensity of the horizontal components alone"
     )
     for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
-        towards = [peak_azimuths(motion)[name] for motion in motions]
+        towards = [peak_acceleration_and_velocity_azimuths(motion)[name] for motion in motions]
         add_variable(
             f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points"
         )
@@ -108,8 +113,8 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
 
 def _smoothed_fourier_amplitude(acceleration: FloatArray, sampling_interval: float) -> FloatArray:
     """Compute Fourier amplitudes at `FREQUENCIES`, m/s, smoothed after Konno & Ohmachi; NaN above Nyquist's."""
-    frequency, amplitude = amplitude_spectrum(acceleration, sampling_interval)
+    frequency, amplitude = fourier_amplitude_spectrum(acceleration, sampling_interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)
-    values[inside] = konno_ohmachi_smoothing(frequency, amplitude, FREQUENCIES[inside])
+    values[inside] = konno_ohmachi_smoothed_amplitude(frequency, amplitude, FREQUENCIES[inside])
     return values

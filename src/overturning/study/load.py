@@ -44,10 +44,10 @@ def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dic
     A `ConfigError` names a record that is not in the table, with the study file as `study_file`.
     """
     # Imported lazily: workflow steps that read no record start faster.
-    from overturning.records.catalogue import RecordEntry, read_catalogue
+    from overturning.records.catalogue import RecordEntry, read_record_table
     from overturning.records.pulses import parse_pulse
 
-    table = read_catalogue(find_project_file(root / study.records.table))
+    table = read_record_table(find_project_file(root / study.records.table))
     for name, line in study.records.pulses.items():
         if name in table:
             raise ConfigError(

@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError, ConfigError, MissingDataError, Ove
 from overturning.model.cases import Cases
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, find_record_paths
+from overturning.records.catalogue import RecordEntry, paths_of_record_files
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
 from overturning.study.load import record_table_rows
 from overturning.study.scenes import (
@@ -148,14 +148,14 @@ def _closest_existing_folder(folder: Path) -> Path:
 
 def check_packages(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if an optional package that a study needs is not installed, or lacks a soil curve."""
-    from overturning.motion.soil import check_soil_layers
+    from overturning.motion.soil import check_soil_layer_curves
 
     sites = {"": study.site} | {f"variants.{name}: ": one.site for name, one in study.variants.items()}
     faults: dict[str, None] = {}
     for key, site in sites.items():
         try:
             if site is not None:
-                check_soil_layers(site.layers)
+                check_soil_layer_curves(site.layers)
         except ArgumentError as error:
             faults[f"{study_file}: {key}{error}"] = None
     if faults:
@@ -182,7 +182,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
                 "there, or set records.folder"
             )
         try:
-            files[name] = find_record_paths(entry, folder)
+            files[name] = paths_of_record_files(entry, folder)
         except MissingDataError as error:
             faults.append(str(error))
     if faults:
@@ -197,7 +197,7 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
     move any stone.
     """
     from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
-    from overturning.records.earthquakes import group_by_earthquake
+    from overturning.records.earthquakes import assign_records_to_earthquakes
     from overturning.records.processing import process_record
     from overturning.records.read import read_record
 
@@ -221,7 +221,7 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
         raise ConfigError(_format_faults(faults))
     if records:
         _check_outermost_cases(study, min(record.sampling_interval for record in records))
-    return (*(f"earthquakes: {note}" for note in group_by_earthquake(records).notes), *notes)
+    return (*(f"earthquakes: {note}" for note in assign_records_to_earthquakes(records).notes), *notes)
 
 
 def can_compute_alignment(record_rows: Iterable[RecordEntry]) -> bool:

@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.model.grid import Grid
 from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
-from overturning.records.store import read_motion
+from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
 from overturning.study.netcdf import content_hash, open_netcdf_unscaled
 from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
@@ -63,7 +63,7 @@ def recheck(
         """Return the stored motion of a record for the variant of the cube."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
-        return motion_for_variant(study, read_motion(of_record), variant)
+        return motion_for_variant(study, read_record_from_motion_file(of_record), variant)
 
     with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
         result = RecheckResult(prod(shape), content_hash(file, variables) == file.content_sha256)

@@ -10,15 +10,15 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import azimuth_cosine_pairs, largest_motion_along_azimuths
+from overturning.motion.direction import largest_motion_along_azimuths, north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
 from overturning.records.processing import process_record
-from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
 from overturning.records.record import Record
-from overturning.records.store import read_motion, round_to_stored_precision
+from overturning.records.store import read_record_from_motion_file, round_to_stored_precision
 
 AXIS_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
@@ -65,7 +65,7 @@ class CandidateMotion:
         An ArgumentError is raised if the motion is zero.
         """
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
-        cosines, acceleration = azimuth_cosine_pairs(azimuth), motion.horizontal
+        cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
             raise ArgumentError(f"motion {name}: nothing moves; leave it out")
@@ -102,7 +102,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         CandidateMotion.from_motion(
-            f"{shape} {period:g} s", "", Motion.of(pulse_record(parse_pulse(line.format(shape, period))))
+            f"{shape} {period:g} s", "", Motion.of(record_of_pulse(parse_pulse(line.format(shape, period))))
         )
         for shape in ("sine", "cosine")
         for period in PERIODS
@@ -114,7 +114,7 @@ def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
 
     A station has one id on rock and on soil, for example.
     """
-    records = [read_motion(path) for path in paths]
+    records = [read_record_from_motion_file(path) for path in paths]
     ids = [one.record_id for one in records]
     files = zip(records, paths, strict=True)
     return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]

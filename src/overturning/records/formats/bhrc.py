@@ -7,9 +7,9 @@ azimuths of L and T. The file does not state the sense of V, the peak, or the ti
 
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Component
+from overturning.records.component import UNKNOWN, RecordComponent
 from overturning.records.formats.header import Fields, Header
-from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -29,11 +29,11 @@ FIELDS: Final[Fields] = {
 }
 
 
-@consecutive_component_reader(r"\* VOL1", "only volume 1 is read")
-def read_components(channel_lines: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+@reads_consecutive_components(r"\* VOL1", "only volume 1 is read")
+def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+    """Read the component that begins at the first line; return the component and the number of lines it takes."""
     header, text = Header.find_fields(channel_lines, FIELDS, HEADER_LINES, min_lines=HEADER_LINES), channel_lines.lines
-    axis, azimuths = header.field_text("L, V or T"), header.field_match("azimuths of L and T")
+    axis, azimuths = header.field_text("L, V or T"), header.field_pattern_match("azimuths of L and T")
     if axis != header.field_text("component"):
         raise header.line_error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
     assert azimuths is not None
@@ -43,7 +43,7 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     )
     count = int(header.field_text("NO. OF POINTS"))
     channel_lines.check_recorded_duration(10, count, interval, header.field_number("DURATION"))
-    samples, end, notes = channel_lines.read_samples(HEADER_LINES, width=13, per_line=10, count=count)
+    samples, end, notes = channel_lines.read_fixed_width_samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise channel_lines.line_error(at, f"no end mark /& after {count} samples; the file is cut: get it again")

@@ -9,8 +9,8 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction, HeaderPeak
-from overturning.records.formats.header import Fields, Header, parse_stated_time
+from overturning.records.component import Direction, HeaderPeak, RecordComponent
+from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -45,13 +45,13 @@ RECORD: Final[Fields] = {
 }
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
     station = Header.find_fields(source_file, STATION, 40)
-    at = station.line_index("section 2")
+    at = station.line_index_of_field("section 2")
     header = Header.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
-    heading = header.line_index("the line T, EW, NS, UD")
+    heading = header.line_index_of_field("the line T, EW, NS, UD")
     columns = header.field_text("the line T, EW, NS, UD").upper().split()
     if len(set(columns)) < len(AXES):
         raise header.line_error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
@@ -60,8 +60,8 @@ def read_components(source_file: SourceFile) -> list[Component]:
         "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))
     )
     header.check_even_times(heading + 1, values[:, 0], interval, 1, "get the file again")
-    comments = " ".join(" ".join(header.lines[header.line_index("section 4") + 1 : heading - 1]).split())
-    origin, start = (_utc_time_of_field(header, name) for name in ("ORIGIN TIME", "RECORD TIME"))
+    comments = " ".join(" ".join(header.lines[header.line_index_of_field("section 4") + 1 : heading - 1]).split())
+    origin, start = (_utc_time_of_local_time_field(header, name) for name in ("ORIGIN TIME", "RECORD TIME"))
     if origin and start and start < origin - timedelta(hours=12):  # The date is the earthquake's.
         start += timedelta(days=1)
     return [
@@ -75,11 +75,11 @@ def read_components(source_file: SourceFile) -> list[Component]:
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
             origin=origin,
             coordinates=(station.optional_field_number("LATITUDE"), station.optional_field_number("LONGITUDE")),
-            peak=_stated_column_peak(header, column - 1),
+            peak=_stated_peak_of_column(header, column - 1),
             epicentre=(header.optional_field_number("LATITUDE"), header.optional_field_number("LONGITUDE")),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
             processed=bool(FILTERED.search(comments)),
-            extra=header.stated_field_numbers({"depth_km": "depth"})
+            extra=header.extra_entries_of_stated_numbers({"depth_km": "depth"})
             | ({"agency_processing": comments} if comments else {}),
             notes=notes,
         )
@@ -87,13 +87,13 @@ def read_components(source_file: SourceFile) -> list[Component]:
     ]
 
 
-def _utc_time_of_field(header: Header, field_name: str) -> datetime | None:
-    """Return the UTC time for the earthquake's date and a local time of day; None in years of summer time."""
-    moment = parse_stated_time(f"{header.field_text('DATE')} {header.field_text(field_name)}", CLOCK, utc_offset=PERU)
+def _utc_time_of_local_time_field(header: Header, field_name: str) -> datetime | None:
+    """Return the local time in a field, on the header's DATE, as UTC; None where summer time may have been in force."""
+    moment = parse_time_as_utc(f"{header.field_text('DATE')} {header.field_text(field_name)}", CLOCK, utc_offset=PERU)
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 
-def _stated_column_peak(header: Header, column_number: int) -> HeaderPeak | None:
-    """Return the stated peak of the component in a column, counted from 0; None if the header states none."""
+def _stated_peak_of_column(header: Header, column_number: int) -> HeaderPeak | None:
+    """Return the peak that the header states for a column, numbered from 0; None if the header states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
-    return header.field_peak("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None
+    return header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None

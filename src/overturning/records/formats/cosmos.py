@@ -17,17 +17,17 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.records.component import (
     UNKNOWN,
-    Component,
     Direction,
     HeaderPeak,
-    azimuth_code_direction,
-    channel_code_direction,
-    classify_sensor,
-    direction_from_name_and_code,
-    parse_sensor_location,
+    RecordComponent,
+    axis_direction_from_name_or_code,
+    direction_of_azimuth_code,
+    direction_of_channel_code,
+    sensor_location_in_header_line,
+    surface_or_borehole_sensor,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import TextLines, consecutive_component_reader
+from overturning.records.formats.lines import TextLines, reads_consecutive_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
@@ -56,7 +56,7 @@ FIELDS: Final[Fields] = {
 def _parse_number_block_format(
     channel_lines: TextLines, line_index: int, block_label: str
 ) -> tuple[dict[str, Any], int]:
-    """Return the format of a block of numbers (count, numbers per line, column width), and the line after the block."""
+    """Return count, numbers per line and column width of a block of numbers, and the line index after the block."""
     match = SET.match(channel_lines.lines[line_index]) if line_index < len(channel_lines.lines) else None
     if match is None:
         raise channel_lines.line_error(
@@ -68,9 +68,9 @@ def _parse_number_block_format(
     return {"count": count, "per_line": per_line, "width": width}, line_index + 1 + -(-count // per_line)
 
 
-@consecutive_component_reader(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
-def read_components(channel_lines: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+@reads_consecutive_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
+def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+    """Read the component that begins at the first line; return the component and the number of lines it takes."""
     text = channel_lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
@@ -86,9 +86,9 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         raise channel_lines.line_error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
     form, _ = _parse_number_block_format(channel_lines, data_at, "samples")
-    unit = _checked_unit_code(channel_lines, data_at, int(whole[2]))
+    unit = _checked_sample_unit_code(channel_lines, data_at, int(whole[2]))
     scale = _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS else UNITS[unit]
-    samples, end, notes = channel_lines.read_samples(data_at + 1, **form)
+    samples, end, notes = channel_lines.read_fixed_width_samples(data_at + 1, **form)
     if end >= len(text) or not END.match(text[end]):
         raise channel_lines.line_error(
             end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut"
@@ -98,7 +98,7 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         channel_lines.check_recorded_duration(data_at, samples.size, interval, float(real[62]))
     axis, direction = _axis_name_and_direction(header, text[comments_at + 1 : data_at], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
-    origin, places = header.origin_and_epicentre()
+    origin, places = header.origin_time_and_epicentre_entries()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
     peak = HeaderPeak(abs(known[63]) * scale, digit, line=channel_lines.before + reals_at + 12) if 63 in known else None
@@ -113,17 +113,17 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         else None,
         origin=origin,
         coordinates=(known.get(0), known.get(1)),
-        sensor=classify_sensor(location_text=text[8]),
-        location=parse_sensor_location(text[8]),
+        sensor=surface_or_borehole_sensor(location_text=text[8]),
+        location=sensor_location_in_header_line(text[8]),
         peak=peak,
         processed=bool(header.field_text("corrected")),
-        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_entries(header),
+        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _extra_entries_of_agency_processing(header),
         notes=notes,
     )
     return component, end + 1
 
 
-def _agency_processing_entries(header: Header) -> dict[str, str]:
+def _extra_entries_of_agency_processing(header: Header) -> dict[str, str]:
     """Return the agency that processed a corrected file and its filter, as entries of ``extra``."""
     if not header.field_text("corrected"):
         return {}
@@ -146,8 +146,8 @@ def _acceleration_per_count(channel_lines: TextLines, reals_line_index: int, hea
     return microvolts * 1e-6 / (volts_per_g * gain) * STANDARD_GRAVITY
 
 
-def _checked_unit_code(channel_lines: TextLines, data_line_index: int, unit_code: int) -> int:
-    """Return the code (COSMOS table 2) of the samples' unit; the header's text and integers must agree."""
+def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, unit_code: int) -> int:
+    """Return the unit code (COSMOS table 2) of the samples; raise a RecordError if text and `unit_code` differ."""
     line = channel_lines.lines[data_line_index]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else unit_code
@@ -170,17 +170,17 @@ def _checked_unit_code(channel_lines: TextLines, data_line_index: int, unit_code
 def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_code: int) -> tuple[str, Direction]:
     """Return the name and direction of the axis, from the header's text and code, else from the SEED channel code."""
     word = header.field_text("axis")
-    coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, azimuth_code_direction(direction_code))
-    direction = direction_from_name_and_code(word, coded, partial(header.line_error, "axis"))
+    coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_of_azimuth_code(direction_code))
+    direction = axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
     if direction == UNKNOWN and direction_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
-        direction = channel_code_direction(found[1] if found else "")
+        direction = direction_of_channel_code(found[1] if found else "")
     return word or str(direction_code), direction
 
 
 def _start_time(channel_lines: TextLines, header_integers: np.ndarray, seconds: float) -> datetime | None:
-    """Return the UTC time of the first sample from the integers of the header; None if not stated."""
+    """Return the UTC time of the first sample from header integers and `seconds`; None if the header states none."""
     year, _, month, day, hour, minute = (int(header_integers[i]) for i in range(39, 45))
     if NULL in (year, month, day, hour, minute) or not 0 <= seconds < 61:
         return None

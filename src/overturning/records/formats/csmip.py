@@ -16,15 +16,15 @@ import numpy as np
 from overturning.records.component import (
     CODED_SENSES,
     UNKNOWN,
-    Component,
-    azimuth_code_direction,
-    classify_sensor,
-    direction_from_name_and_code,
+    RecordComponent,
+    axis_direction_from_name_or_code,
+    direction_of_azimuth_code,
     parse_axis_direction,
-    parse_sensor_location,
+    sensor_location_in_header_line,
+    surface_or_borehole_sensor,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
+from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
@@ -67,9 +67,9 @@ DATA: Final[Fields] = {
 """Fields of the line before the samples."""
 
 
-@consecutive_component_reader(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read_components(channel_lines: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+@reads_consecutive_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
+def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+    """Read the component that begins at the first line; return the component and the number of lines it takes."""
     volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
     if volume is None:
         raise channel_lines.line_error(0, "response spectra (volume 3); get volume 1 or 2")
@@ -81,7 +81,7 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     channel_lines = replace(channel_lines, lines=channel_lines.lines[:end])
     text_lines = 13 if volume == 1 else 25
     header = Header.find_fields(channel_lines, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14)
-    at = header.line_index("CHAN with the axis")
+    at = header.line_index_of_field("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.field_text("channel")
@@ -92,30 +92,35 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN else CODED_SENSES
-    direction = direction_from_name_and_code(
-        axis, senses.get(code, azimuth_code_direction(code)), partial(channel_lines.line_error, at)
+    direction = axis_direction_from_name_or_code(
+        axis, senses.get(code, direction_of_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
-        _read_even_samples(channel_lines, data_at, header)
+        _read_evenly_spaced_samples(channel_lines, data_at, header)
         if data_at
         else _read_time_acceleration_pairs(channel_lines, text_lines, header)
     )
     (latitude, longitude), station, start = (
         header.field_coordinates("coordinates"),
         header.field_text("station"),
-        header.field_date_and_time("start"),
+        header.utc_time_of_date_field("start"),
     )
-    origin, places = header.origin_and_epicentre()
+    origin, places = header.origin_time_and_epicentre_entries()
     if header.field_text("renadic"):
         # RENADIC omits the station number, writes 0° N, 0° E for an unknown place and 1980-01-01 for an unset clock.
-        station, start, origin, places = channel_lines.lines[5].strip(), header.field_date_and_time("trigger"), None, {}
+        station, start, origin, places = (
+            channel_lines.lines[5].strip(),
+            header.utc_time_of_date_field("trigger"),
+            None,
+            {},
+        )
         start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     signed = header.field_text("processed by") if volume == 2 else ""
     by = {"processed_by": signed} if signed and signed.upper() not in OWN_NAMES else {}
-    filtered = header.field_match("filter") if volume == 2 else None
+    filtered = header.field_pattern_match("filter") if volume == 2 else None
     agency = {"agency_processing": f"band-pass filter {filtered[1]} to {filtered[2]} Hz"} if filtered else {}
     component = header.create_component(
         f"chan {number}: {axis}",
@@ -126,9 +131,11 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
         station=station,
         origin=origin,
         coordinates=(latitude, longitude),
-        sensor=classify_sensor(location_text=channel),
-        location=parse_sensor_location(channel),
-        peak=header.field_peak("peak", UNITS[_header_peak_unit(header)]) if header.field_text("peak") else None,
+        sensor=surface_or_borehole_sensor(location_text=channel),
+        location=sensor_location_in_header_line(channel),
+        peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)])
+        if header.field_text("peak")
+        else None,
         processed=volume == 2,
         extra=places | agency | by,
         notes=notes,
@@ -137,15 +144,15 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
 
 
 def _header_peak_unit(header: Header) -> str:
-    """Return the unit of the peak that the header states."""
-    match = header.field_match("peak")
+    """Return the unit of the peak in the header, in lower case; "" if the header states no peak."""
+    match = header.field_pattern_match("peak")
     return match[2].lower() if match else ""
 
 
-def _read_even_samples(
+def _read_evenly_spaced_samples(
     channel_lines: TextLines, data_line_index: int, header: Header
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Read evenly spaced samples; return them, m/s², with their interval, s, and notes."""
+    """Read evenly spaced samples; return the samples, m/s², the sampling interval, s, and notes on surplus lines."""
     data = Header.find_fields(
         replace(
             channel_lines, lines=channel_lines.lines[data_line_index:], before=channel_lines.before + data_line_index
@@ -162,13 +169,15 @@ def _read_even_samples(
     unit = data.field_text("unit").lower() or _header_peak_unit(header)
     if unit not in UNITS:
         raise channel_lines.line_error(data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
-    form, count = data.field_match("format"), int(data.field_text("number of samples"))
+    form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
     per_line, width = (int(form[1]), int(form[2])) if form else (8, 10)
-    samples, _, notes = channel_lines.read_samples(data_line_index + 1, width=width, per_line=per_line, count=count)
+    samples, _, notes = channel_lines.read_fixed_width_samples(
+        data_line_index + 1, width=width, per_line=per_line, count=count
+    )
     if header.field_text("record length"):
         header.check_sample_count("NO. OF POINTS", count)
         channel_lines.check_recorded_duration(
-            header.line_index("record length"), count, interval, header.field_number("record length")
+            header.line_index_of_field("record length"), count, interval, header.field_number("record length")
         )
     return samples * UNITS[unit], interval, notes
 

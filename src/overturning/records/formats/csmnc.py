@@ -9,8 +9,8 @@ time, which is the time of the first sample.
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction, classify_sensor, parse_axis_direction
-from overturning.records.formats.header import Fields, Header, parse_stated_time
+from overturning.records.component import Direction, RecordComponent, parse_axis_direction, surface_or_borehole_sensor
+from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -41,13 +41,13 @@ FIELDS: Final[Fields] = {
 ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s*$"
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
-    """Read one component; a RecordError names the line where the file is cut or contradicts itself."""
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
+    """Return the one component of a file in a list; a RecordError names the line where the file is cut or wrong."""
     header = Header.find_fields(source_file, FIELDS, 20, min_lines=17)
     header.check_field_pattern("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
     samples, notes = header.cut_to_stated_count(
-        "NO. OF POINTS", header.read_all_numbers(header.line_index("the line CSMNC") + 1)
+        "NO. OF POINTS", header.read_all_numbers(header.line_index_of_field("the line CSMNC") + 1)
     )
     interval = header.field_number("interval")
     header.check_stated_duration("duration", samples.size, interval)
@@ -57,13 +57,13 @@ def read_components(source_file: SourceFile) -> list[Component]:
             AXES.get(axis.upper(), parse_axis_direction(axis)),
             samples * GAL,
             interval,
-            start=header.field_time("start", *CLOCKS, utc_offset=BEIJING) if header.field_text("start") else None,
-            origin=parse_stated_time(header.field_text("origin"), *CLOCKS, utc_offset=BEIJING),
-            peak=header.field_peak("peak", GAL) if header.field_text("peak") else None,
-            sensor=classify_sensor(location_text=header.field_text("observing point")),
+            start=header.field_utc_time("start", *CLOCKS, utc_offset=BEIJING) if header.field_text("start") else None,
+            origin=parse_time_as_utc(header.field_text("origin"), *CLOCKS, utc_offset=BEIJING),
+            peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
+            sensor=surface_or_borehole_sensor(location_text=header.field_text("observing point")),
             location=" ".join(header.field_text("observing point").split()),
             processed=header.field_text("quantity").upper().startswith("CORRECTED"),
-            extra=header.stated_field_numbers({"depth_km": "depth"}),
+            extra=header.extra_entries_of_stated_numbers({"depth_km": "depth"}),
             notes=notes,
         )
     ]

@@ -9,21 +9,21 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import UNKNOWN, Component, parse_axis_direction
-from overturning.records.declarations import Declarations
+from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
+from overturning.records.declarations import FileDeclarations
 from overturning.records.formats.headings import (
     SECONDS,
     first_number_line_index,
-    heading_notes,
+    heading_mismatch_notes_and_refusal,
     read_heading_cells,
-    text_line_notes,
+    text_line_unit_notes_and_refusal,
 )
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 
-def read_components(source_file: SourceFile, declarations: Declarations) -> list[Component]:
+def read_components(source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
     """Read the components in the declared columns of a file.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
@@ -35,7 +35,7 @@ def read_components(source_file: SourceFile, declarations: Declarations) -> list
     name, reasons = source_file.name, RefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect():
-        text, sisters = _select_columns_of_file(declarations.columns, name)
+        text, sisters = _columns_of_file_and_record_key(declarations.columns, name)
         text, per_line, width = _parse_values_per_line(text, name)
         columns = _parse_axes_and_units(text, name)
         if declarations.sampling_interval_s is None and "time" not in dict(columns):
@@ -55,9 +55,9 @@ def read_components(source_file: SourceFile, declarations: Declarations) -> list
             interval = _checked_sampling_interval(
                 lines, first, rows[:, index] * SECONDS[unit], declarations.sampling_interval_s
             )
-    extra = {"declared": declarations.sample_declarations}
+    extra = {"declared": declarations.sample_declaration_texts}
     return [
-        Component.from_file(
+        RecordComponent.from_file(
             source_file,
             word,
             parse_axis_direction(word),
@@ -74,7 +74,7 @@ def read_components(source_file: SourceFile, declarations: Declarations) -> list
     ]
 
 
-def _select_columns_of_file(columns_text: str, file_name: str) -> tuple[str, str]:
+def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
     """Return two texts: the columns declared for a file, and a key that is the same for all files of a record.
 
     The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
@@ -116,7 +116,7 @@ def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int,
 
 
 def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, str]]:
-    """Parse the axis and unit of each declared column."""
+    """Return the pair (axis, unit) of each declared column; raise a RecordError for an unreadable declaration."""
     if not columns_text.strip():
         raise RecordError(
             f"{file_name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
@@ -144,11 +144,11 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
 def _read_number_rows(
     lines: TextLines,
     declared_columns: Sequence[tuple[str, str]],
-    declarations: Declarations,
+    declarations: FileDeclarations,
     values_per_line: int,
     field_width: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
-    """Return the numbers of all rows, the index of their first line, and notes on contradictory headings."""
+    """Return the numbers, shape (rows, columns), the index of the first line of numbers, and notes on headings."""
     name, first = lines.source.name, first_number_line_index(lines.lines)
     texts = {
         i: line if field_width else line.strip()
@@ -157,18 +157,18 @@ def _read_number_rows(
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     headings = read_heading_cells(lines.lines[:first], separator, len(declared_columns))
-    notes, why = heading_notes(name, headings, declared_columns)
-    stated, quantity = text_line_notes(name, lines.lines[:first], separator, declared_columns)
+    notes, why = heading_mismatch_notes_and_refusal(name, headings, declared_columns)
+    stated, quantity = text_line_unit_notes_and_refusal(name, lines.lines[:first], separator, declared_columns)
     notes, why = notes + stated, why or quantity
     if why and not declarations.trust_data:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
     if values_per_line:
-        values = _read_wrapped_values(lines, texts, separator, values_per_line, field_width)
+        values = _read_values_of_wrapped_axis(lines, texts, separator, values_per_line, field_width)
     else:
         cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
         for index, row in cells.items():
-            if wrong := _separator_fault(texts[index], row, separator, len(declared_columns)):
+            if wrong := _separator_or_decimal_mark_fault(texts[index], row, separator, len(declared_columns)):
                 raise lines.line_error(index, wrong)
         values = [[lines.parse_number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
     if not lines.ends_with_newline:
@@ -179,7 +179,7 @@ def _read_number_rows(
     return np.array(values, dtype=np.float64), next(iter(texts)), notes
 
 
-def _read_wrapped_values(
+def _read_values_of_wrapped_axis(
     lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> list[list[float]]:
     """Return the values of a file with one axis and several values per line, as rows of one value."""
@@ -205,7 +205,7 @@ def _read_wrapped_values(
     return values
 
 
-def _separator_fault(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
+def _separator_or_decimal_mark_fault(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
     """Return the fault of a line's separators or decimal marks; "" for a correct line."""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (
@@ -222,7 +222,7 @@ def _separator_fault(line: str, cells: list[str], separator: str | None, column_
 def _checked_sampling_interval(
     lines: TextLines, first_line: int, time: FloatArray, declared_interval: float | None
 ) -> float:
-    """Return the sampling interval of a time column, s; it must agree with the declared interval."""
+    """Return the interval of the times in `time`, s; raise a RecordError if it is uneven or not as declared."""
     exact = float(time[-1] - time[0]) / (time.size - 1)
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):

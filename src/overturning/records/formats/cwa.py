@@ -9,8 +9,8 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction, HeaderPeak
-from overturning.records.formats.header import Fields, Header, parse_stated_time
+from overturning.records.component import Direction, HeaderPeak, RecordComponent
+from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -32,10 +32,10 @@ KEYS: Final = (
 FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
     header = Header.find_fields(source_file, FIELDS)
-    first = header.line_index("Data") + 1
+    first = header.line_index_of_field("Data") + 1
     header.check_field_pattern("AmplitudeUnit", "gal", "Gal")
     sequence = header.field_text("DataSequence")
     columns = re.findall(r"\b[UNE]\([+-]\)", sequence)
@@ -55,17 +55,17 @@ def read_components(source_file: SourceFile) -> list[Component]:
             AXES[axis],
             values[:, column] * GAL,
             interval,
-            start=header.field_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN),
+            start=header.field_utc_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN),
             station=header.field_text("StationCode"),
             event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
-            origin=parse_stated_time(header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN),
+            origin=parse_time_as_utc(header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN),
             coordinates=(header.field_number("StationLatitude(N)"), header.field_number("StationLongitude(E)")),
             peak=_stated_peak(header, f"AmplitudeMAX. {axis[0]}"),
             epicentre=(
                 header.optional_field_number("EpicenterLatitude(N)"),
                 header.optional_field_number("EpicenterLongitude(E)"),
             ),
-            extra=header.stated_field_numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
+            extra=header.extra_entries_of_stated_numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
             notes=notes,
         )
         for column, axis in enumerate(columns, 1)
@@ -79,6 +79,6 @@ def _stated_peak(header: Header, field_name: str) -> HeaderPeak:
         raise header.line_error(
             field_name, f"{header.field_text(field_name)!r} where the largest and smallest sample belong; get it again"
         )
-    return header.field_peak(
+    return header.field_peak_acceleration(
         field_name, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field_name, text)))
     )

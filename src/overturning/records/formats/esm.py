@@ -3,8 +3,8 @@
 import re
 from typing import Final
 
-from overturning.records.component import Component, channel_code_direction, classify_sensor
-from overturning.records.formats.header import Fields, Header, parse_stated_time
+from overturning.records.component import RecordComponent, direction_of_channel_code, surface_or_borehole_sensor
+from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -21,13 +21,13 @@ KEYS: Final = (
 FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
-    """Read one component; a RecordError where a key is missing, the count is wrong, or the unit is not cm/s²."""
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
+    """Return the one component of a file in a list; a RecordError if a key, the count or the unit cm/s² is wrong."""
     lines = source_file.lines
     first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
     header = Header.find_fields(source_file, FIELDS, first)
     text = header.field_text
-    header.line_index("STREAM")
+    header.line_index_of_field("STREAM")
     header.check_field_pattern("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
     if text("DATA_TYPE"):  # Raw files write "acceleration" or "UNPROCESSED ACCELERATION".
         header.check_field_pattern("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
@@ -36,25 +36,27 @@ def read_components(source_file: SourceFile) -> list[Component]:
     header.check_stated_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
-    extra = header.stated_field_numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
+    extra = header.extra_entries_of_stated_numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
     first_sample = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
     raw = "NOT REMOVED" in text("BASELINE_CORRECTION").upper() or text("PROCESSING").lower() == "none"
     return [
         header.create_component(
             text("STREAM"),
-            channel_code_direction(text("STREAM")),
+            direction_of_channel_code(text("STREAM")),
             samples * GAL,
             interval,
-            start=header.field_time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
+            start=header.field_utc_time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S")
+            if text(first_sample)
+            else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
-            origin=parse_stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
+            origin=parse_time_as_utc(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
             coordinates=(
                 header.optional_field_number("STATION_LATITUDE_DEGREE"),
                 header.optional_field_number("STATION_LONGITUDE_DEGREE"),
             ),
-            peak=header.field_peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
-            sensor=classify_sensor(header.optional_field_number("SENSOR_DEPTH_M")),
+            peak=header.field_peak_acceleration("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
+            sensor=surface_or_borehole_sensor(header.optional_field_number("SENSOR_DEPTH_M")),
             location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(

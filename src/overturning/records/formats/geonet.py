@@ -9,9 +9,14 @@ from datetime import timedelta
 from functools import partial
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Component, direction_from_name_and_code, parse_axis_direction
-from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
+from overturning.records.component import (
+    UNKNOWN,
+    RecordComponent,
+    axis_direction_from_name_or_code,
+    parse_axis_direction,
+)
+from overturning.records.formats.header import PLACE, Fields, Header, parse_time_as_utc
+from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
@@ -31,9 +36,9 @@ FIELDS: Final[Fields] = {
 }
 
 
-@consecutive_component_reader(r"(Unc|C)orrected", "get the file again")
-def read_components(channel_lines: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+@reads_consecutive_components(r"(Unc|C)orrected", "get the file again")
+def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+    """Read the component that begins at the first line; return the component and the number of lines it takes."""
     header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), channel_lines.lines
     corrected = text[0].startswith("Corrected")
     whole = channel_lines.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
@@ -60,15 +65,15 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     end, notes = channel_lines.skip_surplus_lines(end, count)
     return header.create_component(
         axis,
-        direction_from_name_and_code(axis, coded, partial(header.line_error, "component")),
+        axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),
         samples * (MM if corrected else MM * header.field_number("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
         start=channel_lines.utc_time(TEXT_LINES, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
-        origin=parse_stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        peak=header.field_peak("Acceleration: Peak in mm/s/s", MM),
+        origin=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
+        peak=header.field_peak_acceleration("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
         # 0 stands for an unknown magnitude.
         extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Component, Direction, HeaderPeak
+from overturning.records.component import Direction, HeaderPeak, RecordComponent
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 
@@ -38,14 +38,14 @@ FIRST_YEAR: Final = 33
 """Smallest two-digit year that means 19xx: the first accelerogram was recorded in 1933."""
 
 
-def last_digit_unit(number_text: str) -> float:
-    """Return the unit of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
+def last_digit_resolution(number_text: str) -> float:
+    """Return the place value of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
     mantissa, _, exponent = number_text.strip().upper().replace("D", "E").partition("E")
     decimals = len(mantissa.partition(".")[2])
     return float(10.0 ** (int(exponent or 0) - decimals))
 
 
-def parse_stated_time(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
+def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
     """Parse a time with the first pattern that fits and return it in UTC; None if no pattern fits.
 
     ``utc_offset`` is local time minus UTC.
@@ -66,7 +66,7 @@ class Header(TextLines):
     def find_fields(
         cls, lines: TextLines | SourceFile, field_patterns: Fields, max_lines: int = 500, *, min_lines: int = 0
     ) -> "Header":
-        """Find header fields by their patterns in the first ``max_lines`` lines, ignoring case; the first match counts.
+        """Return the header with the fields whose patterns match in the first ``max_lines`` lines; case is ignored.
 
         Raises a RecordError if there are fewer than ``min_lines`` lines.
         """
@@ -84,31 +84,34 @@ class Header(TextLines):
                     raise lines.line_error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
         return cls(lines.source, lines.lines, lines.before, found)
 
-    def line_index(self, field_name: str) -> int:
+    def line_index_of_field(self, field_name: str) -> int:
         """Return the index of the line of a header field; raise a RecordError if the header has no such field."""
         if field_name not in self.found:
             why = f"no {field_name} in the header that begins here; the file is cut or of another kind: get it again"
             raise super().line_error(0, why)
         return self.found[field_name][0]
 
-    def field_match(self, field_name: str) -> re.Match[str] | None:
+    def field_pattern_match(self, field_name: str) -> re.Match[str] | None:
         """Return the match of a header field's pattern; None if the header does not state the field."""
         return self.found[field_name][1] if field_name in self.found else None
 
     def field_text(self, field_name: str) -> str:
         """Return the text of a header field (the first group that matched); "" if the header does not state it."""
-        match = self.field_match(field_name)
+        match = self.field_pattern_match(field_name)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
     def line_error(self, line_index_or_field: int | str, fault: str) -> RecordError:
-        """Return an error with a fault and the number of its line, which is given by index or header field."""
+        """Return an error that states a fault and its line number; the line is given by its index or a header field."""
         return super().line_error(
-            self.line_index(line_index_or_field) if isinstance(line_index_or_field, str) else line_index_or_field, fault
+            self.line_index_of_field(line_index_or_field)
+            if isinstance(line_index_or_field, str)
+            else line_index_or_field,
+            fault,
         )
 
     def field_number(self, field_name: str, text_part: str | None = None) -> float:
-        """Return the number in a header field, or in a part of its text."""
-        index = self.line_index(field_name)
+        """Return the number in a header field (or in `text_part`); raise a RecordError if the text is no number."""
+        index = self.line_index_of_field(field_name)
         return self.parse_number(self.field_text(field_name) if text_part is None else text_part, index, field_name)
 
     def optional_field_number(self, field_name: str) -> float | None:
@@ -116,46 +119,55 @@ class Header(TextLines):
         return self.field_number(field_name) if self.field_text(field_name) else None
 
     def field_sampling_interval(self, field_name: str, text_part: str | None = None) -> float:
-        """Return the sampling interval, s, from a header field (or a part of its text) that states a rate in Hz."""
-        return self.sampling_interval_of_rate(self.field_number(field_name, text_part), self.line_index(field_name))
+        """Return the sampling interval, s, for the sampling rate, Hz, in a header field (or in `text_part`)."""
+        return self.sampling_interval_of_rate(
+            self.field_number(field_name, text_part), self.line_index_of_field(field_name)
+        )
 
-    def stated_field_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
-        """Return the numbers in those header fields that the file states, as entries of a record's ``extra``."""
+    def extra_entries_of_stated_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
+        """Return entries of `Record.extra`: the number in the header field of each name, if the file states it."""
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
-    def field_peak(
+    def field_peak_acceleration(
         self, field_name: str, unit_size: float, text_part: str | None = None, *, after_mean: bool = False
     ) -> HeaderPeak:
-        """Return the peak that a field (or a part of its text) states; ``unit_size`` is its unit in m/s²."""
+        """Return the peak acceleration in a field (or in `text_part`); ``unit_size`` is the unit there in m/s²."""
         stated = self.field_text(field_name) if text_part is None else text_part
         size = abs(self.field_number(field_name, stated))
         return HeaderPeak(
             size * unit_size,
-            last_digit_unit(stated) * unit_size,
+            last_digit_resolution(stated) * unit_size,
             after_mean,
-            self.before + self.line_index(field_name) + 1,
+            self.before + self.line_index_of_field(field_name) + 1,
         )
 
-    def field_time(
+    def field_utc_time(
         self, field_name: str, *time_patterns: str, text_part: str | None = None, utc_offset: timedelta = timedelta()
     ) -> datetime:
-        """Return the UTC time in a header field (or a part of its text); ``utc_offset`` is local time minus UTC."""
+        """Return the time in a header field (or in `text_part`) as UTC; ``utc_offset`` is local time minus UTC."""
         stated = self.field_text(field_name) if text_part is None else text_part
-        index, moment = self.line_index(field_name), parse_stated_time(stated, *time_patterns, utc_offset=utc_offset)
+        index, moment = (
+            self.line_index_of_field(field_name),
+            parse_time_as_utc(stated, *time_patterns, utc_offset=utc_offset),
+        )
         if moment is None:
             like = datetime(2000, 10, 6, 13, 30).strftime(time_patterns[0])
             raise self.line_error(index, f"{field_name} {stated!r} is no time like {like}; correct it")
         return moment
 
-    def field_date_and_time(self, field_name: str) -> datetime | None:
+    def utc_time_of_date_field(self, field_name: str) -> datetime | None:
         """Return the UTC time in a header field (month, day, year, hour, minute, second); None if it is missing."""
-        match = self.field_match(field_name)
+        match = self.field_pattern_match(field_name)
         if match is None:
             return None
         month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
         year += 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
         return self.utc_time(
-            self.line_index(field_name), (year, month, day), hour, minute, self.field_number(field_name, match[6])
+            self.line_index_of_field(field_name),
+            (year, month, day),
+            hour,
+            minute,
+            self.field_number(field_name, match[6]),
         )
 
     def field_coordinates(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
@@ -163,7 +175,7 @@ class Header(TextLines):
 
         The field has the groups number, N or S, number, E or W, or the eight groups of `PLACE` (rounded to 1e-5°).
         """
-        match = self.field_match(field_name)
+        match = self.field_pattern_match(field_name)
         if match is None or match[1] is None:
             return None, None
         parts, each = match.groups(), len(match.groups()) // 2
@@ -173,17 +185,17 @@ class Header(TextLines):
         )
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
-    def origin_and_epicentre(self) -> tuple[datetime | None, dict[str, Any]]:
+    def origin_time_and_epicentre_entries(self) -> tuple[datetime | None, dict[str, Any]]:
         """Return origin time (UTC) and epicentre (entries of ``extra``) of the earthquake; None and {} if missing."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
-        origin = parse_stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
+        origin = parse_time_as_utc(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
             origin = origin.replace(year=origin.year - 100)
-        if origin is None and (minute := self.field_match("origin minute")):
-            origin = parse_stated_time(
+        if origin is None and (minute := self.field_pattern_match("origin minute")):
+            origin = parse_time_as_utc(
                 re.sub(r"[.,\s]+", " ", " ".join(minute.groups())), "%d %b %Y %H %M", "%d %B %Y %H %M"
             )
-        return origin, epicentre_entries(*self.field_coordinates("hypocentre")) if any(
+        return origin, epicentre_extra_entries(*self.field_coordinates("hypocentre")) if any(
             self.field_coordinates("hypocentre")
         ) else {}
 
@@ -204,24 +216,24 @@ class Header(TextLines):
     def check_stated_duration(
         self, field_name: str, sample_count: int, sampling_interval: float, text_part: str | None = None
     ) -> None:
-        """Raise a RecordError if samples do not last as long as a header field (or a part of its text) states.
+        """Raise a RecordError if the samples last longer or shorter than a header field (or `text_part`) states.
 
         The stated duration may be rounded, and may include one interval after the last sample. No check if not stated.
         """
         stated = self.field_text(field_name) if text_part is None else text_part
         if stated:
             self.check_recorded_duration(
-                self.line_index(field_name),
+                self.line_index_of_field(field_name),
                 sample_count,
                 sampling_interval,
                 self.field_number(field_name, stated),
-                1.01 * last_digit_unit(stated),
+                1.01 * last_digit_resolution(stated),
             )
 
     def cut_to_stated_count(
         self, field_name: str, samples: FloatArray, text_part: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
-        """Cut samples to the number that a header field (or a part of its text) states; return a note if some are cut.
+        """Return samples, cut to the number that a header field (or `text_part`) states, and a note if some are cut.
 
         Raises a RecordError if the file has fewer.
         """
@@ -234,19 +246,21 @@ class Header(TextLines):
 
     def create_component(
         self, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float, **metadata: Any
-    ) -> Component:
+    ) -> RecordComponent:
         """Return a component of the file with ``metadata`` and the metadata in the header.
 
         The header's fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` are added.
         """
         usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
-        extra = self.stated_field_numbers({"magnitude": "magnitude"}) | metadata.pop("extra", {})
-        extra |= epicentre_entries(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
+        extra = self.extra_entries_of_stated_numbers({"magnitude": "magnitude"}) | metadata.pop("extra", {})
+        extra |= epicentre_extra_entries(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
         metadata = usual | {"coordinates": self.field_coordinates("coordinates")} | metadata
-        return Component.from_file(self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata)
+        return RecordComponent.from_file(
+            self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata
+        )
 
 
-def epicentre_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, float]:
+def epicentre_extra_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, float]:
     """Return an epicentre, degrees, as entries of a record's ``extra``; {} if it is unknown."""
     return (
         {}

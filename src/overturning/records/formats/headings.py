@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Direction, channel_code_direction, parse_axis_direction
+from overturning.records.component import UNKNOWN, Direction, direction_of_channel_code, parse_axis_direction
 from overturning.records.formats.lines import FLOAT
 from overturning.units import UNITS
 
@@ -85,20 +85,20 @@ def heading_direction(heading: str) -> Direction:
     for word in re.split(r"[\s_.:,()\[\]]+", heading):
         prefixed = _PREFIXED.fullmatch(word)
         if _SEED.fullmatch(word.upper()) and len(word) == 3:
-            named.add(channel_code_direction(word))
+            named.add(direction_of_channel_code(word))
         elif re.search("[A-Za-z]", word) and word != "s":  # "s" stands for seconds, not south.
             named.add(parse_axis_direction(prefixed[1] if prefixed else word))
     named.discard(UNKNOWN)
     return named.pop() if len(named) == 1 else UNKNOWN
 
 
-def text_line_notes(
+def text_line_unit_notes_and_refusal(
     file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on text lines above the numbers that state an undeclared unit, and a reason to refuse the file.
+    """Return notes on text lines that state another unit than declared, and a reason to refuse the file or "".
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
-    acceleration; "" if there is none. See `heading_notes`.
+    acceleration; "" if there is none. See `heading_mismatch_notes_and_refusal`.
     """
     units = {unit for word, unit in declared_columns if word not in ("time", "skip")}
     notes, others = [], []
@@ -110,7 +110,11 @@ def text_line_notes(
         if _split_heading_line(line, separator, len(declared_columns)) or not about:
             continue
         stated = [word for match in _STATED_UNIT.finditer(plain) for word in match.groups() if word]
-        what = quantity[1] if quantity else next((w for word in stated if (w := _other_quantity_in_heading(word))), "")
+        what = (
+            quantity[1]
+            if quantity
+            else next((w for word in stated if (w := _quantity_other_than_acceleration(word))), "")
+        )
         if what and "acc" not in plain:
             others.append(f"the line {text[:60]!r} says {what}, {' and '.join(sorted(units))} is declared")
             continue
@@ -121,10 +125,10 @@ def text_line_notes(
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def heading_notes(
+def heading_mismatch_notes_and_refusal(
     file_name: str, headings: Sequence[Sequence[str]], declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on column headings that name another axis or unit than declared, and a reason to refuse the file.
+    """Return notes on headings that name another axis or unit than declared, and a reason to refuse the file or "".
 
     The reason names a quantity other than acceleration; "" if there is none.
 
@@ -152,12 +156,12 @@ def heading_notes(
                 continue
             if other_axis or known.get(named, known[unit]) != known[unit]:
                 notes.append(f"{file_name}: the column under {text!r} is taken as {word} in {unit}, as declared")
-            elif word != "time" and (what := _other_quantity_in_heading(text)):
+            elif word != "time" and (what := _quantity_other_than_acceleration(text)):
                 others.append(f"the heading {text!r} says {what}, {word} in {unit} is declared")
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def _other_quantity_in_heading(heading: str) -> str:
+def _quantity_other_than_acceleration(heading: str) -> str:
     """Return the quantity that a column heading names, if it is not acceleration; else ""."""
     plain = _normalise_heading(heading)
     return next((what for what, pattern in _QUANTITIES if re.search(pattern, plain)), "")

@@ -11,7 +11,7 @@ from dataclasses import replace
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction
+from overturning.records.component import Direction, RecordComponent
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -31,10 +31,10 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
     header = Header.find_fields(source_file, FIELDS, 20)
-    first = header.line_index("the line NS,EW,UD") + 1
+    first = header.line_index_of_field("the line NS,EW,UD") + 1
     header.check_field_pattern("UNIT", r"gal\b", "gal")
     columns = re.split(r"\s*,\s*", header.field_text("the line NS,EW,UD").upper())
     if len(set(columns)) < len(AXES):
@@ -55,7 +55,7 @@ def read_components(source_file: SourceFile) -> list[Component]:
             AXES[axis],
             values[:, column] * GAL,
             header.field_sampling_interval("SAMPLING RATE"),
-            start=header.field_time("INITIAL TIME", *CLOCKS, utc_offset=JAPAN),
+            start=header.field_utc_time("INITIAL TIME", *CLOCKS, utc_offset=JAPAN),
             station=station,
             coordinates=(header.field_number("LAT."), header.field_number("LON.")),
         )

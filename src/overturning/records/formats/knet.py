@@ -10,8 +10,8 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.arrays import FloatArray
-from overturning.records.component import Component, Sensor
-from overturning.records.formats.header import Fields, Header, parse_stated_time
+from overturning.records.component import RecordComponent, Sensor
+from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -45,8 +45,8 @@ DELAY: Final = timedelta(seconds=15)
 """Time of the trigger after the first sample; the header states the time of the trigger."""
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
-    """Read one component, m/s², with its offset; a RecordError names a wrong header line."""
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
+    """Return the one component of a file, m/s², with its offset, in a list; a RecordError names a wrong line."""
     header = Header.find_fields(source_file, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(
@@ -63,9 +63,9 @@ def read_components(source_file: SourceFile) -> list[Component]:
     if named != extension and named in [known for known, *_ in AXES.values()]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.line_error("Dir.", why)
-    start = header.field_time("Record Time", CLOCK, utc_offset=JAPAN + DELAY)
+    start = header.field_utc_time("Record Time", CLOCK, utc_offset=JAPAN + DELAY)
     known = {name: header.field_text(key) for key, name in EARTHQUAKE.items()}
-    counts = _read_counts(header)
+    counts = _read_digitiser_counts(header)
     expected = round(header.field_number("Duration Time(s)") / interval)
     counts, notes = header.cut_to_stated_count("Duration Time(s)", counts, str(expected))
     return [
@@ -79,9 +79,9 @@ def read_components(source_file: SourceFile) -> list[Component]:
             start=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",
-            origin=parse_stated_time(header.field_text("Origin Time"), CLOCK, utc_offset=JAPAN),
+            origin=parse_time_as_utc(header.field_text("Origin Time"), CLOCK, utc_offset=JAPAN),
             coordinates=(header.field_number("Station Lat."), header.field_number("Station Long.")),
-            peak=header.field_peak("Max. Acc. (gal)", GAL, after_mean=True),
+            peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
             # An unknown magnitude is blank.
             extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
@@ -102,8 +102,8 @@ def _acceleration_per_count(header: Header) -> float:
     return above / below * GAL
 
 
-def _read_counts(lines: TextLines) -> FloatArray:
-    """Read whole numbers in right-aligned columns; a last number that ends before its column is refused as cut."""
+def _read_digitiser_counts(lines: TextLines) -> FloatArray:
+    """Return the digitiser counts in right-aligned columns; raise a RecordError if the last column is cut."""
     for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
         for word in line.split():
             if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Component
+from overturning.records.component import RecordComponent
 from overturning.records.source import SourceFile
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
@@ -76,7 +76,7 @@ class TextLines:
     def check_recorded_duration(
         self, line_index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
     ) -> None:
-        """Raise a RecordError if the duration of the samples differs from a stated one by more than a tolerance, s."""
+        """Raise a RecordError if the samples do not last ``duration``, s, within ``tolerance``, s, or two intervals."""
         if abs(sample_count * sampling_interval - duration) > max(2.0 * sampling_interval, 0.011, tolerance):
             what = f"{sample_count} samples every {sampling_interval:g} s, but the header's length is {duration:g} s"
             raise self.line_error(line_index, f"{what}; the file is cut or holds more: get it again")
@@ -88,10 +88,10 @@ class TextLines:
             f"{surplus_label} left out",
         )
 
-    def read_samples(
+    def read_fixed_width_samples(
         self, first_line: int, *, width: int, per_line: int, count: int, ends_file: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
-        """Return samples in columns of fixed width, the index of the line after them, and a note on surplus numbers."""
+        """Return ``count`` samples in columns of fixed width, index of the next line, and notes on surplus numbers."""
         values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
         return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, ends_file=ends_file)
 
@@ -117,7 +117,7 @@ class TextLines:
     def check_even_times(
         self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
     ) -> None:
-        """Raise a RecordError if a time of a sample, s, deviates by more than 1.1 ms from even spacing."""
+        """Raise a RecordError if a time in ``time``, s, is more than 1.1 ms off steps of ``sampling_interval``, s."""
         uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
         if uneven.size:
             at = first_line + int(uneven[0] // times_per_line)
@@ -128,7 +128,7 @@ class TextLines:
     def read_all_numbers(self, first_line: int) -> FloatArray:
         """Return all numbers of the free-format lines from ``first_line`` on, in reading order."""
         values = self._parse_cells([line.split() for line in self.lines[first_line:]], first_line)
-        self._check_last_number()
+        self._check_last_number_is_complete()
         return values
 
     def read_number_rows(self, first_line: int, column_count: int) -> FloatArray:
@@ -144,7 +144,7 @@ class TextLines:
                 why = f"{len(line)} numbers where {column_count} belong; columns touch, or the line is cut"
                 raise self._line_or_cell_error(index, line, why)
         values = self._parse_cells(cells, first_line).reshape(-1, column_count)
-        self._check_last_number()
+        self._check_last_number_is_complete()
         return values
 
     def read_fixed_columns(self, first_line: int, *, width: int, per_line: int, count: int) -> FloatArray:
@@ -158,11 +158,14 @@ class TextLines:
             raise self.line_error(
                 first_line + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
             )
-        cells = [self._split_line(first_line + k, width, min(per_line, count - k * per_line)) for k in range(needed)]
+        cells = [
+            self._split_line_into_fixed_columns(first_line + k, width, min(per_line, count - k * per_line))
+            for k in range(needed)
+        ]
         return self._parse_cells(cells, first_line)
 
-    def _split_line(self, line_index: int, column_width: int, column_count: int) -> list[str]:
-        """Split one line into columns of fixed width."""
+    def _split_line_into_fixed_columns(self, line_index: int, column_width: int, column_count: int) -> list[str]:
+        """Return the texts of the columns of fixed width in a line; raise a RecordError for text beyond them."""
         line = self.lines[line_index].rstrip()
         cells = [line[k * column_width : (k + 1) * column_width] for k in range(column_count)]
         if rest := line[column_count * column_width :].strip():
@@ -193,8 +196,8 @@ class TextLines:
         ]
         return np.array(numbers, dtype=np.float64)
 
-    def _check_last_number(self) -> None:
-        """Raise a RecordError if the last number is cut: no line end, and other decimals than the one before."""
+    def _check_last_number_is_complete(self) -> None:
+        """Raise a RecordError if the last number is cut: no line end, and other decimals than the number before."""
         words = " ".join(self.lines[-2:]).split()[-2:]
         if not self.ends_with_newline and len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
             before, last = (w.partition(".")[2] for w in words)
@@ -211,20 +214,20 @@ class TextLines:
         return values.astype(np.int64)
 
 
-_ComponentReader = Callable[[TextLines], tuple[Component, int]]
+_ComponentReader = Callable[[TextLines], tuple[RecordComponent, int]]
 
 
-def consecutive_component_reader(
+def reads_consecutive_components(
     first_line_pattern: str, remedy: str
-) -> Callable[[_ComponentReader], Callable[[SourceFile], list[Component]]]:
-    """Decorate a reader of one component as a reader of files with several consecutive components.
+) -> Callable[[_ComponentReader], Callable[[SourceFile], list[RecordComponent]]]:
+    """Return a decorator that makes a reader of one component a reader of files of consecutive components.
 
     Each component begins with a line that fits ``first_line_pattern``. The decorated function gets the lines from there
     on and returns the component and the number of its lines. Blank lines are skipped. A RecordError names the line at
     which a component is cut or inconsistent.
     """
 
-    def read_all_components(read_component: _ComponentReader, source_file: SourceFile) -> list[Component]:
+    def read_all_components(read_component: _ComponentReader, source_file: SourceFile) -> list[RecordComponent]:
         components, at = [], 0
         while at < len(source_file.lines):
             line, length = source_file.lines[at].strip(), 1

@@ -9,18 +9,18 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import (
-    Component,
-    channel_code_notes,
-    classify_sensor,
-    fill_direction_from_channel_code,
+    RecordComponent,
+    channel_direction_mismatch_notes,
+    known_direction_or_that_of_channel_code,
+    surface_or_borehole_sensor,
 )
-from overturning.records.declarations import Declarations
+from overturning.records.declarations import FileDeclarations
 from overturning.records.formats.stationxml import (
-    acceleration_unit_size,
+    acceleration_unit_in_m_s2,
     find_channel_epoch,
     is_velocity_unit,
     normalise_filter_sums,
-    read_inventory,
+    read_stationxml_inventory,
 )
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
@@ -33,20 +33,20 @@ FULL_SCALE: Final = 0.01
 """Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
-def read_components(source_file: SourceFile, declarations: Declarations) -> list[Component]:
-    """Read all channels; raise a RecordError if the file is damaged, has gaps, or no StationXML is given."""
+def read_components(source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
+    """Return the components of all channels; raise a RecordError for damage, gaps or missing StationXML."""
     size = len(source_file.data)
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
         raise RecordError(f"{source_file.name}: {why}")
-    stream, inventory = read_stream(source_file, "MSEED"), read_inventory(declarations.metadata)
+    stream, inventory = read_obspy_stream(source_file, "MSEED"), read_stationxml_inventory(declarations.metadata)
     if inventory is None:
         why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         raise RecordError(f"{source_file.name}: {why}")
-    return stream_components_in_si(stream, inventory, source_file, declarations)
+    return stream_components_in_m_s2(stream, inventory, source_file, declarations)
 
 
-def read_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> Any:
+def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> Any:
     """Read the traces of a file with obspy; raise a RecordError if it is damaged."""
     import obspy
 
@@ -56,9 +56,9 @@ def read_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> A
         raise RecordError(f"{source_file.name}: damaged {obspy_format} ({problem}); get it again") from problem
 
 
-def stream_components_in_si(
-    stream: Any, inventory: Any, source_file: SourceFile, declarations: Declarations
-) -> list[Component]:
+def stream_components_in_m_s2(
+    stream: Any, inventory: Any, source_file: SourceFile, declarations: FileDeclarations
+) -> list[RecordComponent]:
     """Return the components of an obspy Stream in m/s², converted from counts with the StationXML's gain or response.
 
     Raises a RecordError if a trace has a gap or is not in the inventory, or if its code names a velocity sensor while
@@ -82,11 +82,13 @@ def stream_components_in_si(
     return components
 
 
-def _trace_component(trace: Any, inventory: Any, source_file: SourceFile, declarations: Declarations) -> Component:
-    """Return the component of a trace, m/s²; raise a RecordError if its StationXML contradicts it."""
+def _trace_component(
+    trace: Any, inventory: Any, source_file: SourceFile, declarations: FileDeclarations
+) -> RecordComponent:
+    """Return the component of a trace, m/s²; raise a RecordError if the StationXML of the channel does not fit."""
     channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
     epoch = find_channel_epoch(trace, inventory, source_file, declarations)
-    unit, scale = epoch.unit, acceleration_unit_size(epoch.unit)
+    unit, scale = epoch.unit, acceleration_unit_in_m_s2(epoch.unit)
     if scale is None and not is_velocity_unit(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
     if scale is not None and code[1:2] == "H" and declarations.unit is None:
@@ -98,12 +100,12 @@ def _trace_component(trace: Any, inventory: Any, source_file: SourceFile, declar
         raise RecordError(
             f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
         )
-    direction, coded = fill_direction_from_channel_code(
+    direction, coded = known_direction_or_that_of_channel_code(
         code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip"
     )
     # The code does not replace a direction that the StationXML calls unknown.
     direction, coded = (epoch.direction, ()) if epoch.not_oriented else (direction, coded)
-    notes = [*channel_code_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
+    notes = [*channel_direction_mismatch_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
     samples, removed = np.asarray(trace.data, dtype=np.float64) / epoch.gain, "gain"
     if scale is not None:
         samples *= scale
@@ -112,9 +114,9 @@ def _trace_component(trace: Any, inventory: Any, source_file: SourceFile, declar
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
         response, changed = normalise_filter_sums(epoch.channel.response, channel)
-        samples, removed = _remove_velocity_response(trace, response, source_file.name), "response"
+        samples, removed = _acceleration_from_velocity_trace(trace, response, source_file.name), "response"
         notes += changed
-    return Component.from_file(
+    return RecordComponent.from_file(
         source_file,
         code,
         direction,
@@ -123,15 +125,15 @@ def _trace_component(trace: Any, inventory: Any, source_file: SourceFile, declar
         start=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
         coordinates=(epoch.channel.latitude, epoch.channel.longitude),
-        sensor=classify_sensor(epoch.channel.depth),
+        sensor=surface_or_borehole_sensor(epoch.channel.depth),
         location=trace.stats.location or BLANK,
         unit=declarations.unit if declarations.unit and UNITS.get(declarations.unit) == scale else "",
-        extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_entry,
+        extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_entry,
         notes=tuple(notes),
     )
 
 
-def _remove_velocity_response(trace: Any, response: Any, file_name: str) -> FloatArray:
+def _acceleration_from_velocity_trace(trace: Any, response: Any, file_name: str) -> FloatArray:
     """Return the acceleration of a velocity sensor, m/s²: its response removed from 0.02 Hz to 0.8 of Nyquist.
 
     The band limits the amplification. A water level would be relative to the largest response to acceleration, which a

@@ -7,8 +7,8 @@ and U-D), then three samples per line. The files are in a local code page, so na
 import re
 from typing import Final
 
-from overturning.records.component import Component
-from overturning.records.formats.header import Fields, Header, parse_stated_time
+from overturning.records.component import RecordComponent
+from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -29,7 +29,7 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
     header = Header.find_fields(source_file, FIELDS, min_lines=HEADER_LINES)
     values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
@@ -45,13 +45,13 @@ def read_components(source_file: SourceFile) -> list[Component]:
                 direction,
                 values[:, column] * GAL,
                 header.field_number("sampling interval"),
-                start=header.field_time(
+                start=header.field_utc_time(
                     "time of the record", "%d/%m/%Y %H:%M:%S.%f", text_part=f"{moment}.{fraction[:6] or 0}"
                 ),
                 event=f"earthquake of {header.field_text('origin')}",
-                origin=parse_stated_time(header.field_text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
+                origin=parse_time_as_utc(header.field_text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
                 coordinates=header.field_coordinates("a place like 40.84N-31.15E"),
-                peak=header.field_peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
+                peak=header.field_peak_acceleration("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 epicentre=header.field_coordinates("an epicentre like 40.84N-31.15E"),
                 notes=notes,
             )

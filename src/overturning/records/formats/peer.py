@@ -7,7 +7,7 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import Component, fill_direction_from_channel_code, parse_axis_direction
+from overturning.records.component import RecordComponent, known_direction_or_that_of_channel_code, parse_axis_direction
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -25,8 +25,8 @@ BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 """Axis names of KiK-net's borehole sensor; the names of its surface sensor end with 2."""
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
-    """Read one component; raise a RecordError if it is not acceleration in g, or has another count than stated."""
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
+    """Return the one component of a file in a list; raise a RecordError if it is not in g, or the count is wrong."""
     header = Header.find_fields(source_file, FIELDS, 4, min_lines=5)
     samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
@@ -36,9 +36,9 @@ def read_components(source_file: SourceFile) -> list[Component]:
     event, station = parts[0], parts[1:-1]
     if dated:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
-    corners = header.field_match("corners")
+    corners = header.field_pattern_match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    direction, coded = fill_direction_from_channel_code(
+    direction, coded = known_direction_or_that_of_channel_code(
         axis, parse_axis_direction(axis), f"{source_file.name}: its header states no azimuth"
     )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}

@@ -9,16 +9,16 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.component import (
     UNKNOWN,
-    Component,
     Direction,
     HeaderPeak,
-    channel_code_notes,
-    classify_sensor,
-    fill_direction_from_channel_code,
+    RecordComponent,
+    channel_direction_mismatch_notes,
+    known_direction_or_that_of_channel_code,
+    surface_or_borehole_sensor,
 )
-from overturning.records.declarations import Declarations
-from overturning.records.formats.miniseed import read_stream, stream_components_in_si
-from overturning.records.formats.stationxml import inventory_has_channel, read_inventory
+from overturning.records.declarations import FileDeclarations
+from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
+from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
@@ -31,21 +31,21 @@ NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum
 """Content for each value of SAC's IFTYPE that is not a time series."""
 
 
-def read_components(source_file: SourceFile, declarations: Declarations) -> list[Component]:
-    """Read one component; raise a RecordError if neither StationXML nor a declaration gives its unit."""
+def read_components(source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
+    """Return the one component of a file in a list; raise a RecordError if no StationXML or user states a unit."""
     # Check the interval first: obspy divides by it while reading.
     intervals = [struct.unpack(f"{order}f", source_file.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
         raise RecordError(f"{source_file.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
-    stream = read_stream(source_file, "SAC", checksize=True)
+    stream = read_obspy_stream(source_file, "SAC", checksize=True)
     header = stream[0].stats.sac
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
     if what := NO_SERIES.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source_file.name}: {what} by its header, not evenly sampled acceleration; get that file")
-    inventory = read_inventory(declarations.metadata)
+    inventory = read_stationxml_inventory(declarations.metadata)
     # With a declared unit, ignore StationXML that does not contain this channel.
-    if inventory is not None and (declarations.unit is None or inventory_has_channel(stream[0], inventory)):
-        return stream_components_in_si(stream, inventory, source_file, declarations)
+    if inventory is not None and (declarations.unit is None or inventory_has_channel_of_trace(stream[0], inventory)):
+        return stream_components_in_m_s2(stream, inventory, source_file, declarations)
     if declarations.unit is None:
         raise RecordError(
             f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
@@ -54,7 +54,7 @@ def read_components(source_file: SourceFile, declarations: Declarations) -> list
     return [_trace_component(stream[0], source_file, declarations.unit, declarations)]
 
 
-def _trace_component(trace: Any, source_file: SourceFile, unit: str, declarations: Declarations) -> Component:
+def _trace_component(trace: Any, source_file: SourceFile, unit: str, declarations: FileDeclarations) -> RecordComponent:
     """Return the component of a SAC trace in a declared unit; raise a RecordError if it is no acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
@@ -74,17 +74,17 @@ def _trace_component(trace: Any, source_file: SourceFile, unit: str, declaration
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = {"event_latitude": header_number("evla"), "event_longitude": header_number("evlo")}
     places = {} if None in epicentre.values() else epicentre
-    direction = _sac_direction(header_number("cmpaz"), header_number("cmpinc"))
-    notes = channel_code_notes(trace.stats.channel, direction, "its header")
+    direction = _axis_direction_from_sac_angles(header_number("cmpaz"), header_number("cmpinc"))
+    notes = channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
     if header_number("cmpaz") is None or header_number("cmpinc") is None:
         why = f"{source_file.name}: its header states no direction (CMPAZ, CMPINC)"
-        direction, coded = fill_direction_from_channel_code(trace.stats.channel, direction, why)
+        direction, coded = known_direction_or_that_of_channel_code(trace.stats.channel, direction, why)
         notes += coded
     if (factor := header_number("scale")) not in (None, 0.0, 1.0):
         notes += (
             f"{source_file.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",
         )
-    return Component.from_file(
+    return RecordComponent.from_file(
         source_file,
         trace.stats.channel or "unnamed",
         direction,
@@ -96,17 +96,17 @@ def _trace_component(trace: Any, source_file: SourceFile, unit: str, declaration
         origin=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
         peak=HeaderPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
-        sensor=classify_sensor(header_number("stdp")),
+        sensor=surface_or_borehole_sensor(header_number("stdp")),
         location=trace.stats.location,
         processed=bool(declarations.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": declarations.sample_declarations} | places,
+        extra={"network": trace.stats.network, "declared": declarations.sample_declaration_texts} | places,
         notes=notes,
     )
 
 
-def _sac_direction(azimuth: float | None, inclination: float | None) -> Direction:
-    """Return the direction for CMPAZ and CMPINC; CMPINC is the angle from up: 0 up, 90 horizontal, 180 down."""
+def _axis_direction_from_sac_angles(azimuth: float | None, inclination: float | None) -> Direction:
+    """Return the axis direction for SAC's angles CMPAZ (azimuth) and CMPINC (0 up, 90 level, 180 down), degrees."""
     if inclination is not None and inclination in (0.0, 180.0):
         return None, 1 if inclination == 0.0 else -1
     if azimuth is None or inclination != 90.0:

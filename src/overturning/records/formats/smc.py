@@ -11,7 +11,13 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import UNKNOWN, Component, Direction, HeaderPeak, direction_from_name_and_code
+from overturning.records.component import (
+    UNKNOWN,
+    Direction,
+    HeaderPeak,
+    RecordComponent,
+    axis_direction_from_name_or_code,
+)
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -25,8 +31,8 @@ DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 """Location of a sensor on a bridge (integer 27) or a dam (integer 28)."""
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
-    """Read one component; a RecordError names the line at which the file is no accelerogram, cut or inconsistent."""
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
+    """Return the one component of a file in a list; a RecordError names the line where the file is cut or wrong."""
     text = TextLines(source_file, source_file.lines)
     lines = text.lines
     kind = lines[0].strip()
@@ -45,7 +51,7 @@ def read_components(source_file: SourceFile) -> list[Component]:
     axis, direction = _axis_name_and_direction(text, whole)
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
-        Component.from_file(
+        RecordComponent.from_file(
             source_file,
             axis,
             direction,
@@ -60,20 +66,20 @@ def read_components(source_file: SourceFile) -> list[Component]:
             location=_sensor_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
-            notes=(*notes, *_flag_and_longitude_notes(source_file.name, whole, known)),
+            notes=(*notes, *_flagged_problem_and_longitude_notes(source_file.name, whole, known)),
         )
     ]
 
 
 def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the samples, cm/s², after the comments, and a note if the file has more than the header states."""
+    """Return the samples, cm/s², after the comments, and a note if the file has more than `sample_count` samples."""
     if sample_count < 2 or not 0 <= comment_count <= 10_000:
         raise lines.line_error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
     first = HEADER_LINES + comment_count
     for index, line in enumerate(lines.lines[HEADER_LINES:first], HEADER_LINES):
         if not line.startswith("|"):
             raise lines.line_error(index, "a comment should begin with |; get the file again")
-    samples, _, notes = lines.read_samples(first, width=10, per_line=8, count=sample_count, ends_file=True)
+    samples, _, notes = lines.read_fixed_width_samples(first, width=10, per_line=8, count=sample_count, ends_file=True)
     return samples, notes
 
 
@@ -84,7 +90,7 @@ def _axis_name_and_direction(lines: TextLines, header_integers: np.ndarray) -> t
     senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
     level = header_integers[12] == 90 and header_integers[13] != NULL
     coded = (float(header_integers[13]) % 360.0, 0) if level else senses.get(int(header_integers[12]), UNKNOWN)
-    return axis, direction_from_name_and_code(axis, coded, partial(lines.line_error, 5))
+    return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5))
 
 
 def _sensor_location(header_integers: np.ndarray) -> str:
@@ -95,7 +101,9 @@ def _sensor_location(header_integers: np.ndarray) -> str:
     return BRIDGE.get(bridge, DAM.get(dam, ""))
 
 
-def _flag_and_longitude_notes(file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]) -> list[str]:
+def _flagged_problem_and_longitude_notes(
+    file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]
+) -> list[str]:
     """Return notes on a problem that the header flags, and on a longitude that may be positive to the west."""
     flagged = (
         [f"{file_name}: its header flags a problem with the record; read its comments"]

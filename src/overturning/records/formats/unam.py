@@ -9,7 +9,7 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Component, parse_axis_direction
+from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -32,10 +32,10 @@ FIELDS: Final[Fields] = {
 DAY: Final = timedelta(days=1)
 
 
-def read_components(source_file: SourceFile) -> list[Component]:
-    """Read all channels; a RecordError names the line where the file is cut or contradicts itself."""
+def read_components(source_file: SourceFile) -> list[RecordComponent]:
+    """Return the components of all channels; a RecordError names the line where the file is cut or wrong."""
     header, lines = Header.find_fields(source_file, FIELDS), source_file.lines
-    heading = header.line_index("DATOS DE ACELERACION") + 1
+    heading = header.line_index_of_field("DATOS DE ACELERACION") + 1
     found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
     if first is None:
@@ -43,21 +43,23 @@ def read_components(source_file: SourceFile) -> list[Component]:
     if header.field_text("UNIDADES DE LOS DATOS"):
         header.check_field_pattern("UNIDADES DE LOS DATOS", r"gal|cm/s(eg)?(/s|\^?2|\*\*2)", "Gal")
     axes, intervals, counts = (
-        _field_values(header, n) for n in ("ORIENTACION", "INTERVALO DE MUESTREO", "NUM. TOTAL DE MUESTRAS")
+        _field_values_per_channel(header, n) for n in ("ORIENTACION", "INTERVALO DE MUESTREO", "NUM. TOTAL DE MUESTRAS")
     )
     if not len(axes) == len(intervals) == len(counts):
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.line_error("ORIENTACION", why)
     values = header.read_number_rows(first, len(axes))
     stated = [header.cut_to_stated_count("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
-    lengths = _field_values(header, "DURACION DEL REGISTRO") if header.field_text("DURACION DEL REGISTRO") else []
+    lengths = (
+        _field_values_per_channel(header, "DURACION DEL REGISTRO") if header.field_text("DURACION DEL REGISTRO") else []
+    )
     for count, interval, length in zip(counts, intervals, lengths, strict=False):
         samples, step = (
             header.field_number("NUM. TOTAL DE MUESTRAS", count),
             header.field_number("INTERVALO DE MUESTREO", interval),
         )
         header.check_stated_duration("DURACION DEL REGISTRO", int(samples), step, length)
-    peaks = _field_values(header, "ACEL. MAX.") if header.field_match("ACEL. MAX.") else []
+    peaks = _field_values_per_channel(header, "ACEL. MAX.") if header.field_pattern_match("ACEL. MAX.") else []
     origin, start = _origin_and_start_times(header)
     return [
         header.create_component(
@@ -71,16 +73,16 @@ def read_components(source_file: SourceFile) -> list[Component]:
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
             origin=origin,
             coordinates=_station_coordinates(header),
-            peak=header.field_peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
+            peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
             notes=stated[column][1],
         )
         for column, axis in enumerate(axes)
     ]
 
 
-def _field_values(header: Header, field_name: str) -> list[str]:
-    """Return the values of a list field, one per channel."""
-    header.line_index(field_name)
+def _field_values_per_channel(header: Header, field_name: str) -> list[str]:
+    """Return the texts in a header field that lists one value per channel, separated by ``/``."""
+    header.line_index_of_field(field_name)
     values = [part.partition(";")[0].strip() for part in header.field_text(field_name).strip("/").split("/")]
     while values and not values[-1]:
         values.pop()
@@ -93,7 +95,7 @@ def _field_values(header: Header, field_name: str) -> list[str]:
 
 def _station_coordinates(header: Header) -> tuple[float, float]:
     """Return latitude and longitude, degrees, from the station's line and the next one, in either order."""
-    at = header.line_index("COORDENADAS DE LA ESTACION")
+    at = header.line_index_of_field("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
         re.search(rf"({FLOAT})\s*{name}\S*\s+([{letters}])", below, re.IGNORECASE)
@@ -106,10 +108,10 @@ def _station_coordinates(header: Header) -> tuple[float, float]:
 
 
 def _origin_and_start_times(header: Header) -> tuple[datetime, datetime]:
-    """Return the times of origin and first sample, UTC; the latter on the day that brings it closest to the origin."""
+    """Return the UTC times of origin and first sample; the first sample is put on the day closest to the origin."""
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (
-        header.field_time(
+        header.field_utc_time(
             name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text_part=f"{day} {header.field_text(name)}"[:26]
         )
         for name in ("HORA EPICENTRO", "HORA DE LA PRIMERA MUESTRA")

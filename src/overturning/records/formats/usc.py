@@ -14,9 +14,14 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import CODED_SENSES, Component, azimuth_code_direction, direction_from_name_and_code
-from overturning.records.formats.header import PLACE, Fields, Header, parse_stated_time
-from overturning.records.formats.lines import FLOAT, TextLines, consecutive_component_reader
+from overturning.records.component import (
+    CODED_SENSES,
+    RecordComponent,
+    axis_direction_from_name_or_code,
+    direction_of_azimuth_code,
+)
+from overturning.records.formats.header import PLACE, Fields, Header, parse_time_as_utc
+from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
@@ -40,11 +45,11 @@ LONGEST_GAP: Final = 0.1
 """Longest time between two samples, s; the instruments have periods of 0.04 s."""
 
 
-@consecutive_component_reader(
+@reads_consecutive_components(
     r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
 )
-def read_components(channel_lines: TextLines) -> tuple[Component, int]:
-    """Read the component that begins at the first of the lines; return it and the number of its lines."""
+def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+    """Read the component that begins at the first line; return the component and the number of lines it takes."""
     header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
@@ -65,29 +70,29 @@ def read_components(channel_lines: TextLines) -> tuple[Component, int]:
     if abs(time[-1] - header.field_number("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
-    samples, interval, resampled = _resample_evenly(channel_lines, first, per_line // 2, time, samples)
+    samples, interval, resampled = _samples_at_even_times(channel_lines, first, per_line // 2, time, samples)
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.create_component(
         header.field_text("COMP"),
-        direction_from_name_and_code(
+        axis_direction_from_name_or_code(
             header.field_text("COMP"),
-            CODED_SENSES.get(code, azimuth_code_direction(code)),
+            CODED_SENSES.get(code, direction_of_azimuth_code(code)),
             partial(header.line_error, "COMP"),
         ),
         samples,
         interval,
         station=f"USC {header.field_text('station')}, {header.field_text('site')}",
-        origin=parse_stated_time(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
+        origin=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
         film=True,
         extra={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
     ), end + ends
 
 
-def _resample_evenly(
+def _samples_at_even_times(
     channel_lines: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
-    """Return samples at even times from 0, their interval, s, and a note; evenly timed samples stay unchanged."""
+    """Return samples at even times from 0, the interval, s, and a note; samples at even times stay unchanged."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:

@@ -7,7 +7,7 @@ from typing import Final
 
 import pandas as pd
 
-from overturning.findings.contrast import SiteFallRates, site_fall_rates, unconverged_soil_analyses
+from overturning.findings.contrast import SiteFallRates, population_fall_rates_by_soil, unconverged_soil_analyses
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, variant_settings
@@ -45,7 +45,7 @@ def ground_name(rates: SiteFallRates) -> str:
 
 def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     """Return tables and sentences on soft ground as Markdown, by marker."""
-    found, failed = site_fall_rates(results), unconverged_soil_analyses(results)
+    found, failed = population_fall_rates_by_soil(results), unconverged_soil_analyses(results)
     rows, answers = [], []
     for one in found:
         turned = "–" if one.axis_turned_deg is None else f"{one.axis_turned_deg:.0f}° ({one.axes_compared})"

@@ -200,14 +200,14 @@ def plane(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_plane
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.labels import element_size_note
-    from overturning.statistics.logistic import fit_overturning_model
+    from overturning.statistics.logistic import fit_logistic_overturning_model
 
     def draw_intensity_plane(sorted_cube: "xr.Dataset") -> "Figure":
         if other := element_size_note(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _intensity_measures(sorted_cube)
         check_plane(sorted_cube, measures)
-        fit = fit_overturning_model(sorted_cube, measures)
+        fit = fit_logistic_overturning_model(sorted_cube, measures)
         return intensity_plane_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_has_direction(cube, "azimuth", "plane")

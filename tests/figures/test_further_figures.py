@@ -32,7 +32,7 @@ from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
-from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_overturning_model
+from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logistic_overturning_model
 
 AZIMUTH = np.arange(0, 360, 15)
 
@@ -127,7 +127,7 @@ def survey(count: int = 1) -> Figure:
 
 @cache
 def fit():  # type: ignore[no-untyped-def]
-    return fit_overturning_model(cube(), intensity())
+    return fit_logistic_overturning_model(cube(), intensity())
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {

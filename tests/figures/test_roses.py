@@ -11,7 +11,7 @@ from overturning.figures.style import INK, style
 from overturning.statistics.bootstrap import EarthquakeMean
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
-from overturning.statistics.roses import fall_rose, rose_of_all_records
+from overturning.statistics.roses import fall_rose, fall_rose_of_all_records
 from tests.figures.test_explore import space_cube
 from tests.figures.test_further_figures import cube
 
@@ -61,7 +61,7 @@ def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
 def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
     """Blocks fall towards 0° to 75°, with normals of 40° at −40° to 35° from them: sectors −45° to 30°."""
     with_normal, without = (cube().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN))
-    found, north = rose_of_all_records(with_normal), rose_of_all_records(without)
+    found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
     assert (found.from_normal, north.from_normal) == (True, False)
     assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
     assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
@@ -74,8 +74,8 @@ def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
 
 def test_a_rose_in_space_without_a_fault_normal_keeps_directions() -> None:
     one = space_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
-    assert rose_of_all_records(one).shares.size == SECTORS
-    assert rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
+    assert fall_rose_of_all_records(one).shares.size == SECTORS
+    assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
 def test_interval_of_an_axial_sector_is_that_of_the_sum() -> None:
@@ -85,7 +85,7 @@ def test_interval_of_an_axial_sector_is_that_of_the_sum() -> None:
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
     flags[::2, 12], flags[1::2, 0] = -1, -1
     one = one.assign(overturned=(one["overturned"].dims, flags)).assign_coords(fault_normal=("record", [0.0] * 10))
-    both = rose_of_all_records(one)
+    both = fall_rose_of_all_records(one)
     assert (both.shares[0], both.low[0], both.high[0]) == (1.0, pytest.approx(0.05 ** (1 / 10)), 1.0)
     alone = fall_rose(one, from_normal=True)
     assert alone.low[0] < 0.5 < alone.high[0]

@@ -19,7 +19,7 @@ from overturning.figures.style import azimuths_inside_gaps, compass_name, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.motion.motion import Motion
-from overturning.statistics.circular import sector_shares
+from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 from tests.expect import refused
@@ -55,11 +55,11 @@ def test_cells_meet_half_way_and_cover_the_circle() -> None:
 
 
 def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
-    shares = sector_shares(np.array([352.5, 7.4, 7.5, 180.0]), np.ones(4))
+    shares = fall_shares_by_sector(np.array([352.5, 7.4, 7.5, 180.0]), np.ones(4))
     assert shares[0] == 0.5
     assert shares[1] == 0.25
     assert shares[12] == 0.25
-    assert sector_shares(np.array([10.0]), np.zeros(1)).sum() == 0
+    assert fall_shares_by_sector(np.array([10.0]), np.zeros(1)).sum() == 0
 
 
 def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:

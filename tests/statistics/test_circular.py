@@ -12,10 +12,10 @@ from overturning.errors import ArgumentError
 from overturning.statistics.circular import (
     chi_square_test,
     common_axis_test,
+    fall_shares_by_sector,
     grouped_watson_test,
     mean_angle_and_resultant,
     sector_index,
-    sector_shares,
     watson_u2_test,
     wrap_axis_difference,
 )
@@ -186,7 +186,7 @@ def test_shares_of_sectors_by_hand(
     angles: list[float], weight: list[float] | None, wide: float, shares: dict[int, float]
 ) -> None:
     """24 sectors of 15°, the first from −7.5° to 7.5°; a step of several degrees is distributed by overlap."""
-    found = sector_shares(angles, None if weight is None else np.array(weight), wide)
+    found = fall_shares_by_sector(angles, None if weight is None else np.array(weight), wide)
     expected = np.zeros(24)
     expected[list(shares)] = list(shares.values())
     np.testing.assert_allclose(found, expected, atol=1e-12)

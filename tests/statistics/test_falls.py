@@ -11,11 +11,11 @@ from overturning.model.planes import PlanarModel, azimuth_gaps, distinct_plane_p
 from overturning.statistics.elements import count_falls_by_element
 from overturning.statistics.falls import (
     add_opposite_azimuths,
-    block_overturns,
     count_outcome_changes,
-    falls_towards_azimuths,
+    fall_counts_towards_azimuths,
     informative_block_mask,
     mean_fall_directions,
+    overturning_indicator,
     shares_of_directions_with_fall,
 )
 
@@ -36,22 +36,22 @@ def line(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
     ],
 )
 def test_each_fall_is_counted_once_at_its_azimuth(azimuth, flags, expected) -> None:
-    assert falls_towards_azimuths(line(azimuth, flags)).to_series().to_dict() == expected
-    lazy = falls_towards_azimuths(line(azimuth, flags).chunk({"azimuth": 2}))
+    assert fall_counts_towards_azimuths(line(azimuth, flags)).to_series().to_dict() == expected
+    lazy = fall_counts_towards_azimuths(line(azimuth, flags).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
     assert lazy.to_series().to_dict() == expected
 
 
 def test_missing_outcomes_stay_missing() -> None:
-    assert np.isnan(falls_towards_azimuths(line([0, 180], [np.nan, np.nan]))).all()
-    np.testing.assert_array_equal(block_overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
+    assert np.isnan(fall_counts_towards_azimuths(line([0, 180], [np.nan, np.nan]))).all()
+    np.testing.assert_array_equal(overturning_indicator(line([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
 def test_integer_and_float_flags_are_equivalent() -> None:
     read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (
-        block_overturns,
+        overturning_indicator,
         informative_block_mask,
         shares_of_directions_with_fall,
         lambda one: mean_fall_directions(one, informative_only=True),
@@ -218,7 +218,7 @@ def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cub
     xr.testing.assert_identical(add_opposite_azimuths(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
-        assert falls_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
+        assert fall_counts_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
 
 
 def test_ensemble_before_flag(make_cube, sector) -> None:

@@ -29,7 +29,7 @@ from overturning.statistics.space import (
     planar_agreement_counts,
     planar_agreement_shares,
     standing_stone_twists_deg,
-    summarise_twist,
+    summarise_twists,
 )
 
 EVENTS = ("A", "A", "B", "C", "D")
@@ -315,16 +315,16 @@ def test_twist_is_of_stones_that_moved_and_stand() -> None:
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
     ((shape, turned),) = standing_stone_twists_deg(cube).items()
     assert shape == (0.2, 0.6)
-    found = summarise_twist(turned, quantile=0.5)
+    found = summarise_twists(turned, quantile=0.5)
     assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
-    assert summarise_twist(standing_stone_twists_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
+    assert summarise_twists(standing_stone_twists_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])
 def test_quantiles_of_twist_are_numpys(size: int) -> None:
     turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
-    found = summarise_twist(turned.copy())
+    found = summarise_twists(turned.copy())
     assert (found.median, found.most, found.largest) == tuple(expected)
 
 

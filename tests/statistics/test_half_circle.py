@@ -16,7 +16,7 @@ from overturning.model.falls import model_of
 from overturning.settings import Ensemble, Population
 from overturning.statistics.earthquakes import fall_axes_by_earthquake
 from overturning.statistics.falls import (
-    falls_towards_azimuths,
+    fall_counts_towards_azimuths,
     informative_block_mask,
     mean_fall_directions,
     shares_of_directions_with_fall,
@@ -76,7 +76,7 @@ THE_SAME = {
     "population that faces 250": lambda cube: population_rates_by_record(
         cube, Population(stones=64, face=250, face_spread=0)
     ),
-    "falls": falls_towards_azimuths,
+    "falls": fall_counts_towards_azimuths,
     "blocks that only just fall": informative_block_mask,
     "maps": close_circle,
     "explorer": explorer_data,
@@ -162,4 +162,4 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
 
 def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
-    assert falls_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()
+    assert fall_counts_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()

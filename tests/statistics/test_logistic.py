@@ -12,9 +12,9 @@ from scipy.stats import t
 from overturning.errors import ArgumentError
 from overturning.statistics.logistic import (
     PREDICTORS,
-    coefficient_table,
+    coefficient_rows,
     fit_logistic_model,
-    fit_overturning_model,
+    fit_logistic_overturning_model,
     overturning_regression_rows,
 )
 
@@ -180,12 +180,12 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))
     assert outcome.mean() == pytest.approx(float(cube["overturned"].isel(azimuth=slice(18)).mean()), abs=1e-6)
-    fit = fit_overturning_model(cube, intensity)
+    fit = fit_logistic_overturning_model(cube, intensity)
     assert (fit.rows, fit.clusters) == (2160, 12)
     assert fit.low[1] < 3 < fit.high[1]
     assert fit.low[2] < 1 < fit.high[2]
-    table = coefficient_table(fit)
+    table = coefficient_rows(fit)
     assert [row[0] for row in table] == ["intercept", *PREDICTORS]
     assert table[4][4] == pytest.approx(np.log(0.6))
     with pytest.raises(ArgumentError, match="azimuths"):
-        fit_overturning_model(cube, intensity.isel(azimuth=slice(5)))
+        fit_logistic_overturning_model(cube, intensity.isel(azimuth=slice(5)))

@@ -12,7 +12,7 @@ from overturning import plot
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_data
-from overturning.findings.contrast import contrast_study_with_variants, element_outcomes
+from overturning.findings.contrast import contrast_study_with_variants, element_fall_findings
 from overturning.findings.results import StudyResults
 from overturning.labels import variant_label
 from overturning.model.cases import Cases
@@ -147,7 +147,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     results = StudyResults(
         study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
     )  # fmt: skip
-    elements, contrasts = element_outcomes(results), contrast_study_with_variants(results)
+    elements, contrasts = element_fall_findings(results), contrast_study_with_variants(results)
     for cube in cubes.values():
         cube.close()
     names = ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]

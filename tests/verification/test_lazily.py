@@ -10,7 +10,7 @@ import pytest
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import element_roses_figure
 from overturning.figures.style import style
-from overturning.findings.causes import fit_overturning_probability, skill_of_published_criteria
+from overturning.findings.causes import logistic_fit_findings, skill_of_published_criteria
 from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
 from overturning.findings.results import StudyResults, open_study_results
@@ -62,7 +62,7 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.cell_and_unknown_counts_by_status,
         "rose": lambda results: rose_figure(results.cube),
-        "logistic fit": fit_overturning_probability,
+        "logistic fit": logistic_fit_findings,
         "criteria": skill_of_published_criteria,
     },
     "space": {

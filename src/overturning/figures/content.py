@@ -5,14 +5,14 @@ import xarray as xr
 
 from overturning.errors import ArgumentError
 from overturning.statistics.earthquakes import FallAlignmentWithReferences
-from overturning.statistics.falls import block_overturns
+from overturning.statistics.falls import overturning_indicator
 from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
 
 
 def check_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
     """Raise an ArgumentError if no case of a cube has an outcome."""
-    if not bool(block_overturns(cube).notnull().any()):
+    if not bool(overturning_indicator(cube).notnull().any()):
         count = f"none of the {cube['overturned'].size:,} cases has an outcome"
         raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
 
@@ -20,7 +20,7 @@ def check_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
 def check_falls(cube: xr.Dataset, figure_kind: str) -> None:
     """Raise an ArgumentError if no case of a cube overturns."""
     check_outcomes(cube, figure_kind)
-    falls = block_overturns(cube)
+    falls = overturning_indicator(cube)
     if not bool((falls > 0).any()):
         count = f"none of the {int(falls.notnull().sum()):,} cases with an outcome overturns"
         raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")

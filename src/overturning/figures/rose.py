@@ -21,7 +21,7 @@ from overturning.figures.style import (
 )
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
-from overturning.statistics.roses import FallRose, fall_rose, rose_of_each_group
+from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_group
 
 ROSES_IN_A_ROW: Final = 4
 
@@ -125,11 +125,11 @@ def _azimuth_for_radius_labels(rose: FallRose) -> float:
 
 
 def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | None = None) -> Figure:
-    """Draw the rose of each group of records of a study (`rose_of_each_group`), on one scale.
+    """Draw the rose of each group of records of a study (`fall_rose_by_group`), on one scale.
 
     `summaries` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
     """
-    roses, means = rose_of_each_group(cube), summaries or {}
+    roses, means = fall_rose_by_group(cube), summaries or {}
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.is_axial for rose in roses.values())
     figure, panels = create_panel_grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)

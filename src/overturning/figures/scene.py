@@ -10,7 +10,7 @@ from overturning.figures.rose import common_radius, draw_rose
 from overturning.figures.style import INK, PAGE_WIDTH, SERIES, create_panel_grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
-from overturning.statistics.roses import rose_of_all_records
+from overturning.statistics.roses import fall_rose_of_all_records
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,13 +58,13 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Draw the `rose_of_all_records` of each named cube of a single element, on one scale."""
+    """Draw the `fall_rose_of_all_records` of each named cube of a single element, on one scale."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
     figure, panels = create_panel_grid(
         rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cubes), polar=True
     )
-    roses = {name: rose_of_all_records(cube) for name, cube in cubes.items()}
+    roses = {name: fall_rose_of_all_records(cube) for name, cube in cubes.items()}
     top = common_radius(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_rose(axes, rose, top)

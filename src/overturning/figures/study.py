@@ -14,7 +14,7 @@ from overturning.figures.write import Write, refill_folder
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
-from overturning.statistics.logistic import fit_overturning_model
+from overturning.statistics.logistic import fit_logistic_overturning_model
 from overturning.study.cube import open_records
 
 
@@ -41,7 +41,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
             )
         else:
             another = element_size_note(cube)
-            fit = None if another else fit_overturning_model(cube, intensity)
+            fit = None if another else fit_logistic_overturning_model(cube, intensity)
             plane = intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max()), another)
             write(plane, folder / "plane")
 

@@ -7,7 +7,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negated
 from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
-from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning_model
+from overturning.statistics.logistic import LEVEL, coefficient_rows, fit_logistic_overturning_model
 
 DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
@@ -132,13 +132,13 @@ class PublishedComparison(Finding):
     """True if the block overturns in the study; None if the outcome is not known."""
 
 
-def fit_overturning_probability(results: StudyResults) -> LogisticFitFindings | None:
+def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     """Fit a logistic model of the fall probability; None for 3-D models and elements of several sizes."""
     if not results.model.one_component or element_size_note(results.cube):
         return None
-    fit = fit_overturning_model(results.cube, results.intensity)
+    fit = fit_logistic_overturning_model(results.cube, results.intensity)
     rows = []
-    for name, value, low, high, least, most in coefficient_table(fit):
+    for name, value, low, high, least, most in coefficient_rows(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
         rows.append(
             LogisticCoefficient(

@@ -10,7 +10,7 @@ from overturning.findings.causes import (
     LogisticFitFindings,
     PublishedComparison,
     compare_outcomes_with_published,
-    fit_overturning_probability,
+    logistic_fit_findings,
     skill_of_published_criteria,
 )
 from overturning.findings.contrast import (
@@ -18,8 +18,8 @@ from overturning.findings.contrast import (
     SiteFallRates,
     VariantContrast,
     contrast_study_with_variants,
-    element_outcomes,
-    site_fall_rates,
+    element_fall_findings,
+    population_fall_rates_by_soil,
     unconverged_soil_analyses,
 )
 from overturning.findings.direction import (
@@ -45,7 +45,7 @@ from overturning.findings.extent import (
     StudyExtent,
     cell_counts_by_status,
     choose_report_maps,
-    sources_of_records,
+    source_and_licence_of_records,
     study_extent,
 )
 from overturning.findings.population import PopulationFindings, population_findings
@@ -143,8 +143,8 @@ def findings_from_results(results: StudyResults) -> Findings:
         contrasts=contrast_study_with_variants(results),
         reference_alignments=fall_alignments_with_references(results),
         planar_model_agreement=planar_model_agreement(results),
-        element_outcomes=element_outcomes(results),
-        site_fall_rates=site_fall_rates(results),
+        element_outcomes=element_fall_findings(results),
+        site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
         surveys=all_survey_findings(results),
         inferred_motions=all_inferred_motion_findings(results),
@@ -152,7 +152,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         published_agreement=count_blocks_that_agree_with_published(results),
         published_comparisons=compare_outcomes_with_published(results),
         population=population_findings(results),
-        logistic_fit=fit_overturning_probability(results),
+        logistic_fit=logistic_fit_findings(results),
         criteria_scores=skill_of_published_criteria(results),
         final_twist=final_twist_findings(results),
         ensemble=ensemble_findings(results),
@@ -161,7 +161,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         records=record_facts(results),
         record_notes=record_notes(results),
         cells=cell_counts_by_status(results),
-        sources=sources_of_records(results),
+        sources=source_and_licence_of_records(results),
         numerical_quality=numerical_quality(results),
     )
 

@@ -234,7 +234,7 @@ def _population_fall_rates(results: StudyResults, variant: str, record_indices: 
     return np.asarray(rates[record_indices], np.float64)
 
 
-def element_outcomes(results: StudyResults) -> list[ElementOutcomes]:
+def element_fall_findings(results: StudyResults) -> list[ElementOutcomes]:
     """Count the falls of each element of the study and of its variants.
 
     Empty if all have the same scene of one element.
@@ -269,7 +269,7 @@ def _element_outcomes(
     )
 
 
-def site_fall_rates(results: StudyResults) -> list[SiteFallRates]:
+def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
     """Compute the share of the population that falls, for each soil column and amplitude.
 
     Empty without a variant that sets the soil, or without a population.

@@ -162,7 +162,7 @@ def _alignment_under_rule(
     )
 
 
-def _no_axis_reason(results: StudyResults) -> str:
+def _reason_for_no_axis(results: StudyResults) -> str:
     """Return why the falls have no axis that can be compared with a fault; "" if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
@@ -224,7 +224,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     difference = results.first_minus_second_group_alignment
     return FallDirection(
         has_comparable_axis=results.has_comparable_axis,
-        no_axis_because=_no_axis_reason(results),
+        no_axis_because=_reason_for_no_axis(results),
         groups=groups,
         alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
         if difference and difference.n

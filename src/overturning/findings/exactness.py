@@ -17,7 +17,7 @@ from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
 from overturning.settings import Ensemble
 from overturning.statistics.by_record import apply_to_record_batches
-from overturning.statistics.space import standing_stone_twists_deg, summarise_twist
+from overturning.statistics.space import standing_stone_twists_deg, summarise_twists
 from overturning.statistics.spread import (
     Statistic,
     runs_disagree_on_fall,
@@ -100,7 +100,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
     """Summarise the final rotation about the vertical of standing stones; None for planar models."""
     if not results.model.twists:
         return None
-    found = summarise_twist(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
+    found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
     return FinalTwist(
         stones=found.stones, median_deg=found.median, percentile_90_deg=found.most, largest_deg=found.largest
     )

@@ -148,7 +148,7 @@ def cell_counts_by_status(results: StudyResults) -> list[CellCount]:
     ]
 
 
-def sources_of_records(results: StudyResults) -> list[RecordSource]:
+def source_and_licence_of_records(results: StudyResults) -> list[RecordSource]:
     """Return the source and the licence of the file of each record of the study."""
     return [
         RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))

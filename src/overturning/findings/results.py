@@ -17,7 +17,7 @@ from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import EarthquakeMean
 from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
-from overturning.statistics.falls import block_overturns, mean_fall_directions
+from overturning.statistics.falls import mean_fall_directions, overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.space import planar_agreement_counts
 from overturning.study.convergence import Convergence, read_convergence
@@ -116,7 +116,7 @@ class StudyResults:
     @cached_property
     def share_overturned(self) -> float:
         """Share of the cases with a known outcome that overturn; NaN if no outcome is known."""
-        return float(block_overturns(self.cube).mean().compute())
+        return float(overturning_indicator(self.cube).mean().compute())
 
     @cached_property
     def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:

@@ -194,7 +194,9 @@ def mean_share_over_earthquakes(
 
 
 def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:
-    """Compute the interval of the mean share over earthquakes; it is exact if all shares are 0 or all are 1.
+    """Compute the confidence interval of the mean over earthquakes of a share, 0 to 1.
+
+    The interval is exact if all shares are 0, or all are 1.
 
     Otherwise it is the `bootstrap_interval`. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
 

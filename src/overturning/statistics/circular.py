@@ -43,7 +43,9 @@ def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
     return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % sector_count)
 
 
-def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, spread_width_deg: float = 0.0) -> FloatArray:
+def fall_shares_by_sector(
+    angle_deg: ArrayLike, weight: FloatArray | None = None, spread_width_deg: float = 0.0
+) -> FloatArray:
     """Compute the share of the falls with azimuths `angle_deg` in each sector, shape (`SECTORS`,).
 
     Falls have the weights `weight` (default 1). All shares are 0 without falls.
@@ -99,7 +101,7 @@ def wrap_axis_difference(difference_deg: ArrayLike) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class TestResult:
+class StatisticalTestResult:
     """Result of a statistical test of ``n`` independent observations: its name, statistic and p-value.
 
     The statistic is defined as in the source of the test.
@@ -123,7 +125,7 @@ def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex12
     )
 
 
-def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> TestResult:
+def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent uniform directions, with no common one.
 
     The statistic is the length of the mean vector. Vectors may have different lengths; those of doubled angles test
@@ -141,14 +143,14 @@ def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> Test
     x, y = np.asarray(vector_cosines, dtype=np.float64), np.asarray(vector_sines, dtype=np.float64)
     n = int(x.size)
     if n == 0:
-        return TestResult("randomised Rayleigh", 0)
+        return StatisticalTestResult("randomised Rayleigh", 0)
     statistic = math.hypot(x.mean(), y.mean())
     drawn = np.abs((_unit_vectors_of_random_rotations(n) * np.hypot(x, y)).sum(axis=1)) / n
     extreme = int((drawn >= statistic * (1 - 1e-12)).sum())
-    return TestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
+    return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 
-def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
+def watson_u2_test(cumulative_probabilities: ArrayLike) -> StatisticalTestResult:
     """Test whether angles follow a distribution on the circle, with Watson's U² (not corrected for n).
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
@@ -157,24 +159,24 @@ def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
 
     Parameters
     ----------
-    distribution_values : array_like, shape (n,)
+    cumulative_probabilities : array_like, shape (n,)
         Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
         `ArgumentError` is raised if a value lies outside 0 to 1.
     """
-    ordered = np.sort(np.asarray(distribution_values, dtype=np.float64))
+    ordered = np.sort(np.asarray(cumulative_probabilities, dtype=np.float64))
     n = int(ordered.size)
     if n == 0:
-        return TestResult("Watson U²", 0)
+        return StatisticalTestResult("Watson U²", 0)
     if not (np.isfinite(ordered).all() and ordered[0] >= 0 and ordered[-1] <= 1):
         raise ArgumentError(
-            "distribution_values: values must lie in 0 to 1; pass the model's distribution function at the angles"
+            "cumulative_probabilities: values must lie in 0 to 1; pass the model's distribution function at the angles"
         )
     rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
     statistic = float(((ordered - ordered.mean() - rank + 0.5) ** 2).sum() + 1 / (12 * n))
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
     order = np.arange(1, 51)
     p_value = 2 * float(((-1.0) ** (order - 1) * np.exp(-2 * order**2 * math.pi**2 * max(modified, 0.0))).sum())
-    return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0) if n > 1 else 1.0)
+    return StatisticalTestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0) if n > 1 else 1.0)
 
 
 def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
@@ -185,7 +187,7 @@ def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities:
     return np.asarray((((difference - centre) ** 2) * sector_probabilities).sum(axis=-1) / total[..., 0])
 
 
-def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> TestResult:
+def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> StatisticalTestResult:
     """Test counts in successive sectors of a circle against the sectors' probabilities, with Watson's U².
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
@@ -218,7 +220,7 @@ def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: Float
     return np.asarray(np.where(np.isnan(parts), 0.0, parts).sum(axis=-1))
 
 
-def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray) -> TestResult:
+def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray) -> StatisticalTestResult:
     """Test counts in sectors against the sectors' probabilities with Pearson's X².
 
     The parameters are those of `grouped_watson_test`.
@@ -234,7 +236,7 @@ def _test_with_simulated_p_value(
     statistic_function: Callable[[FloatArray, FloatArray], FloatArray],
     sector_counts: FloatArray,
     sector_probabilities: FloatArray,
-) -> TestResult:
+) -> StatisticalTestResult:
     """Test sector counts against probabilities with `statistic_function` and a simulated p-value.
 
     Random counts are drawn from the multinomial distribution.
@@ -243,10 +245,10 @@ def _test_with_simulated_p_value(
     """
     n = int(sector_counts.sum())
     if n == 0:
-        return TestResult(test_name, 0)
+        return StatisticalTestResult(test_name, 0)
     statistic = float(statistic_function(sector_counts, sector_probabilities))
     draws = np.random.Generator(np.random.PCG64(1)).multinomial(
         n, sector_probabilities / sector_probabilities.sum(), size=SIMULATIONS
     )
     extreme = int((statistic_function(draws.astype(np.float64), sector_probabilities) >= statistic * (1 - 1e-12)).sum())
-    return TestResult(test_name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))
+    return StatisticalTestResult(test_name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))

@@ -48,7 +48,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     return turned.assign(changed)
 
 
-def falls_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
+def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     """Return 1 where a block falls towards an azimuth, 0 where not, NaN where the outcome is missing.
 
     Computed lazily if the cube is lazy.
@@ -79,7 +79,7 @@ def falls_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.Da
     return falls.assign_attrs(long_name="falls towards the azimuth", units="1")
 
 
-def block_overturns(cube: xr.Dataset) -> xr.DataArray:
+def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
     """Return, for each cell, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
     overturned = cube["overturned"]
     return xr.where(is_known_flag(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
@@ -92,7 +92,7 @@ def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArr
 
     Dimensions in ``kept_dims`` are kept as well; all others are averaged over.
     """
-    falls = block_overturns(cube)
+    falls = overturning_indicator(cube)
     shares = falls.mean([name for name in falls.dims if name not in ("record", *kept_dims)]).compute()
     return shares.transpose(..., "record").astype("float64")
 
@@ -105,7 +105,7 @@ def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float,
     """
     if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
         return math.nan, math.nan
-    falls = block_overturns(cube).where(cube["fault_normal"].notnull()).compute()
+    falls = overturning_indicator(cube).where(cube["fault_normal"].notnull()).compute()
     near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
     within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
     return within, beyond
@@ -181,7 +181,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
     """
     model = model_of(cube)
     once = {model.direction: model.distinct_direction_index(cube)}
-    return block_overturns(cube).isel(once).mean(model.direction).compute()
+    return overturning_indicator(cube).isel(once).mean(model.direction).compute()
 
 
 def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:

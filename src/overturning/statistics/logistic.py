@@ -17,7 +17,7 @@ from overturning.statistics.by_record import iterate_record_batches
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
-"""Predictors of `fit_overturning_model`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
+"""Predictors of `fit_logistic_overturning_model`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
 
 LEVEL = 0.95
 """Probability of the intervals."""
@@ -305,7 +305,7 @@ def overturning_regression_rows(
     return predictors, outcome, events, shares
 
 
-def fit_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
+def fit_logistic_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
     """Fit a logistic model of the fall probability, with the predictors `PREDICTORS`, to a cube.
 
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
@@ -314,7 +314,7 @@ def fit_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFi
     return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
-def coefficient_table(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+def coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
     """Return a row for each coefficient: name, estimate, ends of the interval, range of the predictor.
 
     The range of the intercept is NaN.

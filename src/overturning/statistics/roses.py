@@ -13,13 +13,15 @@ from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_w
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_record_cubes, record_groups
-from overturning.statistics.circular import SECTORS, sector_shares
-from overturning.statistics.falls import falls_towards_azimuths, informative_block_mask
+from overturning.statistics.circular import SECTORS, fall_shares_by_sector
+from overturning.statistics.falls import fall_counts_towards_azimuths, informative_block_mask
 
 
 @dataclass(frozen=True)
 class FallRose:
-    """Rose of falls: share of falls in each sector of azimuth, over a full circle, or over half of it for axes.
+    """Rose of falls: the share of the falls in each sector of azimuth, as a mean over earthquakes.
+
+    The sectors cover a full circle, or half of it for axes.
 
     Sectors are 360° / `SECTORS` wide and ascending; the first is centred on 0°.
 
@@ -46,12 +48,12 @@ class FallRose:
 
     @property
     def is_axial(self) -> bool:
-        """True if falls in opposite directions are counted in one sector, so that the rose covers half of a circle."""
+        """True if falls in opposite directions share a sector, so that sectors cover half a circle."""
         return self.shares.size < SECTORS
 
     @property
     def title(self) -> str:
-        """Title of the rose, which states the number of earthquakes."""
+        """Title of the rose: the number of earthquakes with falls."""
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
@@ -59,8 +61,11 @@ _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
 """Variables of a 3-D cube that determine the weight of a fall."""
 
 
-def _nominal_fall_azimuths(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Return azimuths, degrees, and weights of the falls of informative blocks under one record."""
+def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
+    """Return azimuth, degrees, and weight of the falls in a cube of one record, two arrays of one shape.
+
+    Only informative blocks count. In planar models there is one entry per azimuth, whose weight is its number of falls.
+    """
     if not model_of(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
@@ -68,26 +73,26 @@ def _nominal_fall_azimuths(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
             parts = (cube[name].to_numpy() for name in _DIRECTIONS)
             weight = direction_weight(*parts)
         return angles[fell].astype(np.float64), weight[fell]
-    towards = falls_towards_azimuths(cube).where(informative_block_mask(cube))
+    towards = fall_counts_towards_azimuths(cube).where(informative_block_mask(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
     counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
     return azimuth, counts
 
 
-def _fall_spread_width(azimuth: FloatArray) -> float:
-    """Return the width, degrees, over which the falls at one azimuth are spread in a rose.
+def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
+    """Return the width, degrees, over which a rose spreads the falls at each azimuth of a planar cube.
 
     It is 0 for a single plane, and if all sectors have equally many planes.
     """
-    step = azimuth_gaps(azimuth, FULL_TURN)[1]
+    step = azimuth_gaps(plane_azimuths_deg, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step
-    return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
+    return 0.0 if plane_azimuths_deg.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 
 def fall_rose(
     cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
 ) -> FallRose:
-    """Compute the share of falls in each sector of azimuth (rose), of the informative blocks of a cube.
+    """Compute the share of falls in each sector of azimuth (rose), from the informative blocks of a cube.
 
     Nominal outcomes are used, and the cube is read one record at a time.
 
@@ -102,11 +107,11 @@ def fall_rose(
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
     planes = model_of(cube).one_component
     for row, one in enumerate(iterate_record_cubes(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
-        azimuth, counts = _nominal_fall_azimuths(one)
+        azimuth, counts = _nominal_fall_azimuths_and_weights(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, azimuth_period_deg(cube)) if planes else counts
-            wide = _fall_spread_width(azimuth) if planes else 0.0
-            shares[row] = sector_shares(azimuth - zero[row], weight, wide)
+            wide = _rose_spread_width_deg(azimuth) if planes else 0.0
+            shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
     if axial:
         shares = shares[:, : SECTORS // 2] + shares[:, SECTORS // 2 :]
@@ -121,8 +126,10 @@ def fall_rose(
     return FallRose(total, means.mean(axis=0), low, high, len(means), from_normal)
 
 
-def rose_of_all_records(cube: xr.Dataset) -> FallRose:
-    """Compute the rose of falls under all records of a cube; angles count from the fault normal if one is known.
+def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
+    """Compute the rose of the falls under all records of a cube together.
+
+    Angles count from the fault normal if at least one record has one.
 
     Otherwise angles count from north. The sign of a fault normal is arbitrary, and a block in a plane falls along it,
     so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
@@ -131,7 +138,12 @@ def rose_of_all_records(cube: xr.Dataset) -> FallRose:
     return fall_rose(cube, from_normal=known, axial=known or model_of(cube).one_component)
 
 
-def rose_of_each_group(cube: xr.Dataset) -> dict[str, FallRose]:
-    """Compute the rose of falls under each group of records, by the name of the group; see `rose_of_all_records`."""
+def fall_rose_by_group(cube: xr.Dataset) -> dict[str, FallRose]:
+    """Compute a rose of falls for each group of records, by name of the group.
+
+    See `fall_rose_of_all_records` and `record_groups`.
+    """
     groups = record_groups(cube)
-    return {name: rose_of_all_records(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()}
+    return {
+        name: fall_rose_of_all_records(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()
+    }

@@ -99,7 +99,7 @@ def standing_stone_twists_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDA
     return {shape: kept[place, : count[place]] for place, shape in enumerate(shapes)}
 
 
-def summarise_twist(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
+def summarise_twists(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
     """Compute median, `quantile` and maximum of rotations, degrees; `twist_deg` gets partly sorted in place."""
     if twist_deg.size == 0:
         return TwistSummary(0, *(float("nan"),) * 3)

@@ -22,23 +22,23 @@ Statistic = Callable[[Counts, Counts, Any], FloatArray]
 """Function of the number of runs that fall to +1, the number that fall to −1, and the number of runs."""
 
 
-def runs_disagree_on_fall(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
+def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
     """Return 1 for cells in which some ensemble runs fall and others stand, otherwise 0.
 
-    `positive_falls` and `negative_falls` are the numbers of runs that fall to +1 and to −1, of `run_count` runs.
+    Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """
-    return np.asarray((positive_falls + negative_falls > 0) & (positive_falls + negative_falls < run_count), np.float64)
+    fall_counts = positive_fall_counts + negative_fall_counts
+    return np.asarray((fall_counts > 0) & (fall_counts < run_counts), np.float64)
 
 
-def runs_fall_to_both_sides(positive_falls: Counts, negative_falls: Counts, run_count: Any) -> FloatArray:
+def runs_fall_to_both_sides(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
     """Return 1 for cells in which most ensemble runs fall, and some to each side, otherwise 0.
 
-    `positive_falls` and `negative_falls` are the numbers of runs that fall to +1 and to −1, of `run_count` runs.
+    Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """
-    return np.asarray(
-        (np.minimum(positive_falls, negative_falls) > 0) & (2 * (positive_falls + negative_falls) > run_count),
-        np.float64,
-    )
+    smaller_counts = np.minimum(positive_fall_counts, negative_fall_counts)
+    fall_counts = positive_fall_counts + negative_fall_counts
+    return np.asarray((smaller_counts > 0) & (2 * fall_counts > run_counts), np.float64)
 
 
 def unbiased_first_batch_statistic(

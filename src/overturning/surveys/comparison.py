@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import (
-    TestResult,
+    StatisticalTestResult,
     chi_square_test,
     grouped_watson_test,
     mean_angle_and_resultant,
@@ -53,11 +53,11 @@ class SurveyComparison:
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
         Share of surveys with uniform random directions that have a ratio at least as large.
-    fit_octants, fit_octants_watson : TestResult
+    fit_octants, fit_octants_watson : StatisticalTestResult
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
-    fit_exact : TestResult
+    fit_exact : StatisticalTestResult
         Watson U² of exact azimuths against the prediction; n = 0 without exact azimuths.
-    uniform_octants : TestResult
+    uniform_octants : StatisticalTestResult
         Grouped Watson U² of the octants against uniformity.
     confusion : ndarray, shape (5, 5), or None
         Stones with known face and B/H: observed (rows) and most probable (columns) sides, in the order of `SIDES`.
@@ -91,10 +91,10 @@ class SurveyComparison:
     octant_predicted: StoredFloats
     log_likelihood_ratio: StoredFloat
     likelihood_ratio_p: StoredFloat
-    fit_octants: TestResult
-    fit_octants_watson: TestResult
-    fit_exact: TestResult
-    uniform_octants: TestResult
+    fit_octants: StatisticalTestResult
+    fit_octants_watson: StatisticalTestResult
+    fit_exact: StatisticalTestResult
+    uniform_octants: StatisticalTestResult
     confusion: StoredCounts | None
     turned_every_way: int
     without_face: int

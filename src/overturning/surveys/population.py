@@ -109,7 +109,7 @@ def random_neighbour_grid_indices(
     return (below + (uniform_numbers < where - below)).astype(np.intp)
 
 
-def share_outside_grid(cube: xr.Dataset, stones: DrawnStones) -> float:
+def share_of_stones_outside_grid(cube: xr.Dataset, stones: DrawnStones) -> float:
     """Return the share of stones whose height, B/H or friction lies outside the range of the cube."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
@@ -236,7 +236,7 @@ def population_rates_by_record(cube: xr.Dataset, population: Population) -> xr.D
         "end": ("end", ["low", "high"]),
     }
     about = {
-        "outside": share_outside_grid(cube, stones),
+        "outside": share_of_stones_outside_grid(cube, stones),
         "members": stones.height.size,
         "period": list(population.period),
     }

@@ -11,7 +11,7 @@ from overturning.model.edges import edge_probabilities
 from overturning.model.planes import fall_probability, plane_weight
 from overturning.model.symmetry import FULL_TURN, nearest_cells
 from overturning.statistics.circular import sector_index
-from overturning.statistics.falls import add_opposite_azimuths, falls_towards_azimuths
+from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -48,7 +48,7 @@ class SiteFallPrediction:
         self.background = background
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
-        self.azimuth: FloatArray = falls_towards_azimuths(site)["azimuth"].values.astype(np.float64)
+        self.azimuth: FloatArray = fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64)
         self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, divide_gaps=True)
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()

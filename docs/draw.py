@@ -13,7 +13,7 @@ from pen import Pen, Point
 
 from overturning.figures.style import FALLS, FAULT, MISSING
 from overturning.model.element import Element
-from overturning.model.geometry import PlacedElement, nearest_faces, place_elements, shared_segment_ends
+from overturning.model.geometry import PlacedElement, contact_segment_ends, nearest_faces_and_separation, place_elements
 from overturning.model.scene import Scene
 
 IMAGES = Path(__file__).parent / "images"
@@ -275,17 +275,21 @@ def faces() -> Pen:
 
         pen.text((centre, 22), title, size=12)
         for item, colour in ((b, GROUND), (a, STONE)):
-            pen.shape([at((min(max(x, -1.35), 1.35), max(z, -0.6))) for x, z in item.points], fill=colour, width=0.8)
-        face_a, face_b, _ = nearest_faces(a, b)
+            pen.shape(
+                [at((min(max(x, -1.35), 1.35), max(z, -0.6))) for x, z in item.vertices_in_scene],
+                fill=colour,
+                width=0.8,
+            )
+        face_a, face_b, _ = nearest_faces_and_separation(a, b)
         for item, face, colour in ((a, face_a, FALLS), (b, face_b, FAULT)):
-            ends = item.points[[face, (face + 1) % len(item.points)]]
-            normal, middle = item.shape.faces[face, 4:6], ends.mean(axis=0)
+            ends = item.vertices_in_scene[[face, (face + 1) % len(item.vertices_in_scene)]]
+            normal, middle = item.shape.face_table[face, 4:6], ends.mean(axis=0)
             pen.line(*(at((min(max(x, -1.35), 1.35), z)) for x, z in ends), colour=colour, width=2.6)
             pen.arrow(at(middle), at(middle + 0.28 * normal), colour=colour)
             for end in ends:
                 if abs(end[0]) < 1.35:
                     pen.dot(at(end), 4, fill="#ffffff", stroke=colour)
-        for end in shared_segment_ends(a, b):
+        for end in contact_segment_ends(a, b):
             if math.isfinite(end.gap):
                 pen.dot(at(end.point), 4)
     return pen

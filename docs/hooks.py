@@ -127,16 +127,16 @@ def commands() -> str:
 
 def keys() -> str:
     """Return the table of the keys of a study."""
-    from overturning.study.document import documentation_tables
+    from overturning.study.document import key_and_column_tables
 
-    return documentation_tables()["keys"]
+    return key_and_column_tables()["keys"]
 
 
 def columns() -> str:
     """Return the table of the columns of the record table."""
-    from overturning.study.document import documentation_tables
+    from overturning.study.document import key_and_column_tables
 
-    return documentation_tables()["columns"]
+    return key_and_column_tables()["columns"]
 
 
 def variables() -> str:

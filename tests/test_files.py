@@ -26,7 +26,7 @@ def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.Mo
     def full(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
 
-    monkeypatch.setattr("overturning.study.document.write_documentation", full)
+    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", full)
     text = said("study", "document", status=1)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
@@ -35,7 +35,7 @@ def test_interrupt_gives_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("overturning.study.document.write_documentation", stopped)
+    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", stopped)
     assert said("study", "document", status=130) == "Stopped; no incomplete file was kept.\n"
 
 

@@ -40,8 +40,8 @@ from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
 from overturning.records.declarations import FileDeclarations, FileProperties
 from overturning.records.store import write_record_to_motion_file
-from overturning.study.intensity import write_intensity
-from overturning.study.load import check_study
+from overturning.study.intensity import write_intensity_measures
+from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 from overturning.study.sections import BodySettings, Simulation
 from tests.expect import lacking, refused
@@ -142,7 +142,7 @@ def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A cube of two pulses, with motions and intensity measures beside it."""
     folder, settings = tmp_path_factory.mktemp("cube"), study(ensemble={"members": 0})
     records = [pulse(), replace(pulse("b", 3.0), fault_strike_deg=30.0)]
-    write_intensity(settings, records, folder / "intensity.nc")
+    write_intensity_measures(settings, records, folder / "intensity.nc")
     return cube_of(settings, records, folder)
 
 
@@ -228,7 +228,7 @@ def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
     (folder / "study.yaml").write_text(json.dumps(said))
     beside = cube.copy()
     beside.encoding["source"] = str(folder / "cube.nc")
-    both = explorer_data(beside), explorer_data(cube, study=check_study(said, "said"))
+    both = explorer_data(beside), explorer_data(cube, study=study_from_content(said, "said"))
     assert [cube["friction"][data["shown"]["friction"]].item() for data in both] == [friction, friction]
     return block_of(overturning.plot.polar(beside, "b"))
 

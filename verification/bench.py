@@ -92,7 +92,7 @@ def scalar_runs(
 ) -> tuple[Callable[[], object], int]:
     """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
     width, height = np.array([0.24]), np.array([0.6])
-    stiff, _, dashpot = (float(one[0]) for one in SOFT.constants_per_mass(width, height, GRANITE_DENSITY))
+    stiff, _, dashpot = (float(one[0]) for one in SOFT.stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY))
     wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
     return lambda: [scalar.run_scalar_block(is_centred, wave, *own, mu) for mu in frictions], blocks * steps * (

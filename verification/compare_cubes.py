@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
-from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_differences
+from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percentage
 from verification.tables import markdown_table
@@ -26,7 +26,7 @@ SLIDES = 1e-3
 """Peak slip from which a stone counts as sliding, m."""
 
 
-def azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
+def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
     """True where the azimuths, degrees, of two falls differ by at least `MAX_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
     turn = np.nan_to_num(np.asarray(second_azimuths, np.float64) - np.asarray(first_azimuths, np.float64))
     return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= MAX_AZIMUTH_DIFFERENCE_DEG)
@@ -44,7 +44,7 @@ def neighbours_agree(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = N
         equal = along[1:] == along[:-1]
         if fall_azimuths is not None:
             ways = np.moveaxis(fall_azimuths, at, 0)
-            equal &= ~azimuths_differ(ways[1:], ways[:-1])
+            equal &= ~fall_azimuths_differ(ways[1:], ways[:-1])
         kept[1:] &= equal
         kept[:-1] &= equal
         if name == "azimuth" and values.size > 1 and values[-1] + values[1] - values[0] == values[0] + 360:
@@ -88,10 +88,10 @@ def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
     flags = old_cube.overturned.fillna(INT8_MISSING).astype(np.int8)
     before, after = flags.values, new_cube.overturned.fillna(INT8_MISSING).astype(np.int8).values
     azimuths = (old_cube.fall_azimuth.values, new_cube.fall_azimuth.values) if "fall_azimuth" in old_cube else None
-    away = None if azimuths is None else azimuths_differ(*azimuths)
+    away = None if azimuths is None else fall_azimuths_differ(*azimuths)
     firm = neighbours_agree(flags, None if azimuths is None else azimuths[0])
-    counts = count_differences(before, after, away)
-    firmly = count_differences(before[firm], after[firm], None if away is None else away[firm])
+    counts = count_outcome_differences(before, after, away)
+    firmly = count_outcome_differences(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = (
         relative_peak_rotation(old_cube),
         relative_peak_rotation(new_cube),

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.model.results import CaseResults
 from overturning.model.status import Status
-from overturning.study.answers import DifferenceCounts, count_differences
+from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences
 from verification.inputs import CaseGroup
 from verification.timing import TimedResults, time_run
 
@@ -75,10 +75,10 @@ def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
 class ResultDifference(NamedTuple):
     """Differences between results and a reference: changed flags and sides, rotation errors, and cost."""
 
-    counts: DifferenceCounts
-    firm: DifferenceCounts
+    counts: OutcomeDifferenceCounts
+    firm: OutcomeDifferenceCounts
     """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
-    moving: DifferenceCounts
+    moving: OutcomeDifferenceCounts
     """Counts over the cases that the reference simulates."""
     rotation: FloatArray
     """Errors of peak rotation, as a share of α."""
@@ -110,9 +110,9 @@ def compare_results(
     firm = neighbours_agree(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
     moves = reference_results.status != Status.AT_REST
     return ResultDifference(
-        count_differences(right, flags),
-        count_differences(right[firm], flags[firm]),
-        count_differences(right[moves], flags[moves]),
+        count_outcome_differences(right, flags),
+        count_outcome_differences(right[firm], flags[firm]),
+        count_outcome_differences(right[moves], flags[moves]),
         peak_rotation_errors(flags, results.peak_rotation, right, reference_results.peak_rotation),
         int((results.status == Status.UNSTABLE).sum()),
         int(results.block_steps.sum()),
@@ -130,6 +130,6 @@ def percentage(part: float, total: float) -> float:
     return 100.0 * part / total if total else float("nan")
 
 
-def error_shares(counts: DifferenceCounts) -> tuple[float, float]:
+def error_shares(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
     """Return the shares of cases with a wrong flag and of cases with a wrong flag or side, both in percent."""
     return percentage(counts.flags, counts.cases), percentage(counts.flags + counts.sides, counts.cases)

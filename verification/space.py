@@ -162,7 +162,7 @@ def measure_convergence() -> Iterator[MeasuredFigure]:
 def measure_study() -> Iterator[MeasuredFigure]:
     """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
-    axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.dimension_names[1:]}
+    axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(read_default_motions().values())
     run_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.model.planes import azimuth_gaps, azimuth_period_deg
-from overturning.study.cube import element_of_cube, json_attribute, study_of_cube
+from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg
+from overturning.study.cube import element_name_of_cube, parse_json_attribute, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
 from overturning.study.schema import Study
 
@@ -28,7 +28,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
         study = cube_or_study
     elif "study" in cube_or_study.attrs:
         study, variant = study_of_cube(cube_or_study), cube_or_study.attrs["variant"]
-    scene_has_own = study is not None and study.body is None and not variant_scene(study, variant).sweeps_friction
+    scene_has_own = study is not None and study.body is None and not variant_scene(study, variant).varies_friction
     return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
 
 
@@ -48,24 +48,24 @@ def element_size_note(cube: "xr.Dataset") -> str:
     """Return a note that names the stone to which H and B/H of a cube belong; "" if its outcomes are of this stone."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).reference_name
-    if element_of_cube(cube) != reference:
-        return f"H and B/H are those of the {reference}, not of the {element_of_cube(cube)}"
+    if element_name_of_cube(cube) != reference:
+        return f"H and B/H are those of the {reference}, not of the {element_name_of_cube(cube)}"
     return variant_size_note(study, variant)
 
 
 def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
     """Return the notes on the assignment of records to earthquakes: merged names, and doubtful cases."""
-    return list(json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
+    return list(parse_json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 
 def azimuth_gap_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
     """Return the azimuth ranges that were not simulated, degrees; empty for a full circle."""
     if "azimuth" not in cube.dims:
         return []
-    period = azimuth_period_deg(cube)
+    period = azimuth_period_of_cube_deg(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     following = np.append(planes[1:], planes[:1] + period)
-    ranges = zip(planes.tolist(), following.tolist(), azimuth_gaps(planes, period)[0], strict=True)
+    ranges = zip(planes.tolist(), following.tolist(), azimuth_gaps_and_step(planes, period)[0], strict=True)
     return [(begin, end) for begin, end, missing in ranges if missing]
 
 

@@ -67,9 +67,9 @@ def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: 
     frictions, or comes from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on
     one radial scale (2-D only).
     """
-    from overturning.study.cube import first_shown_block
+    from overturning.study.cube import first_shown_height_and_friction
 
-    return _draw_fall_map("polar", cube.sel(first_shown_block(cube)), record, title)
+    return _draw_fall_map("polar", cube.sel(first_shown_height_and_friction(cube)), record, title)
 
 
 @_register_cube_figure
@@ -290,11 +290,11 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
 def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """Draw a figure of all records of a cube; its title names variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
-    from overturning.study.cube import sort_for_figures
+    from overturning.study.cube import sort_cube_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: it has no dimension record; keep the dimension: cube.sel(record=['rinaldi'])")
-    sorted_cube = sort_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
+    sorted_cube = sort_cube_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw_figure(sorted_cube)
     add_title_and_legend(
         figure,
@@ -305,13 +305,13 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the part of a cube under one record, sorted for figures and in memory."""
-    from overturning.study.cube import record_number, sort_for_figures
+    from overturning.study.cube import record_position, sort_cube_for_figures
 
-    number = record_number(cube, record)
+    number = record_position(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return sort_for_figures(one).drop_vars("record", errors="ignore").load()
+    return sort_cube_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
 def _check_motion_not_zero(motion: AnyMotion, figure_kind: str) -> AnyMotion:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from overturning.model.cases import check_heights
+from overturning.model.cases import check_stone_heights
 from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.validation import StrictModel
 
@@ -99,5 +99,5 @@ class Population(StrictModel):
     @classmethod
     def _check_stone_heights(cls, height: UniformRange) -> UniformRange:
         """Raise an error if the heights of the population are outside the allowed range."""
-        check_heights([height.low, height.high])
+        check_stone_heights([height.low, height.high])
         return height

@@ -21,9 +21,9 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.gather import merge_parts
-from overturning.study.load import load_study_from_text
+from overturning.study.load import load_study_from_file_or_json
 from overturning.study.scenes import numerics_of_study
-from overturning.study.sweep import sweep_record
+from overturning.study.sweep import sweep_cases_of_record
 from tests.dem.polygon_scenes import shipped
 from tests.dem.test_polygon_identity import FIELDS, cases_of, motion_of_noise
 
@@ -86,9 +86,9 @@ def space_hash(stored: Path, threads: int) -> str:
 def cube_hash(stored: Path, folder: Path, threads: int) -> str:
     """Return the hash of the cube file of a small study of one stored motion."""
     record = read_record_from_motion_file(stored)
-    study = load_study_from_text(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
+    study = load_study_from_file_or_json(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
-    sweep_record(study, record, folder / "part.nc", numerics=numerics_of_study(study, threads))
+    sweep_cases_of_record(study, record, folder / "part.nc", numerics=numerics_of_study(study, threads))
     merge_parts(study, [record], [folder / "part.nc"], folder / "cube.nc")
     return hashlib.sha256((folder / "cube.nc").read_bytes()).hexdigest()
 

@@ -22,11 +22,11 @@ from overturning.dem.simulate import create_case_grid
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
-from overturning.model.shapes import Polyhedron, RectangularPrism, as_shape
+from overturning.model.shapes import Polyhedron, RectangularPrism, shape_from_name_or_sides
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
 
@@ -140,20 +140,20 @@ OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
     "rectangle, level ground": partial(
         of_cases, Body(RectangularPrism(), VertexContact(1e-4, 0.5, 0.3)), drawn(50, 12, oblong=True)
     ),
-    "cylinder": partial(of_cases, Body(as_shape("circle")), drawn(40, 13), True),
-    "octagon": partial(of_cases, Body(as_shape(8)), drawn(30, 14), leave_out=False),
+    "cylinder": partial(of_cases, Body(shape_from_name_or_sides("circle")), drawn(40, 13), True),
+    "octagon": partial(of_cases, Body(shape_from_name_or_sides(8)), drawn(30, 14), leave_out=False),
     "wedge": partial(of_cases, Body(WEDGE), drawn(30, 15), True),
     "rectangle with the planes of its faces": of_faces,
     **{
         f"scene: {name}": partial(
-            of_cases, PlanarModel(one), drawn(20, 20 + number, reference_element_size(one)), number % 2 == 1
+            of_cases, PlanarModel(one), drawn(20, 20 + number, reference_height_and_b_over_h(one)), number % 2 == 1
         )
         for number, (name, one) in enumerate(SCENES.items())
     },
     "scene of a block": partial(of_cases, PlanarModel(), drawn(30, 30), True, general=True),
     "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
     "stack, Cundall": partial(
-        of_cases, PlanarModel(LOOSE), drawn(6, 32, reference_element_size(LOOSE)), True, scheme="cundall"
+        of_cases, PlanarModel(LOOSE), drawn(6, 32, reference_height_and_b_over_h(LOOSE)), True, scheme="cundall"
     ),
 }
 """Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""

@@ -10,8 +10,15 @@ from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
-from overturning.model.mesh import read_mesh
-from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism, as_shape, orientation_grid
+from overturning.model.mesh import read_mesh_polyhedron
+from overturning.model.shapes import (
+    Cylinder,
+    Polyhedron,
+    RectangularPrism,
+    RegularPrism,
+    orientations_over_period_deg,
+    shape_from_name_or_sides,
+)
 from overturning.model.solid import Solid
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -158,16 +165,16 @@ def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
     (tmp_path / "binary.stl").write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + rows)
     for path in tmp_path.iterdir():
         np.testing.assert_allclose(
-            read_mesh(path).unscaled_solid.inertia, Polyhedron(BOX).unscaled_solid.inertia, rtol=1e-6
+            read_mesh_polyhedron(path).unscaled_solid.inertia, Polyhedron(BOX).unscaled_solid.inertia, rtol=1e-6
         )
     with refused(ArgumentError, "box.xyz", ".obj", brief=True):
-        read_mesh(tmp_path / "box.xyz")
+        read_mesh_polyhedron(tmp_path / "box.xyz")
     (tmp_path / "broken.stl").write_text("solid")
     with refused(ArgumentError, "broken.stl", brief=True):
-        read_mesh(tmp_path / "broken.stl")
+        read_mesh_polyhedron(tmp_path / "broken.stl")
     (tmp_path / "large.obj").write_text("".join(f"v {1000 * x} {1000 * y} {1000 * z}\n" for x, y, z in BOX))
     with refused(ArgumentError, "large.obj", "600", "millimetres", brief=True):
-        read_mesh(tmp_path / "large.obj")
+        read_mesh_polyhedron(tmp_path / "large.obj")
 
 
 NOTCHED = np.array([[0, 0], [1, 0], [1, 0.3], [0.3, 0.3], [0.3, 1], [0, 1]], dtype=float)
@@ -208,9 +215,9 @@ def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_p
     """All vertices of a notched slab lie on its hull, but the hull has B/H 0.36 and the slab 0.42."""
     for path in slab(NOTCHED, tmp_path):
         with refused(ArgumentError, path.name, "not convex", "0.3, 0.0, 0.3", "inside the hull", brief=True):
-            read_mesh(path)
+            read_mesh_polyhedron(path)
     for path in slab(np.delete(NOTCHED, 3, axis=0), tmp_path):
-        assert read_mesh(path).unscaled_solid.base == 4
+        assert read_mesh_polyhedron(path).unscaled_solid.base == 4
 
 
 def test_a_convex_mesh_with_rounded_coordinates_is_accepted(tmp_path: Path) -> None:
@@ -221,7 +228,7 @@ def test_a_convex_mesh_with_rounded_coordinates_is_accepted(tmp_path: Path) -> N
     halves = [(one, other, one + 7) for one, other in pairs] + [(other, other + 7, one + 7) for one, other in pairs]
     lines = ["v {} {} {}".format(*point) for point in points] + ["f {} {} {}".format(*half) for half in halves]
     (tmp_path / "frustum.obj").write_text("\n".join(lines))
-    assert read_mesh(tmp_path / "frustum.obj").unscaled_solid.base == 7
+    assert read_mesh_polyhedron(tmp_path / "frustum.obj").unscaled_solid.base == 7
 
 
 LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
@@ -268,7 +275,7 @@ def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -
     with refused(ArgumentError, "static_penetration", "0"):
         VertexContact(0.0)
     assert "two components" in simulate(motion, "rectangle", **grid).vertical_motion
-    assert as_shape(6).name == "6 sides"
+    assert shape_from_name_or_sides(6).name == "6 sides"
 
 
 @pytest.mark.parametrize("sides", [3, 4, 6, 7])
@@ -319,10 +326,10 @@ def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() ->
 
 def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
     grids = [
-        orientation_grid(5.0, RectangularPrism()),
-        orientation_grid(5.0, RectangularPrism(), [1.0, 2.0]),
-        orientation_grid(5.0, Cylinder()),
+        orientations_over_period_deg(5.0, RectangularPrism()),
+        orientations_over_period_deg(5.0, RectangularPrism(), [1.0, 2.0]),
+        orientations_over_period_deg(5.0, Cylinder()),
     ]
     assert [(grid.size, grid[-1]) for grid in grids] == [(18, 85.0), (36, 175.0), (1, 0.0)]
     with refused(ArgumentError, "orientation", "7°", "90°", brief=True):
-        orientation_grid(7.0, RectangularPrism())
+        orientations_over_period_deg(7.0, RectangularPrism())

@@ -14,7 +14,7 @@ from overturning.model import polyhedron
 from overturning.model.body import Body
 from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism
 from overturning.model.solid import Solid
-from overturning.model.tipping import DIRECTIONS, fall_limits
+from overturning.model.tipping import DIRECTIONS, fall_tilt_limits
 from overturning.motion.motion import Motion
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
@@ -39,8 +39,10 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     found = simulate_arrays(motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]}))
     assert found["overturned"].item() == (azimuth is not None)
     # The same case with a fall tilt of 80°, which is simulated for longer.
-    real = polyhedron._resting_faces
-    monkeypatch.setattr(polyhedron, "_resting_faces", lambda hull, size: (np.radians(80.0), real(hull, size)[1]))
+    real = polyhedron._least_tilt_and_resting_face_normals
+    monkeypatch.setattr(
+        polyhedron, "_least_tilt_and_resting_face_normals", lambda hull, size: (np.radians(80.0), real(hull, size)[1])
+    )
     path = trajectory(motion, Body(Polyhedron(FACETED, "longer")), **same)
     top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
     tilt = np.degrees(np.arcsin(np.hypot(path["tilt_east"], path["tilt_north"])[-1]))
@@ -100,7 +102,7 @@ def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: 
     whole = whole[ConvexHull(whole).vertices]
     stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._convex_hull(whole)
     size = float(np.ptp(whole, axis=0).max())
-    fall = fall_limits(hull, size, *polyhedron._resting_faces(hull, size))
+    fall = fall_tilt_limits(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size))
     assert len(stone.sectors) > 3
     for number in rng.integers(0, DIRECTIONS, 25):
         turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS

@@ -111,7 +111,7 @@ def test_steps_above_the_stable_limit_are_unstable(
 ) -> None:
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
     body = shape.solid(0.6, ratio, aspect)
-    normal, _, dashpot = SOFT.constants_per_mass(body)
+    normal, _, dashpot = SOFT.stiffness_and_damping_per_mass(body)
     mode = largest_unit_spring_eigenvalue(body)
     limit = float(longest_stable_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base * normal)

@@ -13,7 +13,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.scene import gravestone
-from overturning.model.shapes import as_shape
+from overturning.model.shapes import shape_from_name_or_sides
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -172,7 +172,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     touch = int(np.argmax((time > 0.3) & (depths(path)[0] > 0))) - 1
     gap, fall = -depths(path)[0][touch], -stone(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
-    normal, _, dashpot = contact.constants_per_mass(0.6, 0.6, 2650.0)
+    normal, _, dashpot = contact.stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
     duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
     start = time[touch] + (speed - fall) / STANDARD_GRAVITY
     # Its highest point after the rebound follows from the rebound speed.
@@ -199,7 +199,7 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
         for general in (False, True)
     }
     space = Cases(0.0, np.array(heights), 3.0, friction)
-    return found | {"body": run(as_shape("rectangle"), motion, space).peak_slip}
+    return found | {"body": run(shape_from_name_or_sides("rectangle"), motion, space).peak_slip}
 
 
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])

@@ -77,7 +77,7 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
     cases = blocks()
     made = plan_simulation(PlanarModel(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
     width = cases.b_over_h * cases.height
-    normal, tangential, dashpot = contact.constants_per_mass(width, cases.height, 2650.0)
+    normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, cases.height, 2650.0)
     square, rate = (
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
@@ -280,7 +280,11 @@ def test_no_contact_gets_a_silent_answer(penetration: float, damping_ratio: floa
 
 def test_where_the_default_contact_is_decided() -> None:
     stone, scene = gravestone(), shipped("three-tier")
-    assert stone.contact_law(*stone.elements).contact == scene.contact_law(*scene.elements[:2]).contact == Contact()
+    assert (
+        stone.contact_law(*stone.elements).springs_and_dashpots
+        == scene.contact_law(*scene.elements[:2]).springs_and_dashpots
+        == Contact()
+    )
     assert Contact().static_penetration == STATIC_PENETRATION
     given = gravestone(Contact(static_penetration=3e-6))
     assert given.contact_law(*given.elements).static_penetration == 3e-6

@@ -16,7 +16,7 @@ from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import compute_step
 from overturning.dem.polygon.suspended_pairs import resume_pairs
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import block, scene, shaken
@@ -115,7 +115,7 @@ def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tupl
     time = np.arange(0.0, 2.0, 0.01)
     motion = shaken(peak * np.sin(2.0 * np.pi * time))
     planned: Any = plan_scene_simulation(
-        PlanarModel(made), motion, Cases([0.0], *reference_element_size(made), 0.6), Numerics(leave_out=False)
+        PlanarModel(made), motion, Cases([0.0], *reference_height_and_b_over_h(made), 0.6), Numerics(leave_out=False)
     )
     chosen = np.zeros(1, np.int64)
     most, found, _ = steps_of(planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep)

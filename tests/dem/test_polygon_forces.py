@@ -51,7 +51,7 @@ def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
     assert known.size == len(time) - known[0] > 100
     steps = np.diff(time)[known[:-1]]
     for item in place_elements(shipped(path.attrs["scene"])):
-        if item.fixed:
+        if item.is_driven_or_held:
             continue
         force, moment = (values[known[:-1]] for values in on_element(path, item.element.name))
         base = 0.5 * (ground[1:] + ground[:-1])[known[:-1]]
@@ -84,7 +84,7 @@ def test_forces_press_at_vertices_and_respect_coulomb_friction(path: xr.Dataset)
 
 def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dataset) -> None:
     """The middle of the two lowest vertices is not necessarily below the centre; the ground does not rotate."""
-    item = next(one for one in place_elements(shipped(path.attrs["scene"])) if not one.fixed)
+    item = next(one for one in place_elements(shipped(path.attrs["scene"])) if not one.is_driven_or_held)
     way, low = path.sel(element=item.element.name), item.shape.vertices
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
     turn = way["rotation"].to_numpy()

@@ -10,8 +10,13 @@ from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, reference_element_size
-from overturning.model.pieces import convex_pieces, doubled_triangle_area, joined_outline, polygon_crosses_itself
+from overturning.model.geometry import place_elements, reference_height_and_b_over_h
+from overturning.model.pieces import (
+    convex_piece_vertex_indices,
+    doubled_triangle_area,
+    outline_of_joined_pieces,
+    polygon_crosses_itself,
+)
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
@@ -37,7 +42,7 @@ def area_of(points: np.ndarray) -> float:
 
 
 def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
-    height, ratio = reference_element_size(made)
+    height, ratio = reference_height_and_b_over_h(made)
     return run(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
 
@@ -51,7 +56,7 @@ def test_pieces_are_convex_and_fill_the_outline_with_its_sides_unchanged() -> No
     generator = np.random.default_rng(2)
     for number in range(60):
         points = star(generator, 4 + number % 12)
-        pieces = convex_pieces(points)
+        pieces = convex_piece_vertex_indices(points)
         assert sum(area_of(points[loop]) for loop in pieces) == pytest.approx(area_of(points), rel=1e-12)
         for loop in pieces:
             for k in range(len(loop)):
@@ -73,7 +78,7 @@ def test_an_outline_that_crosses_itself_is_detected() -> None:
 
 def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
     for order in permutations((FOOT, STEM)):
-        assert joined_outline("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
+        assert outline_of_joined_pieces("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
     halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
     for order in permutations(halves):
         whole = place_elements(scene(stone(pieces=list(order))))[1]
@@ -103,7 +108,9 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
-    assert np.degrees(prepared.placed[1].fallen_rotations) == pytest.approx([90, 90 + np.degrees(np.arctan2(0.5, 0.8))])
+    assert np.degrees(prepared.placed[1].fallen_rotations_rad) == pytest.approx(
+        [90, 90 + np.degrees(np.arctan2(0.5, 0.8))]
+    )
     time = np.arange(0, 4, 0.01)
     for share, sign, stands in ((0.275, 1, True), (0.275, 1, False), (0.525, -1, True), (0.525, -1, False)):
         level = (0.97 if stands else 1.03) * sign * share / 0.425 * 9.80665
@@ -141,7 +148,7 @@ def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
     whole, divided = (
         scene(stone(vertices=vertices), block("beside", 0.1, 0.5, x=0.6)) for vertices in (corners, notched)
     )
-    assert [len(place_elements(made)[1].shape.parts) for made in (whole, divided)] == [1, 2]
+    assert [len(place_elements(made)[1].shape.convex_parts) for made in (whole, divided)] == [1, 2]
     one, other = (answers(made, motion, azimuths) for made in (whole, divided))
     assert 0 < (one.overturned[:, 0] != 0).sum() < azimuths.size
     np.testing.assert_array_equal(other.overturned, one.overturned)

@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import nearest_faces, place_elements, scene_azimuth_period_deg
+from overturning.model.geometry import azimuth_period_of_outcome_deg, nearest_faces_and_separation, place_elements
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -32,7 +32,7 @@ def test_shipped_scenes_rest_and_are_skipped_below_their_threshold(name: str) ->
 
 
 def test_only_symmetric_scenes_are_mirrored() -> None:
-    assert [scene_azimuth_period_deg(shipped(name)) for name in SHIPPED] == [180, 180, 360, 360]
+    assert [azimuth_period_of_outcome_deg(shipped(name)) for name in SHIPPED] == [180, 180, 360, 360]
 
 
 def test_only_the_gravestone_uses_the_block_kernel() -> None:
@@ -43,8 +43,10 @@ def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> N
     made = shipped("gravestone")
     prepared = prepare_scene(made, height=1.2, b_over_h=0.3)
     stone = prepared.placed[1]
-    normal, tangential, dashpot = made.contact_law(*made.elements).contact.constants_per_mass(0.36, 1.2, 2650.0)
-    assert made.contact_law(*made.elements).contact == Contact()
+    normal, tangential, dashpot = made.contact_law(*made.elements).springs_and_dashpots.stiffness_and_damping_per_mass(
+        0.36, 1.2, 2650.0
+    )
+    assert made.contact_law(*made.elements).springs_and_dashpots == Contact()
     assert prepared.laws.normal[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
     assert prepared.laws.tangential[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
     assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
@@ -64,7 +66,7 @@ def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() 
     base, thin = place_elements(made), place_elements(made, height=2 * 0.636, b_over_h=0.2)
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
     assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
-    assert thin[3].points[:, 1].min() == pytest.approx(2 * base[3].points[:, 1].min())
+    assert thin[3].vertices_in_scene[:, 1].min() == pytest.approx(2 * base[3].vertices_in_scene[:, 1].min())
 
 
 def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
@@ -72,7 +74,7 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
     for angle, face in ((0.0, 0), (30.0, 0), (44.9, 0), (45.1, 1), (80.0, 1)):
         made = scene(GROUND, {**LOW, "rotation_deg": angle, "at": [0, 1e-9]}, block("on", 0.1, 0.1, x=5))
         placed = place_elements(made)
-        found = nearest_faces(placed[1], placed[0])
+        found = nearest_faces_and_separation(placed[1], placed[0])
         assert found[:2] == (face, 2), angle
         assert found[2] == pytest.approx(1e-9, abs=1e-12)
 
@@ -80,7 +82,7 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
 def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
     """A ridge 1 cm next to a block: only the side of the block separates them, no side of the ridge does."""
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
-    tip = place_elements(scene(GROUND, ridge | {"at": [0, 0]}))[1].points[:, 0].max()
+    tip = place_elements(scene(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
 
     def next_to(gap: float) -> Scene:
         return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))

@@ -90,7 +90,7 @@ def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: floa
     """A block of critical angle α on a slope β tips downhill from tan(α − β) g, and rests on its whole base."""
     prepared = prepare_scene(_on_slope(0.2, 0.3, 0.6), height, b_over_h)
     assert prepared.threshold == pytest.approx(np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9)
-    sides = np.diff(prepared.placed[1].points[:3], axis=0)
+    sides = np.diff(prepared.placed[1].vertices_in_scene[:3], axis=0)
     assert np.hypot(*sides.T) == pytest.approx([b_over_h * height, height])
     assert sides[0] @ sides[1] == pytest.approx(0.0, abs=1e-9)
 
@@ -246,7 +246,7 @@ def test_a_block_stopped_by_a_wall_leans_at_the_geometric_angle() -> None:
 def test_the_contact_between_two_free_blocks_has_the_highest_mode() -> None:
     """Each block adds K (1/m + r²/I) = 4 K/m for a rectangle; at rest each has at most 6 K/m."""
     made = prepare_scene(scene(block("one", 0.3, 0.3, x=-0.2), block("other", 0.3, 0.3, x=0.25)))
-    masses = [item.mass for item in made.placed if not item.fixed]
+    masses = [item.mass for item in made.placed if not item.is_driven_or_held]
     stiffness = made.laws.normal[made.pairs.index((2, 1, 0, 0))]
     assert made.square == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
 
@@ -302,6 +302,6 @@ def test_a_shaft_leaning_more_has_no_critical_angle_but_its_base_has() -> None:
 
 def test_a_shaft_a_tenth_of_a_degree_from_a_wall_has_a_critical_angle() -> None:
     lean = np.radians(0.05)
-    edge = prepare_scene(leaning_shaft(lean)).placed[2].points[:, 0].max()
+    edge = prepare_scene(leaning_shaft(lean)).placed[2].vertices_in_scene[:, 0].max()
     wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}
     assert prepare_scene(leaning_shaft(lean, wall)).alpha[2] == pytest.approx(np.arctan(1.0 / 3.0) - lean, rel=1e-6)

@@ -20,7 +20,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.falls import as_model
+from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
 from overturning.model.scene import check_scene, gravestone
@@ -76,7 +76,7 @@ def test_the_gravestone_is_the_default_of_every_function() -> None:
     "model", [None, shipped("three-tier"), "rectangle", 6], ids=["block", "scene", "rectangle", "hexagon"]
 )
 def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
-    known = as_model(model)
+    known = model_from_scene_or_shape(model)
     axes = {f"{known.direction}_deg": [10.0, 50.0], "height": [0.6], "b_over_h": [0.25, 0.75], "friction": [0.7]}
     arrays = simulate_arrays(MOTION, model, **axes)
     cells = [cell.ravel() for cell in np.meshgrid(*axes.values(), indexing="ij")]
@@ -84,7 +84,7 @@ def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
     assert len(np.unique(results.overturned)) > 1
     one = {name: float(values[-1]) for name, values in axes.items()}
     path = trajectory(MOTION, model, **one)
-    path = path.sel(element=list(known.elements)) if "element" in path.dims else path
+    path = path.sel(element=list(known.free_element_names)) if "element" in path.dims else path
     for variable in known.variables:
         if variable.name != known.copied:
             values = getattr(results, variable.name)
@@ -99,7 +99,7 @@ def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, 
     cell = simulate_arrays(MOTION, model, orientation_deg=orientation, **size)
     path = trajectory(MOTION, model, orientation_deg=orientation, **size)
     assert path.attrs["orientation_deg"] == orientation
-    for variable in as_model(model).variables:
+    for variable in model_from_scene_or_shape(model).variables:
         if variable.name != "repeated":
             shown = variable.decode(cell[variable.name]).item()
             np.testing.assert_array_equal(path[variable.name], shown, err_msg=variable.name)

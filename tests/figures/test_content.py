@@ -11,7 +11,7 @@ from overturning import Motion, open_cube, plot
 from overturning.errors import ArgumentError
 from overturning.model.status import Status
 from overturning.records.record import Record
-from overturning.study.intensity import write_intensity
+from overturning.study.intensity import write_intensity_measures
 from tests.expect import refused, said
 from tests.figures.test_explore import space_cube
 from tests.study.small_study import cube_of, pulse, study
@@ -23,7 +23,7 @@ OF_OUTCOMES = ("polar", "blocks", "plane", *OF_FALLS)
 def results_of(folder: Path, *records: Record) -> Path:
     """Write a cube with its motions and intensity measures, and return its path."""
     settings = study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
-    write_intensity(settings, list(records), folder / "intensity.nc")
+    write_intensity_measures(settings, list(records), folder / "intensity.nc")
     return cube_of(settings, list(records), folder)
 
 

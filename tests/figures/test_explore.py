@@ -12,7 +12,7 @@ import xarray as xr
 
 from overturning.figures import explore
 from overturning.figures.explore import explorer_data, write_explorer
-from overturning.study.load import check_study
+from overturning.study.load import study_from_content
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 BAD = "</script><script>window.hurt = 1</script>"
@@ -167,7 +167,9 @@ def test_times_span_the_falls_of_each_record_and_gaps_are_not_computed() -> None
 
 
 def test_title_question_and_report_are_those_of_the_study(tmp_path: Path) -> None:
-    study = check_study({"name": "a", "title": "Named", "question": "Where to?", "records": {"use": ["r0"]}}, "study")
+    study = study_from_content(
+        {"name": "a", "title": "Named", "question": "Where to?", "records": {"use": ["r0"]}}, "study"
+    )
     for report in ("report.html", ""):
         write_explorer(cube(), tmp_path / "look.html", study, report)
         text = (tmp_path / "look.html").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ from overturning.figures.style import style
 from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
-from overturning.model.shapes import as_shape
+from overturning.model.shapes import shape_from_name_or_sides
 from tests.figures.films import two_panels
 
 
@@ -59,15 +59,15 @@ def test_lengths_have_units() -> None:
 def test_titles_state_size_friction_and_direction() -> None:
     block = {"height": 0.6, "b_over_h": 0.3, "friction": 0.7}
     for model, size in (
-        (Body(as_shape("rectangle")), "A square stone 18 cm wide and 60 cm high"),
-        (Body(as_shape("circle")), "A round stone 18 cm across and 60 cm high"),
+        (Body(shape_from_name_or_sides("rectangle")), "A square stone 18 cm wide and 60 cm high"),
+        (Body(shape_from_name_or_sides("circle")), "A round stone 18 cm across and 60 cm high"),
         (PlanarModel(gravestone()), "A stone 18 cm wide and 60 cm high"),
     ):
         title = case_title(filmed_case(model, block, "Rinaldi", direction=30.0))
         assert title.startswith(f"{size}, friction 0.7, ")
         assert "N30°E" in title
         assert title.endswith("Rinaldi" if isinstance(model, Body) else "N30°E")
-    deep = case_title(filmed_case(Body(as_shape("rectangle")), block | {"aspect": 2.0}, "Rinaldi"))
+    deep = case_title(filmed_case(Body(shape_from_name_or_sides("rectangle")), block | {"aspect": 2.0}, "Rinaldi"))
     assert deep.startswith("A stone 18 cm wide, 36 cm deep and 60 cm high")
     stack = case_title(filmed_case(PlanarModel(load_scene("three-tier")), block, "Rinaldi"))
     assert "shaft 18 cm wide and 60 cm high" in stack

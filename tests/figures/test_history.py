@@ -12,8 +12,8 @@ from overturning.figures.write import save
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
-from overturning.study.intensity import write_intensity
-from overturning.study.load import check_study
+from overturning.study.intensity import write_intensity_measures
+from overturning.study.load import study_from_content
 
 TIME = np.arange(0, 60, 0.01)
 
@@ -83,8 +83,8 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
 
 def test_response_spectra_from_intensity_file_match_computed_ones(tmp_path):
     one = raw()
-    study = check_study({"name": "a", "records": {"use": [one.record_id]}, "azimuth": {"step": 90}}, "test")
-    write_intensity(study, [one], tmp_path / "i.nc")
+    study = study_from_content({"name": "a", "records": {"use": [one.record_id]}, "azimuth": {"step": 90}}, "test")
+    write_intensity_measures(study, [one], tmp_path / "i.nc")
     with style(), xr.open_dataset(tmp_path / "i.nc") as measures:
         spectra = measures["psa_rotd"].isel(record=0).sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
         for page, given in (("a.svg", spectra), ("b.svg", None)):

@@ -17,11 +17,11 @@ from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.style import azimuths_inside_gaps, compass_name, style
 from overturning.figures.write import save
-from overturning.model.planes import azimuth_weight
+from overturning.model.planes import relative_weight_of_azimuths
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
-from overturning.study.intensity import write_intensity
-from overturning.study.load import check_study
+from overturning.study.intensity import write_intensity_measures
+from overturning.study.load import study_from_content
 from tests.expect import refused
 from tests.figures.test_explore import space_cube
 from tests.study.small_study import cube_of, pulse
@@ -64,9 +64,9 @@ def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
 
 def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
     regular = np.arange(0.0, 360.0, 30.0)
-    np.testing.assert_allclose(azimuth_weight(regular), 1.0)
+    np.testing.assert_allclose(relative_weight_of_azimuths(regular), 1.0)
     added = np.sort(np.append(regular, [32.0, 212.0]))
-    weight = azimuth_weight(added)
+    weight = relative_weight_of_azimuths(added)
     assert weight[added == 32.0] == weight[added == 212.0]
     # Of seven planes: 30° and 32° have half of the 32° and of the 30° between their neighbours, 30° is regular.
     assert weight[added == 30.0] == pytest.approx(7 * 16 / 180)
@@ -159,9 +159,9 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
     """Regression: a scene with its own µ = 0.1 was labelled µ = 1, the friction of the study."""
     grid = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.4], "friction": [0.2, 1.0], "ensemble": {"members": 0}}
     scenes = {"scene": ICY, "variants": {"other": {"scene": "gravestone"}}}
-    settings = check_study({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")
+    settings = study_from_content({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")
     record = pulse()
-    write_intensity(settings, [record], tmp_path / "intensity.nc")
+    write_intensity_measures(settings, [record], tmp_path / "intensity.nc")
     block = {"height": 0.6, "b_over_h": 0.2, "friction": 0.2}
     for variant, said in (("nominal", ["µ of the scene"] * 2), ("other", ["µ = 0.2", "µ = 1"])):
         with open_cube(cube_of(settings, [record], tmp_path, variant)) as cube:

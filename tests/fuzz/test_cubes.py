@@ -23,8 +23,8 @@ from overturning.report.page import report_page
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
 from overturning.study.gather import merge_parts
-from overturning.study.load import check_study
-from overturning.study.sweep import sweep_record
+from overturning.study.load import study_from_content
+from overturning.study.sweep import sweep_cases_of_record
 from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
 from tests.report.by_hand import RECORD, STUDIES, changed
 
@@ -35,7 +35,7 @@ pytestmark = pytest.mark.long
 def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """A small cube, as it is written."""
     folder = tmp_path_factory.mktemp("cube")
-    study = check_study(
+    study = study_from_content(
         {
             "name": "small", "records": {"use": ["a"]}, "azimuth": {"step": 90}, "b_over_h": [0.3], "friction": [0.5],
             "ensemble": {"members": 0}, "verification": "none",
@@ -44,7 +44,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     )  # fmt: skip
     wave = 6.0 * np.sin(np.arange(300) / 12.0)
     record = Record("a", wave, 0.1 * wave, None, 0.01, station="S", event="E", sha256="0" * 64)
-    sweep_record(study, record, folder / "a.nc")
+    sweep_cases_of_record(study, record, folder / "a.nc")
     merge_parts(study, [record], [folder / "a.nc"], folder / "cube.nc")
     return (folder / "cube.nc").read_bytes()
 

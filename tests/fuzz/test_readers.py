@@ -10,13 +10,13 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from overturning.model.mesh import read_mesh
+from overturning.model.mesh import read_mesh_polyhedron
 from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_record_table
 from overturning.records.declarations import FileDeclarations
 from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
-from overturning.study.preflight import check_record_files, check_size
+from overturning.study.preflight import check_record_files, check_study_size
 from overturning.surveys.stones import read_survey
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
 from tests.records.malformed_corpus import COUNTS, WHOLE
@@ -79,7 +79,7 @@ def whole_study(path: Path) -> None:
     study = load_study(path)
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
-    check_size(study, "mine.yaml")
+    check_study_size(study, "mine.yaml")
     check_record_files(study, "mine.yaml")
 
 
@@ -132,7 +132,7 @@ def test_meshes(folder: Path) -> None:
     def read(case: tuple[str, bytes]) -> None:
         path = folder / f"body.{case[0]}"
         path.write_bytes(case[1])
-        met(lambda: read_mesh(path))
+        met(lambda: read_mesh_polyhedron(path))
 
     huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
     read(("ply", huge.encode()))

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.model.body import Body
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.model.planes import PlanarModel
 
 NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
@@ -21,8 +21,10 @@ def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
         },
         {"azimuth": [0, 90, 180, 270]},
     )
-    assert isinstance(model_of(cube), PlanarModel)
-    members, nominal = (model_of(cube).falls_in_distinct_cells(cube, use_ensemble=one) for one in (True, False))
+    assert isinstance(model_of_cube(cube), PlanarModel)
+    members, nominal = (
+        model_of_cube(cube).fall_probability_and_direction_by_cell(cube, use_ensemble=one) for one in (True, False)
+    )
     assert members["azimuth"].values.tolist() == [0, 90]
     assert members["weight"].values.tolist() == [0.5, 0.5]
     assert np.isnan([members[name].values[0] for name in NAMES]).all()
@@ -36,8 +38,8 @@ def test_a_body_falls_towards_its_own_azimuth() -> None:
         {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
         {"orientation": [0, 45, 60]},
     )
-    assert isinstance(model_of(cube), Body)
-    found = model_of(cube).falls_in_distinct_cells(cube)
+    assert isinstance(model_of_cube(cube), Body)
+    found = model_of_cube(cube).fall_probability_and_direction_by_cell(cube)
     np.testing.assert_allclose(found["weight"], 1 / 3)
     half = np.sqrt(0.5)
     values = np.array([found[name].values for name in NAMES])
@@ -57,6 +59,6 @@ def test_members_beyond_15_degrees_disagree(spread: float, apart: bool) -> None:
         },
         {"orientation": [0, 45]},
     )
-    found = Body().ensemble_disagreement(cube)
+    found = Body().member_fall_shares_by_cell(cube)
     assert found["agree"].values.tolist() == [True, False]
     assert found["apart"].values.tolist() == [apart, False]

@@ -63,13 +63,13 @@ def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
 
 def test_mirrored_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
     shape = make_polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
-    assert shape.symmetric
-    faces = {tuple(row) for row in shape.faces[:, 4:9]}
+    assert shape.is_mirror_symmetric
+    faces = {tuple(row) for row in shape.face_table[:, 4:9]}
     assert {(-nx, nz, offset, -middle, half) for nx, nz, offset, middle, half in faces} == faces
 
 
 def test_a_lopsided_polygon_is_not_symmetric() -> None:
-    assert not make_polygon("stone", [[-0.3, 0], [0.31, 0], [0.3, 1], [-0.3, 1]]).symmetric
+    assert not make_polygon("stone", [[-0.3, 0], [0.31, 0], [0.3, 1], [-0.3, 1]]).is_mirror_symmetric
 
 
 @pytest.mark.parametrize(
@@ -128,4 +128,4 @@ def test_a_trapezium() -> None:
     shape = make_polygon("stone", [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]])
     assert shape.area == pytest.approx(0.6)
     assert shape.centre == pytest.approx((0.0, 4 / 9))
-    assert shape.resting_rotations == pytest.approx([np.pi / 2 + np.arctan(0.2)] * 2)
+    assert shape.least_resting_rotations_rad == pytest.approx([np.pi / 2 + np.arctan(0.2)] * 2)

@@ -17,8 +17,8 @@ from overturning.records.duplicates import (
 )
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
-from overturning.study.load import check_study
-from overturning.study.preflight import check_record_files, check_records
+from overturning.study.load import study_from_content
+from overturning.study.preflight import check_record_files, read_and_check_records
 from tests.expect import refused
 from tests.records.record_writers import peer_text
 
@@ -116,8 +116,8 @@ def test_two_formats_of_one_motion_in_a_study(tmp_path):
     )
     (tmp_path / "records.tsv").write_text("\n".join(rows) + "\n")
     records = {"use": ["peer", "own"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
-    study = check_study({"name": "mine", "records": records}, "mine.yaml")
+    study = study_from_content({"name": "mine", "records": records}, "mine.yaml")
     entries, _ = check_record_files(study, "mine.yaml")
     with refused(ConfigError, "records own and peer have the same samples"):
-        check_records(study, entries)
-    check_records(study, {"peer": entries["peer"]})
+        read_and_check_records(study, entries)
+    read_and_check_records(study, {"peer": entries["peer"]})

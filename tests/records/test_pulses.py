@@ -12,7 +12,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
-from overturning.study.load import check_study, record_table_rows
+from overturning.study.load import record_table_rows, study_from_content
 from tests.expect import refused
 
 
@@ -56,18 +56,20 @@ def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
 
 
 def test_a_pulse_in_the_config_is_one_line():
-    study = check_study(
+    study = study_from_content(
         {"name": "x", "records": {"pulses": {"paper-sine": "sine amplitude_gal=300 period_s=1"}}}, "x.yaml"
     )
     assert study.records.use == ("paper-sine",)
     assert record_table_rows(study, "x.yaml")["paper-sine"].format == "synthetic"
-    both = check_study(
+    both = study_from_content(
         {"name": "x", "records": {"use": ["rinaldi"], "pulses": {"r": "ricker amplitude_gal=1 period_s=1"}}}, "x"
     )
     assert list(record_table_rows(both, "x")) == ["rinaldi", "r"]
     with pytest.raises(ConfigError, match=r"x\.yaml: records\.pulses: 'rinaldi' is also in"):
         record_table_rows(
-            check_study({"name": "x", "records": {"pulses": {"rinaldi": "sine amplitude_gal=1 period_s=1"}}}, ""),
+            study_from_content(
+                {"name": "x", "records": {"pulses": {"rinaldi": "sine amplitude_gal=1 period_s=1"}}}, ""
+            ),
             "x.yaml",
         )
 

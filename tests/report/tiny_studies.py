@@ -12,8 +12,8 @@ from overturning.figures.study import draw_study_figures
 from overturning.figures.write import write_figure
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
-from overturning.study.intensity import write_intensity
-from overturning.study.load import check_study
+from overturning.study.intensity import write_intensity_measures
+from overturning.study.load import study_from_content
 from tests.study.small_study import cube_of
 
 
@@ -44,10 +44,10 @@ def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **s
     }
     if "body" in study:
         del data["azimuth"]
-    settings = check_study(data | study, "test")
+    settings = study_from_content(data | study, "test")
     cube_of(settings, records, folder)
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
-    write_intensity(settings, kept, folder / "intensity.nc")
+    write_intensity_measures(settings, kept, folder / "intensity.nc")
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
     draw_illustrative_cases(cube, motions, figures / "illustrative")
     if drawn:

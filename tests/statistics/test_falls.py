@@ -6,8 +6,14 @@ import xarray as xr
 
 from overturning.errors import ResultError
 from overturning.labels import azimuth_gap_label
-from overturning.model.falls import model_of
-from overturning.model.planes import PlanarModel, azimuth_gaps, distinct_plane_positions, fall_probability, plane_weight
+from overturning.model.falls import model_of_cube
+from overturning.model.planes import (
+    PlanarModel,
+    azimuth_gaps_and_step,
+    circle_share_of_planes,
+    distinct_plane_indices,
+    fall_probability_to_either_side,
+)
 from overturning.statistics.elements import count_falls_by_element
 from overturning.statistics.falls import (
     add_opposite_azimuths,
@@ -84,7 +90,7 @@ def test_a_plane_is_counted_once(make_cube, sector) -> None:
     half = shares_of_directions_with_fall(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert model_of(cube).falls_in_distinct_cells(cube).sizes["azimuth"] == 36
+    assert model_of_cube(cube).fall_probability_and_direction_by_cell(cube).sizes["azimuth"] == 36
 
 
 def both_ways(azimuth, *_):
@@ -145,8 +151,8 @@ def test_lazy_is_the_same(make_cube, sector) -> None:
 def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     regular = make_cube(sector(60, 20))
     extra = make_cube(sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
-    assert plane_weight(
-        extra["azimuth"].values[distinct_plane_positions(extra["azimuth"].values)]
+    assert circle_share_of_planes(
+        extra["azimuth"].values[distinct_plane_indices(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
     assert float(
         shares_of_directions_with_fall(extra, summed_dims=("record", *PlanarModel.case_dims))
@@ -159,21 +165,23 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
 def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
-    assert plane_weight(part) == pytest.approx(np.full(12, 1 / 12))
-    assert plane_weight(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
+    assert circle_share_of_planes(part) == pytest.approx(np.full(12, 1 / 12))
+    assert circle_share_of_planes(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
     cube = make_cube(sector(62.5, 24), azimuth=part.tolist())
     assert shares_of_directions_with_fall(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
-    assert plane_weight([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), "no part of a finer grid"
+    assert circle_share_of_planes([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
+        "no part of a finer grid"
+    )
 
 
 def test_two_partial_circles_have_no_extra_weight() -> None:
     """A study of azimuths near both faces of a stone: the end planes of both parts have full weight."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
-    assert plane_weight(both) == pytest.approx(np.full(10, 1 / 10))
-    not_computed, step = azimuth_gaps(both)
+    assert circle_share_of_planes(both) == pytest.approx(np.full(10, 1 / 10))
+    not_computed, step = azimuth_gaps_and_step(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
-    assert np.flatnonzero(azimuth_gaps(both, 360.0)[0]).tolist() == [4, 9]
+    assert np.flatnonzero(azimuth_gaps_and_step(both, 360.0)[0]).tolist() == [4, 9]
 
 
 @pytest.mark.parametrize(
@@ -181,10 +189,10 @@ def test_two_partial_circles_have_no_extra_weight() -> None:
 )
 def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> None:
     """A range that ends a step too soon, since its end is excluded."""
-    not_computed, step = azimuth_gaps(list(part))
+    not_computed, step = azimuth_gaps_and_step(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
-    assert plane_weight(list(part)) == pytest.approx(1 / len(part))
+    assert circle_share_of_planes(list(part)) == pytest.approx(1 / len(part))
     said = azimuth_gap_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
     assert said == f"between {last}° and {180 + part[0]}°"
 
@@ -201,8 +209,8 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     ],
 )
 def test_azimuths_added_to_a_grid_leave_no_gap_elsewhere(whole) -> None:
-    assert not azimuth_gaps(whole)[0].any()
-    assert plane_weight(whole) == pytest.approx(plane_weight(whole, divide_gaps=True))
+    assert not azimuth_gaps_and_step(whole)[0].any()
+    assert circle_share_of_planes(whole) == pytest.approx(circle_share_of_planes(whole, divide_gaps=True))
 
 
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
@@ -226,7 +234,7 @@ def test_ensemble_before_flag(make_cube, sector) -> None:
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 1}] = 0.25
     cube = cube.assign(probability_towards=towards, probability_away=towards * 0 + 0.5)
-    p, nominal = fall_probability(cube), fall_probability(cube, use_ensemble=False)
+    p, nominal = fall_probability_to_either_side(cube), fall_probability_to_either_side(cube, use_ensemble=False)
     assert (p["towards"].isel(b_over_h=1) == 0.25).all()
     assert (p["away"].isel(b_over_h=1) == 0.5).all()
     xr.testing.assert_equal(p.isel(b_over_h=0), nominal.isel(b_over_h=0))
@@ -241,7 +249,7 @@ def test_a_single_azimuth(make_cube) -> None:
 
 def test_not_a_cube() -> None:
     with pytest.raises(ResultError, match="overturned"):
-        fall_probability(xr.Dataset({"x": 1}))
+        fall_probability_to_either_side(xr.Dataset({"x": 1}))
 
 
 def test_something_falls_where_any_element_does() -> None:

@@ -9,7 +9,7 @@ from obspy.geodetics import gps2dist_azimuth
 from scipy.stats import bootstrap, circmean, norm, t
 
 from overturning.model.body import Body
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     azimuth_away_from_epicentre,
@@ -65,7 +65,7 @@ def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
 
 def test_directions_and_axes_are_those_of_the_falls() -> None:
     cube = space_cube()
-    assert isinstance(model_of(cube), Body)
+    assert isinstance(model_of_cube(cube), Body)
     means, shares = (
         of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, shares_of_directions_with_fall)
     )

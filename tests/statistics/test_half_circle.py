@@ -12,7 +12,7 @@ from overturning.figures.cells import close_circle
 from overturning.figures.explore import explorer_data
 from overturning.figures.rose import rose_figure
 from overturning.findings.exactness import ensemble_findings
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.settings import Ensemble, Population
 from overturning.statistics.earthquakes import fall_axes_by_earthquake
 from overturning.statistics.falls import (
@@ -61,7 +61,7 @@ def of_roses(cube: xr.Dataset) -> list[float]:
 
 def of_the_ensemble(cube: xr.Dataset) -> object:
     study = SimpleNamespace(ensemble=Ensemble())
-    results = SimpleNamespace(cube=cube, model=model_of(cube), study=study)
+    results = SimpleNamespace(cube=cube, model=model_of_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 

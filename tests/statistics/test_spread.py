@@ -6,7 +6,7 @@ from scipy.stats import multinomial
 
 from overturning.settings import Ensemble
 from overturning.statistics.spread import runs_disagree_on_fall, runs_fall_to_both_sides, unbiased_first_batch_statistic
-from overturning.study.ensemble import probabilities_converged
+from overturning.study.ensemble import fall_probabilities_converged
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
@@ -23,7 +23,7 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
     runs = np.full(cells, settings.members)
     for size in (16, 8):
         first = np.where(np.arange(settings.members) < size, flags, np.int8(-128))
-        runs = np.where(probabilities_converged(first, settings.half_width), size, runs)
+        runs = np.where(fall_probabilities_converged(first, settings.half_width), size, runs)
     made = np.arange(settings.members) < runs[:, None]
     shares = [((flags == side) & made).sum(axis=1) / runs for side in (1, -1)]
     outcomes = np.array([(i, j, 8 - i - j) for i in range(9) for j in range(9 - i)])

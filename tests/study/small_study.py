@@ -8,10 +8,10 @@ import numpy as np
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.study.gather import merge_parts
-from overturning.study.load import check_study
+from overturning.study.load import study_from_content
 from overturning.study.parts import WHOLE, SweepChunk, part_paths
 from overturning.study.schema import Study
-from overturning.study.sweep import sweep_record
+from overturning.study.sweep import sweep_cases_of_record
 
 
 def study(**more: object) -> Study:
@@ -19,7 +19,7 @@ def study(**more: object) -> Study:
         "name": "small", "records": {"use": ["a", "b"]}, "azimuth": {"step": 60}, "b_over_h": [0.2, 0.3, 0.4],
         "height": [0.6], "friction": [0.58], "verification": {"at_least": 10},
     }  # fmt: skip
-    return check_study(base | more, "small")
+    return study_from_content(base | more, "small")
 
 
 def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float = 1.0, cycles: int = 1) -> Record:
@@ -42,7 +42,7 @@ def cube_of(
     parts = part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
         chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
-        sweep_record(settings, kept[number // chunks], part, variant, chunk=chunk)
+        sweep_cases_of_record(settings, kept[number // chunks], part, variant, chunk=chunk)
     path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
     merge_parts(settings, kept, parts, path, variant)
     return path

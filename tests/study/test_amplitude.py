@@ -12,13 +12,13 @@ from overturning.errors import MissingDataError, ResultError
 from overturning.motion.motion import Motion
 from overturning.study.cube import open_cube
 from overturning.study.gather import merge_parts
-from overturning.study.intensity import write_intensity
-from overturning.study.load import check_study
+from overturning.study.intensity import write_intensity_measures
+from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
-from overturning.study.sample import read_sample
+from overturning.study.sample import read_cell_sample
 from overturning.study.scenes import numerics_of_study
 from overturning.study.sections import Verification
-from overturning.study.sweep import sweep_record
+from overturning.study.sweep import sweep_cases_of_record
 from tests.expect import refused
 from tests.study.small_study import cube_of, pulse
 
@@ -34,14 +34,16 @@ RECORD = pulse("a", 4.0)
 def cubes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("cubes")
     several = {"one": {}, "three": {"amplitude": [0.5, 1, 2]}}
-    return {name: cube_of(check_study(SMALL | more, name), [RECORD], folder / name) for name, more in several.items()}
+    return {
+        name: cube_of(study_from_content(SMALL | more, name), [RECORD], folder / name) for name, more in several.items()
+    }
 
 
 def test_progress_increases_to_the_total_over_all_factors(tmp_path: Path) -> None:
     told: list[float] = []
-    settings = check_study(SMALL | {"amplitude": [0.5, 1, 2]}, "test")
+    settings = study_from_content(SMALL | {"amplitude": [0.5, 1, 2]}, "test")
     numerics = numerics_of_study(settings, progress=lambda done, whole: told.append(done / whole))
-    sweep_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
+    sweep_cases_of_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1.0)
 
@@ -79,14 +81,17 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
 def test_a_recheck_finds_every_factor_the_same_and_a_sample_is_as_recorded(cubes: dict[str, Path]) -> None:
     found = recheck(cubes["three"], cell_count=72)
     assert (found.of, found.cells, found.is_identical) == (72, 72, True)
-    samples = [read_sample(cubes[name], Verification(at_least=12)) for name in ("one", "three")]
+    samples = [read_cell_sample(cubes[name], Verification(at_least=12)) for name in ("one", "three")]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
 
 
 def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path]) -> None:
     with pytest.raises(ResultError, match=r"no amplitude 3; known: 0.5, 1, 2"):
         open_cube(cubes["three"], amplitude=3.0)
-    other, parts = check_study(SMALL | {"amplitude": [1, 3]}, "test"), cubes["three"].parent / "sweep" / "nominal"
+    other, parts = (
+        study_from_content(SMALL | {"amplitude": [1, 3]}, "test"),
+        cubes["three"].parent / "sweep" / "nominal",
+    )
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
         merge_parts(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
 
@@ -94,7 +99,7 @@ def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path])
 def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it_is(cubes: dict[str, Path]) -> None:
     """Regression: falls under twice the record were plotted at the PGA of the record itself."""
     path = cubes["three"]
-    write_intensity(check_study(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
+    write_intensity_measures(study_from_content(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
     with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:
         titles = [plot.polar(cube).get_suptitle() for cube in (twice, once)]
         assert ["motion × 2" in title for title in titles] == [True, False]

@@ -7,8 +7,13 @@ from overturning.commands.workflow import read_and_process_record
 from overturning.errors import ArgumentError, ConfigError
 from overturning.model.contact import ContactSettings
 from overturning.quantities import parse_quantity
-from overturning.study.document import CATALOGUE, catalogue_schema_text, insert_tables, study_schema_text
-from overturning.study.load import check_study, load_study, load_study_from_text, record_table_rows
+from overturning.study.document import (
+    CATALOGUE,
+    insert_tables_into_readme,
+    study_json_schema_text,
+    study_yaml_schema_text,
+)
+from overturning.study.load import load_study, load_study_from_file_or_json, record_table_rows, study_from_content
 from overturning.study.scenes import variant_contact
 from overturning.study.values import AzimuthRange, Range
 from tests.expect import refused
@@ -46,20 +51,20 @@ def test_shipped_studies_name_records_of_the_table(name: str) -> None:
 
 
 def test_schema_and_key_table_are_those_of_the_model() -> None:
-    assert (CONFIG / "schema.json").read_text(encoding="utf-8") == study_schema_text(), (
+    assert (CONFIG / "schema.json").read_text(encoding="utf-8") == study_json_schema_text(), (
         "run: overturning study document"
     )
-    assert (CONFIG.parent / CATALOGUE).read_text(encoding="utf-8") == catalogue_schema_text()
+    assert (CONFIG.parent / CATALOGUE).read_text(encoding="utf-8") == study_yaml_schema_text()
     readme = (CONFIG / "README.md").read_text(encoding="utf-8")
-    assert readme == insert_tables(readme), "run: overturning study document"
+    assert readme == insert_tables_into_readme(readme), "run: overturning study document"
 
 
 def test_filled_in_study_reads_back_equal() -> None:
     study = load_study(CONFIG / "tottori.yaml")
-    assert load_study_from_text(study.model_dump_json()) == study
-    assert load_study_from_text(str(CONFIG / "tottori.yaml")) == study
+    assert load_study_from_file_or_json(study.model_dump_json()) == study
+    assert load_study_from_file_or_json(str(CONFIG / "tottori.yaml")) == study
     with pytest.raises(ConfigError, match="not valid JSON"):
-        load_study_from_text("{name:")
+        load_study_from_file_or_json("{name:")
 
 
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
@@ -206,7 +211,7 @@ def test_each_wrong_key_or_value_gives_a_line_with_the_remedy(
 ) -> None:
     monkeypatch.chdir(CONFIG.parent)  # from where scenes are named
     with pytest.raises(ConfigError) as caught:
-        check_study({key: value for key, value in (SMALL | change).items() if value is not None}, "mine.yaml")
+        study_from_content({key: value for key, value in (SMALL | change).items() if value is not None}, "mine.yaml")
     text = str(caught.value)
     assert expected in text
     assert all(line.strip().startswith("mine.yaml: ") for line in text.split("\n"))
@@ -214,14 +219,14 @@ def test_each_wrong_key_or_value_gives_a_line_with_the_remedy(
 
 
 def test_record_that_is_not_in_the_table() -> None:
-    study = check_study({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
+    study = study_from_content({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):
         record_table_rows(study, "mine.yaml", CONFIG.parent)
 
 
 def test_record_missing_in_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    study = check_study({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
+    study = study_from_content({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match="there is none here but the package's: run in the study's project"):
         record_table_rows(study, "mine.yaml")
 
@@ -237,38 +242,44 @@ def test_unreadable_files(tmp_path: Path) -> None:
 
 
 def test_studies_are_frozen() -> None:
-    study = check_study(SMALL, "mine.yaml")
+    study = study_from_content(SMALL, "mine.yaml")
     with pytest.raises(ValidationError):
         study.density = 1.0
 
 
 def test_compatible_settings_are_accepted() -> None:
     """A population of blocks and of square prisms, soil of a variant, a spring of any stiffness above 0."""
-    assert check_study(SMALL | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x").population.height.high == 0.9
-    assert check_study(SMALL | {"body": {}, "population": {}}, "x").population.rotated == 5.0
-    assert check_study(SMALL | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
-    assert check_study(SMALL | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
+    assert (
+        study_from_content(SMALL | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x").population.height.high
+        == 0.9
+    )
+    assert study_from_content(SMALL | {"body": {}, "population": {}}, "x").population.rotated == 5.0
+    assert study_from_content(SMALL | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
+    assert study_from_content(SMALL | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
     block = {"block": {"scene": "gravestone", "contact": {"damping_ratio": 0.5}}}
     both = {"scene": ICY, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
-    assert check_study(SMALL | both, "x").friction == (0.2, 1.0)
-    assert check_study(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact is not None
+    assert study_from_content(SMALL | both, "x").friction == (0.2, 1.0)
+    assert (
+        study_from_content(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact
+        is not None
+    )
 
 
 def test_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
     variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
     own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
-    study = check_study(SMALL | {"contact": own, "variants": variants}, "x")
+    study = study_from_content(SMALL | {"contact": own, "variants": variants}, "x")
     assert variant_contact(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
     assert variant_contact(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
     for left_out in ((), {"contact"}):  # as a step of the workflow may be given it
-        part = check_study(study.model_dump(mode="json", exclude=left_out), "x")
+        part = study_from_content(study.model_dump(mode="json", exclude=left_out), "x")
         assert part.variants == study.variants
 
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])
 def test_unknown_keys_unlike_any_other_are_named(key: str) -> None:
     with pytest.raises(ConfigError, match="unknown key; known are ") as problem:
-        check_study({"name": "a", "records": {"use": ["b"]}, key: 1}, "mine.yaml")
+        study_from_content({"name": "a", "records": {"use": ["b"]}, key: 1}, "mine.yaml")
     assert str(problem.value).startswith(f'mine.yaml: "{key}": unknown key')
 
 
@@ -332,6 +343,6 @@ def test_times_after_an_unknown_start_are_refused(timed: dict[str, object]) -> N
     with refused(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"
     ):
-        check_study(SMALL | {"processing": [auto, {"step": "detrend"}, timed]}, "small.yaml")
+        study_from_content(SMALL | {"processing": [auto, {"step": "detrend"}, timed]}, "small.yaml")
     for steps in ([timed, auto], [auto | {"corner_hz": 0.1}, timed], [auto, {"step": "remove_mean"}]):
-        assert len(check_study(SMALL | {"processing": steps}, "small.yaml").processing or ()) == 2
+        assert len(study_from_content(SMALL | {"processing": steps}, "small.yaml").processing or ()) == 2

@@ -25,13 +25,13 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision
 from overturning.settings import Ensemble
-from overturning.study.answers import DifferenceCounts, count_differences, empty_outcomes
-from overturning.study.convergence import read_convergence
-from overturning.study.convergence_check import check_convergence, rerun_functions
+from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, empty_case_outcomes
+from overturning.study.convergence import read_convergence_result
+from overturning.study.convergence_check import case_rerun_functions, check_convergence
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
-from overturning.study.load import check_study
-from overturning.study.sample import CellSample, choose_random_cells, read_rigid_sample, read_sample
+from overturning.study.load import study_from_content
+from overturning.study.sample import CellSample, choose_random_cells, read_cell_sample, read_rigid_block_sample
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
@@ -66,9 +66,9 @@ def test_interval_without_cases_is_0_to_1() -> None:
 def test_comparison_counts_each_kind_of_change_once() -> None:
     first = np.array([0, 0, 1, 1, -1, -1, -128, 1, -128], np.int8)
     second = np.array([0, 1, 0, -1, -1, 1, 0, -128, -128], np.int8)
-    found = count_differences(first, second)
-    assert found == DifferenceCounts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
-    assert found + found == DifferenceCounts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
+    found = count_outcome_differences(first, second)
+    assert found == OutcomeDifferenceCounts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
+    assert found + found == OutcomeDifferenceCounts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
 
 
 def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
@@ -111,7 +111,7 @@ def swept(settings: Study, records: list[Record], folder: Path) -> Swept:
     """All of a small study, without an ensemble, and its sample as the rule draws it from the cube."""
     alone = settings.model_copy(update={"ensemble": Ensemble(members=0)})
     assert isinstance(settings.verification, Verification)
-    return Swept(records, read_sample(cube_of(alone, records, folder), settings.verification))
+    return Swept(records, read_cell_sample(cube_of(alone, records, folder), settings.verification))
 
 
 def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threads(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
         return again
 
     fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
-    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions", lambda _: fakes)
+    monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: fakes)
     found = check_convergence(settings, done.records, replace(done.sample, block_steps=1000))
     assert found.settling.model_dump() == {
         "changed": 4,
@@ -208,7 +208,7 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
 
 def cases_of(settings: Study, index: np.ndarray) -> Cases:
     grid = variant_grid(settings)
-    return grid.cases(list(index.T))
+    return grid.cases_at_positions(list(index.T))
 
 
 @pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
@@ -227,7 +227,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
-    sample = CellSample(np.zeros(2, np.int64), index, empty_outcomes(2, 1), none, sure, sure, np.ones(2), 36, 0)
+    sample = CellSample(np.zeros(2, np.int64), index, empty_case_outcomes(2, 1), none, sure, sure, np.ones(2), 36, 0)
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused
@@ -239,7 +239,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     settings = study(**data, verification={"at_least": 2})
     records = [short(7, "a"), short(8, "b")]
     cube = cube_of(settings, records, tmp_path)
-    rigid, sample = read_rigid_sample(cube, settings), read_sample(cube, settings.verification)
+    rigid, sample = read_rigid_block_sample(cube, settings), read_cell_sample(cube, settings.verification)
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.computed == len(rigid.record) == 2 * 3 * (2 + 3)
@@ -258,7 +258,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
     assert again == found.model_copy(update=one_fall_less | one_of_each)
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
-    assert read_convergence(tmp_path / "found.json").rigid == found
+    assert read_convergence_result(tmp_path / "found.json").rigid == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].samples)
     drop[50] = -10.0
@@ -279,17 +279,19 @@ ROW = {
 
 def row_of_two(**keys: object) -> Study:
     """A study of a slender and a squat stone beside each other: two free elements."""
-    return check_study({"name": "row", "records": {"use": ["a"]}, "scene": ROW, "friction": [0.7], **keys}, "row")
+    return study_from_content(
+        {"name": "row", "records": {"use": ["a"]}, "scene": ROW, "friction": [0.7], **keys}, "row"
+    )
 
 
 def test_sliding_blocks_and_other_shapes_have_no_rigid_reference() -> None:
     """No cube is read if there is no such cell."""
     nowhere = Path("nowhere.nc")
-    assert read_rigid_sample(nowhere, study(friction=[0.33, 0.99])) is None
-    assert read_rigid_sample(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
-    assert read_rigid_sample(nowhere, row_of_two(friction=[1.0])) is None
+    assert read_rigid_block_sample(nowhere, study(friction=[0.33, 0.99])) is None
+    assert read_rigid_block_sample(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
+    assert read_rigid_block_sample(nowhere, row_of_two(friction=[1.0])) is None
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
-    assert read_rigid_sample(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
+    assert read_rigid_block_sample(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
 def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> None:
@@ -319,13 +321,13 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
     own = run(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
-        for name, again in rerun_functions(settings).items()
+        for name, again in case_rerun_functions(settings).items()
     }
     finer, nominal = (
         plan_simulation(PlanarModel(settings.scene), motion, cases, Numerics(refinement=refinement))
         for refinement in (8, 1)
     )
-    assert rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
+    assert case_rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
     np.testing.assert_array_equal(finer.table["finest"], nominal.table["finest"])
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
@@ -344,8 +346,8 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
     scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = study(ensemble={"members": 0}, b_over_h=[0.2])
     motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
-    for kind, again in rerun_functions(scene).items():
-        found, expected = again(motion, cases), rerun_functions(block)[kind](motion, cases)
+    for kind, again in case_rerun_functions(scene).items():
+        found, expected = again(motion, cases), case_rerun_functions(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
@@ -355,7 +357,7 @@ def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     cube = cube_of(settings, [short(7)], tmp_path)
     output = tmp_path / "convergence.json"
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
-    found = read_convergence(output)
+    found = read_convergence_result(output)
     assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))
     with open_cube(cube, element=None) as opened:
@@ -375,7 +377,7 @@ def test_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
     given |= {"probability_towards": towards.reshape(shape), "probability_away": away.reshape(shape)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
-    sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
+    sample = read_cell_sample(tmp_path / "cube.nc", Verification(at_least=5))
     divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
     apart = dict(zip(sample.index[:, 0].tolist(), sample.apart[:, 0].tolist(), strict=True))
@@ -394,7 +396,7 @@ def test_3d_members_disagree_if_their_directions_spread(tmp_path: Path) -> None:
     given |= {"members": np.full(shape, 8, np.int16)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
-    sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
+    sample = read_cell_sample(tmp_path / "cube.nc", Verification(at_least=5))
     place = np.argsort(sample.index[:, 0])
     assert sample.divided[place, 0].tolist() == [False, False, False, True, False]
     assert sample.apart[place, 0].tolist() == [False, False, True, True, False]
@@ -435,8 +437,8 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
             block_steps=np.full(row.size, 10),
         )
 
-    kinds = rerun_functions(settings) | {"nominal": nominal}
-    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions", lambda _: kinds)
+    kinds = case_rerun_functions(settings) | {"nominal": nominal}
+    monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record))
     found = check_convergence(settings, done.records, replace(sample, weight=weight)).amplitude
     assert found is not None
@@ -464,6 +466,6 @@ def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Pa
     path = tmp_path / "convergence.json"
     path.write_text(json.dumps(written), encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again to recreate") as error:
-        read_convergence(path)
+        read_convergence_result(path)
     assert str(error.value).startswith(f"{path}: {said}")
     assert "\n" not in str(error.value)

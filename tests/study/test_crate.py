@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from overturning.errors import ResultError
-from overturning.study.crate import METADATA, write_crate
+from overturning.study.crate import METADATA, write_ro_crate
 from overturning.study.load import load_study
 from overturning.study.schema import Study
 from tests.expect import lacking
@@ -25,7 +25,7 @@ def crate_of(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
     figures = folder / "figures" / "polar"
     figures.mkdir(parents=True)
     (figures / "a.svg").write_text("<svg/>", encoding="utf-8")
-    write_crate(settings, folder, [cube, folder / "motion", figures / "a.svg"])
+    write_ro_crate(settings, folder, [cube, folder / "motion", figures / "a.svg"])
     return {one["@id"]: one for one in json.loads((folder / METADATA).read_text(encoding="utf-8"))["@graph"]}
 
 
@@ -55,7 +55,7 @@ def test_a_motion_through_soil_is_not_called_that_of_the_record(tmp_path: Path) 
     soft = tmp_path / "motion" / "soft" / "a.nc"
     soft.parent.mkdir()
     soft.write_bytes(own.read_bytes())
-    write_crate(settings, tmp_path, [cube, tmp_path / "motion"])
+    write_ro_crate(settings, tmp_path, [cube, tmp_path / "motion"])
     graph = json.loads((tmp_path / METADATA).read_text(encoding="utf-8"))["@graph"]
     named = {one["@id"]: one["name"] for one in graph if one["@id"].startswith("motion/")}
     assert named == {
@@ -102,7 +102,7 @@ def test_without_clock_or_chance_nor_path(crate: dict[str, dict[str, Any]], fold
 def test_missing_file_is_named(tmp_path: Path) -> None:
     cube = cube_of(study(records={"use": ["a"]}), [pulse("a")], tmp_path)
     with pytest.raises(ResultError, match=r"report\.html: no such file; run the study again"):
-        write_crate(study(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
+        write_ro_crate(study(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
 
 
 @pytest.mark.long

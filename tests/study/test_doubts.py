@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from overturning.study.doubts import doubtful_settings
-from overturning.study.load import check_study, load_study
+from overturning.study.doubts import implausible_setting_warnings
+from overturning.study.load import load_study, study_from_content
 from tests.expect import said
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -21,12 +21,14 @@ def soil(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
 
 
 def doubts(**keys: Any) -> list[str]:
-    return list(doubtful_settings(check_study({"name": "mine", "records": PULSE} | keys, "mine.yaml")))
+    return list(
+        implausible_setting_warnings(study_from_content({"name": "mine", "records": PULSE} | keys, "mine.yaml"))
+    )
 
 
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
 def test_no_study_of_the_package_is_doubted(path: Path) -> None:
-    assert list(doubtful_settings(load_study(path))) == []
+    assert list(implausible_setting_warnings(load_study(path))) == []
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
-from overturning.model.body import Body, direction_weight
+from overturning.model.body import Body, cell_weight_in_direction_statistics
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.planes import PlanarModel
@@ -28,12 +28,12 @@ from overturning.study.ensemble import (
     BATCH,
     CellEnsemble,
     EnsembleMembers,
-    draw_members,
-    probabilities_converged,
+    draw_member_changes,
+    fall_probabilities_converged,
     select_ensemble_cells,
     wilson_interval,
 )
-from overturning.study.load import check_study
+from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
 from tests.study.small_study import cube_of, pulse
 
@@ -62,14 +62,14 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return CellEnsemble(PlanarModel(), members, everywhere, **more).run_cells(
+    return CellEnsemble(PlanarModel(), members, everywhere, **more).run_members_of_cells(
         motion, GRID, nominal, members_of, progress
     )[0]
 
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
     settings = Ensemble(members=64, initial_tilt=0.01)
-    members = draw_members(settings)
+    members = draw_member_changes(settings)
     assert members.size == 64
     for name in ("amplitude", "b_over_h", "friction", "damping"):
         width, factor = getattr(settings, name), getattr(members, name)
@@ -84,9 +84,9 @@ def test_members_fill_their_neighbourhood_and_no_more() -> None:
 
 def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        draw_members(Ensemble(seed=seed)).write_csv(tmp_path / name)
+        draw_member_changes(Ensemble(seed=seed)).write_csv(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
-    members, again = draw_members(Ensemble()), EnsembleMembers.read_csv(tmp_path / "a")
+    members, again = draw_member_changes(Ensemble()), EnsembleMembers.read_csv(tmp_path / "a")
     for name in ("scramble", "amplitude", "azimuth_deg", "initial_tilt"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
@@ -133,7 +133,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
     azimuth = np.full(grid.shape, 40.0, np.float32)
     azimuth[:, :, 1] = 260.0
     nominal = {"overturned": np.ones(grid.shape, np.int8), "repeated": np.zeros(grid.shape, np.int8)}
-    members = draw_members(Ensemble(members=8, b_over_h=0.0))
+    members = draw_member_changes(Ensemble(members=8, b_over_h=0.0))
 
     def falls(cases: Cases, _: Progress | None) -> Any:
         shape = np.asarray(cases.b_over_h)
@@ -143,13 +143,13 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
             overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
         )
 
-    found = CellEnsemble(Body(), members, everywhere=False).run_cells(
+    found = CellEnsemble(Body(), members, everywhere=False).run_members_of_cells(
         motion, grid, nominal | {"fall_azimuth": azimuth}, falls
     )
     run = (found[0]["members"] > 0).ravel()
     assert run.nonzero()[0].tolist() == [0, 1, 2, 3]
     names = ("probability_falls", "fall_north", "fall_east", "members")
-    weight = direction_weight(*(found[0][name] for name in names)).ravel()
+    weight = cell_weight_in_direction_statistics(*(found[0][name] for name in names)).ravel()
     assert weight == pytest.approx([1.0, 0.0, *[1.0] * 7], abs=1e-3)
 
 
@@ -161,20 +161,22 @@ def test_weight_of_a_fall_is_the_resultant_of_its_members() -> None:
         angle = generator.vonmises(0.3, kappa, (count, 8)) if kappa else generator.uniform(0, 2 * np.pi, (count, 8))
         parts = np.cos(angle).mean(axis=1), np.sin(angle).mean(axis=1)
         square = (8 * np.hypot(*parts) ** 2 - 1) / 7
-        weight = direction_weight(np.ones(count), *parts, np.full(count, 8))
+        weight = cell_weight_in_direction_statistics(np.ones(count), *parts, np.full(count, 8))
         assert weight**2 == pytest.approx(np.clip(square, 0, 1))
         assert square.mean() == pytest.approx(truth**2, abs=0.01), "unbiased before it is cut at 0"
         plain = np.hypot(*parts).mean()
         assert abs(weight.mean() - truth) < max(abs(plain - truth), 0.02)
         # Half of the members stand: the means over all are half as long, and four fall.
-        fewer = direction_weight(np.full(count, 0.5), 0.5 * parts[0], 0.5 * parts[1], np.full(count, 8))
+        fewer = cell_weight_in_direction_statistics(
+            np.full(count, 0.5), 0.5 * parts[0], 0.5 * parts[1], np.full(count, 8)
+        )
         assert fewer**2 == pytest.approx(np.clip((4 * np.hypot(*parts) ** 2 - 1) / 3, 0, 1))
-    assert direction_weight(np.nan, np.nan, np.nan, 0) == 1.0
-    assert direction_weight(1 / 8, 1 / 8, 0.0, 8) == 1.0
+    assert cell_weight_in_direction_statistics(np.nan, np.nan, np.nan, 0) == 1.0
+    assert cell_weight_in_direction_statistics(1 / 8, 1 / 8, 0.0, 8) == 1.0
 
 
 def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_members(Ensemble(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0))
+    members = draw_member_changes(Ensemble(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0))
     found = run(motion, nominal, members)
     assert np.array_equal(found["probability_towards"], (nominal["overturned"] == 1).astype(np.float32))
     assert np.array_equal(found["probability_away"], (nominal["overturned"] == -1).astype(np.float32))
@@ -183,7 +185,7 @@ def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, n
 
 
 def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_members(Ensemble(members=8, amplitude=0.2, b_over_h=0.1))
+    members = draw_member_changes(Ensemble(members=8, amplitude=0.2, b_over_h=0.1))
     found = run(motion, nominal, members)
     cell = (1, 0, 2, 1)
     flags = [
@@ -209,7 +211,7 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
     grid = GRID.replace_values(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
-    members = draw_members(Ensemble(members=8))
+    members = draw_member_changes(Ensemble(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
 
@@ -218,7 +220,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = CellEnsemble(PlanarModel(), members).run_cells(motion, grid, nothing, all_stand)[0]
+    found = CellEnsemble(PlanarModel(), members).run_members_of_cells(motion, grid, nothing, all_stand)[0]
     held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
@@ -226,7 +228,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
 
 
 def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_members(Ensemble(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
+    members = draw_member_changes(Ensemble(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
     found = run(motion, nominal, members)
     assert nominal["mirrored"][3:].all()
     for name in ("probability", "scramble_difference"):
@@ -236,16 +238,17 @@ def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np
 
 
 def test_members_are_run_in_batches_of_both_scrambles() -> None:
-    members = draw_members(Ensemble())
-    batches = members.batches(BATCH)
+    members = draw_member_changes(Ensemble())
+    batches = members.member_number_batches(BATCH)
     assert [batch.size for batch in batches] == [8, 8, 8]
     assert sorted(np.concatenate(batches)) == list(range(24))
     for batch in batches:
         assert members.select_members(batch).scramble.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
     # Fewer members are the first of more, so that a larger number only adds to them.
-    few, size = draw_members(Ensemble(members=16)), 16
+    few, size = draw_member_changes(Ensemble(members=16)), 16
     assert np.array_equal(
-        few.amplitude[np.concatenate(few.batches(BATCH))], members.amplitude[np.concatenate(batches)[:size]]
+        few.amplitude[np.concatenate(few.member_number_batches(BATCH))],
+        members.amplitude[np.concatenate(batches)[:size]],
     )
 
 
@@ -256,17 +259,17 @@ def test_a_cell_is_settled_by_its_own_flags() -> None:
     flags[2, :16] = [1] * 3 + [0] * 13
     flags[3, :16] = [-1] * 4 + [1] * 12
     flags[4] = [1] * 12 + [-1] * 12
-    assert probabilities_converged(flags, 0.19).tolist() == [True, False, True, False, True]
-    assert not probabilities_converged(flags, 0.0).any()
-    assert not probabilities_converged(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
+    assert fall_probabilities_converged(flags, 0.19).tolist() == [True, False, True, False, True]
+    assert not fall_probabilities_converged(flags, 0.0).any()
+    assert not fall_probabilities_converged(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
     elements = np.stack([flags, np.broadcast_to(flags[:1], flags.shape)], axis=2)
     assert np.array_equal(
-        probabilities_converged(elements, 0.19), probabilities_converged(flags, 0.19)
+        fall_probabilities_converged(elements, 0.19), fall_probabilities_converged(flags, 0.19)
     )  # every element counts
 
 
 def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_members(Ensemble(amplitude=0.1, b_over_h=0.05))
+    members = draw_member_changes(Ensemble(amplitude=0.1, b_over_h=0.05))
     every, some = run(motion, nominal, members), run(motion, nominal, members, widest=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
@@ -281,13 +284,13 @@ def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.n
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
         few = CellEnsemble(PlanarModel(), members, widest=0.19)
-        alone = few.run_cells(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
+        alone = few.run_members_of_cells(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
 
 
 def test_recheck_reproduces_converged_cells(tmp_path: Path) -> None:
-    study = check_study(
+    study = study_from_content(
         {
             "name": "few", "records": {"use": ["pulse"]}, "azimuth": {"start": 0, "stop": 360, "step": 60},
             "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0], "verification": "none",
@@ -319,7 +322,7 @@ def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tupl
         going = {}
         for falls, chance in enumerate(reached):
             flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
-            if probabilities_converged(flags, widest)[0] or size == sum(batches):
+            if fall_probabilities_converged(flags, widest)[0] or size == sum(batches):
                 ended[falls, size] = chance
             else:
                 going[falls] = chance
@@ -350,7 +353,7 @@ def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
 
 
 def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_members(Ensemble(members=4))
+    members = draw_member_changes(Ensemble(members=4))
     found = run(motion, nominal, members, everywhere=False)
     chosen = select_ensemble_cells(nominal["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
@@ -361,7 +364,7 @@ def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np
 def test_the_same_in_any_portion(
     motion: Motion, nominal: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    members = draw_members(Ensemble(members=4, amplitude=0.1))
+    members = draw_member_changes(Ensemble(members=4, amplitude=0.1))
     whole = run(motion, nominal, members)
     monkeypatch.setattr("overturning.study.ensemble.MAX_MOTION_SAMPLES", 1)
     reports: list[tuple[int, int]] = []

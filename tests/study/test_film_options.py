@@ -8,7 +8,7 @@ import pytest
 from overturning.cli import main
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.store import round_to_stored_precision
-from overturning.study.film_options import film_options
+from overturning.study.film_options import film_command_options
 from overturning.study.small import run_study
 
 PULSE = "sine amplitude_gal=420 period_s=1 azimuth_deg=30"
@@ -30,7 +30,7 @@ def test_the_command_gives_the_outcome_of_the_cell(
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
     cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **keys)
-    film = film_options(cube)
+    film = film_command_options(cube)
     assert (film["missing"], " ".join(film["options"])) == ("", words)
     direction = "orientation" if "body" in keys else "azimuth"
     sizes = ["--height", str(film["heights"][0]), "--b-over-h", str(film["ratios"][0])]
@@ -47,4 +47,4 @@ def test_the_command_gives_the_outcome_of_the_cell(
 def test_the_reason_is_given_if_one_command_cannot_repeat_a_study() -> None:
     record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
-    assert film_options(cube)["missing"] == "the study has numerical settings of its own"
+    assert film_command_options(cube)["missing"] == "the study has numerical settings of its own"

@@ -17,15 +17,15 @@ from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
-from overturning.study.gather import describe_cube, merge_parts
-from overturning.study.load import check_study
+from overturning.study.gather import create_cube_structure, merge_parts
+from overturning.study.load import study_from_content
 from overturning.study.parts import write_part
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 
 NAMES = ("first", "second")
 AXES = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0], "ensemble": {"members": 0}}
-STUDY = check_study({"name": "small", "records": {"use": list(NAMES)}, **AXES}, "test")
+STUDY = study_from_content({"name": "small", "records": {"use": list(NAMES)}, **AXES}, "test")
 STILL = np.zeros(10)
 PLACE = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
 EXTRA = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
@@ -98,10 +98,10 @@ def test_a_cube_states_if_opposite_azimuths_are_one_case(scene: str, period: flo
     """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
     of_scene = STUDY.model_copy(update={"scene": load_scene(scene)})
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
-        describe_cube(cube, of_scene, [])
+        create_cube_structure(cube, of_scene, [])
         assert cube["azimuth"].period == period
     grid = variant_grid(of_scene)
-    answering = np.unique(variant_model(of_scene).computed_cells(grid).cell).size
+    answering = np.unique(variant_model(of_scene).computed_cell_of_each_direction(grid).cell).size
     assert answering == np.unique(grid["azimuth"] % period).size
     assert (answering == grid["azimuth"].size) == (period == 360)
 

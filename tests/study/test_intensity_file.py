@@ -12,8 +12,8 @@ from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.records.steps import Highpass
-from overturning.study.intensity import write_intensity
-from overturning.study.load import check_study
+from overturning.study.intensity import write_intensity_measures
+from overturning.study.load import study_from_content
 
 pytestmark = pytest.mark.long
 
@@ -21,12 +21,12 @@ pytestmark = pytest.mark.long
 @pytest.fixture(scope="module")
 def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     folder = tmp_path_factory.mktemp("intensity")
-    study = check_study({"name": "x", "records": {"use": ["sine", "three"]}, "azimuth": {"step": 30}}, "x.yaml")
+    study = study_from_content({"name": "x", "records": {"use": ["sine", "three"]}, "azimuth": {"step": 30}}, "x.yaml")
     sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
     three = Record("three", sine.north, sine.east, 0.5 * sine.north, sine.sampling_interval)
     records = [sine, process_record(three, [Highpass(corner_hz=0.2)])]
     for name in ("one.nc", "two.nc"):
-        write_intensity(study, records, folder / name)
+        write_intensity_measures(study, records, folder / name)
     assert (folder / "one.nc").read_bytes() == (folder / "two.nc").read_bytes()
     return xr.open_dataset(folder / "one.nc")
 
@@ -49,7 +49,7 @@ def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Pa
     """An oscillator of another period than the ground's has its closed form in the tests of the spectra."""
     given = {"name": "x", "records": {"use": ["sine"]}, "azimuth": {"step": 90}, "population": {"period": ["0.5 s", 1]}}
     sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
-    write_intensity(check_study(given, "x.yaml"), [sine], tmp_path / "one.nc")
+    write_intensity_measures(study_from_content(given, "x.yaml"), [sine], tmp_path / "one.nc")
     with xr.open_dataset(tmp_path / "one.nc") as table:
         assert table.period.size == 62  # 1 s is one of the twenty per decade
         (psa,) = rotd_percentile_measures(Motion.of(sine), [0.5], percentiles=[50])["psa"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.study.netcdf import chunk_shape
+from overturning.study.netcdf import chunk_shape_of_variable
 from overturning.study.parts import SweepChunk, grid_of_chunk
 from overturning.study.scenes import variant_grid
 from tests.study.small_study import cube_of, pulse, study
@@ -38,8 +38,8 @@ def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> Non
     settings = study(**keys)
     grid = variant_grid(settings)
     pieces = [grid_of_chunk(settings, grid, SweepChunk(number, chunks)) for number in range(1, chunks + 1)]
-    directions = np.concatenate([piece.directions for piece in pieces])
-    np.testing.assert_array_equal(np.sort(directions), grid.directions)
+    directions = np.concatenate([piece.direction_values_deg for piece in pieces])
+    np.testing.assert_array_equal(np.sort(directions), grid.direction_values_deg)
     for piece in pieces:
         assert [piece[name].tolist() for name in grid.dimension_names[1:]] == [
             grid[name].tolist() for name in grid.dimension_names[1:]
@@ -74,4 +74,4 @@ def test_a_text_that_names_no_chunk_is_refused(text: str) -> None:
 def test_a_chunk_of_a_file_holds_whole_directions_of_about_a_million_values(
     grid: tuple[int, ...], chunk: tuple[int, ...]
 ) -> None:
-    assert chunk_shape(grid) == chunk
+    assert chunk_shape_of_variable(grid) == chunk

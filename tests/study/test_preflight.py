@@ -15,14 +15,14 @@ import xarray as xr
 from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.records.catalogue import RecordEntry
 from overturning.statistics.by_record import record_groups
-from overturning.study.load import check_study, load_study
+from overturning.study.load import load_study, study_from_content
 from overturning.study.preflight import (
-    can_compute_alignment,
-    check_packages,
+    can_compute_fault_alignment,
+    check_optional_packages,
     check_record_files,
-    check_records,
-    check_size,
-    estimate_size,
+    check_study_size,
+    estimate_study_size,
+    read_and_check_records,
 )
 from tests.expect import said
 from tests.records.world_writers import unam_text
@@ -35,16 +35,16 @@ def study_of(tmp_path: Path, *rows: str, **more: Any) -> Any:
     (tmp_path / "records.tsv").write_text(TABLE + "".join(f"{row}\n" for row in rows), encoding="utf-8")
     use = [row.split("\t")[0] for row in rows]
     records = {"use": use, "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
-    return check_study({"name": "mine", "records": records} | more, "mine.yaml")
+    return study_from_content({"name": "mine", "records": records} | more, "mine.yaml")
 
 
 def mine(record: str, **more: Any) -> Any:
-    return check_study({"name": "mine", "records": {"use": [record]}} | more, "mine.yaml")
+    return study_from_content({"name": "mine", "records": {"use": [record]}} | more, "mine.yaml")
 
 
 def told(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
-    return check_records(study, check_record_files(study, "mine.yaml")[0])
+    return read_and_check_records(study, check_record_files(study, "mine.yaml")[0])
 
 
 def test_all_missing_files_are_named(tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
     entries, files = check_record_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
-        check_records(study, entries)
+        read_and_check_records(study, entries)
     columns, processed, second = str(found.value).splitlines()
     assert "one.csv: columns are not declared" in columns
     assert "one.csv: columns do not say whether" in processed
@@ -108,8 +108,8 @@ def test_a_vertical_motion_that_is_left_out_holds_no_stone(tmp_path: Path, witho
     records = {"use": ["slight"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     plain = {"name": "mine", "records": records, "b_over_h": [0.1, 0.4], "friction": [0.5]}
     weak = "record slight: too weak to move any stone of the study"
-    assert weak in told(check_study(plain, "mine.yaml"))
-    assert weak not in told(check_study(plain | without, "mine.yaml"))
+    assert weak in told(study_from_content(plain, "mine.yaml"))
+    assert weak not in told(study_from_content(plain | without, "mine.yaml"))
 
 
 def test_no_note_on_weak_records_that_soil_can_amplify(tmp_path: Path) -> None:
@@ -144,9 +144,9 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
     curves = SimpleNamespace(known_published_curves=lambda: ["kishida", "idriss_sand"])
     monkeypatch.setitem(sys.modules, "pystrata", SimpleNamespace(site=curves))
     layers = [*SITE["layers"], {"thickness_m": 5, "velocity_m_s": 150, "curve": "idris"}]
-    check_packages(mine("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
+    check_optional_packages(mine("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
     with pytest.raises(ConfigError, match=re.escape("mine.yaml: site: curve 'idris'; known are idriss_sand, kishida")):
-        check_packages(mine("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
+        check_optional_packages(mine("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault
 ) -> None:
     """It is of records with a pulse where there is a control: `record_groups` of the same records, first group."""
     entries = [RecordEntry(id="a", source="a.V2A", fault_strike_deg=strike, pulse=pulse) for strike, pulse in records]
-    assert can_compute_alignment(entries) is answer
+    assert can_compute_fault_alignment(entries) is answer
     pulses = np.array([np.nan if pulse is None else float(pulse) for _, pulse in records])
     first = next(iter(record_groups(xr.Dataset(coords={"pulse": ("record", pulses)})).values()))
     assert answer == any(strike is not None for (strike, _), one in zip(records, first, strict=True) if one)
@@ -173,7 +173,7 @@ def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault
 
 def test_a_study_without_soil_needs_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pystrata", None)
-    check_packages(mine("rinaldi"), "mine.yaml")
+    check_optional_packages(mine("rinaldi"), "mine.yaml")
 
 
 def test_a_study_too_large_is_refused_with_its_size() -> None:
@@ -181,7 +181,7 @@ def test_a_study_too_large_is_refused_with_its_size() -> None:
     with pytest.raises(
         ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
     ):
-        check_size(mine("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
+        check_study_size(mine("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -202,8 +202,8 @@ def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, A
 def test_estimated_run_time_is_near_the_measured_one() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
-    assert 0.5 < estimate_size(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
-    small = estimate_size(mine("wtmc"))
+    assert 0.5 < estimate_study_size(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
+    small = estimate_study_size(mine("wtmc"))
     assert 10 < small.processor_s < 100, "most of it is no case"
     assert 1e6 < small.disk_bytes < 5e6, "the report alone is half a megabyte"
 
@@ -211,7 +211,7 @@ def test_estimated_run_time_is_near_the_measured_one() -> None:
 def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
     """A flag of one byte and an azimuth of eight for each member of each case of the largest job."""
     without, with_members = (
-        estimate_size(mine("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
+        estimate_study_size(mine("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
     )
     assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
 

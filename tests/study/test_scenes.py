@@ -17,14 +17,14 @@ from overturning.findings.results import StudyResults
 from overturning.labels import variant_label
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones, mean_fall_contrast
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import draw_members
-from overturning.study.load import check_study
+from overturning.study.ensemble import draw_member_changes
+from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
@@ -41,7 +41,9 @@ def _in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _study(**keys: Any) -> Study:
-    return check_study({"name": "stack", "records": {"use": ["pulse"]}, "scene": "three-tier", **keys}, "study.yaml")
+    return study_from_content(
+        {"name": "stack", "records": {"use": ["pulse"]}, "scene": "three-tier", **keys}, "study.yaml"
+    )
 
 
 def _record() -> Record:
@@ -57,7 +59,7 @@ def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
 
 
 def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact_and_density() -> None:
-    study = check_study(
+    study = study_from_content(
         {
             "name": "plain", "records": {"use": ["pulse"]}, "density": 2000, "contact": {"damping_ratio": 0.5},
             "variants": {"soft": {"contact": {"stiffness": 1e7}}},
@@ -69,8 +71,8 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
     scene, soft = variant_scene(study), variant_scene(study, "soft")
     assert scene.is_single_block
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
-    assert scene.contact_law(*scene.elements).contact == Contact(damping_ratio=0.5)
-    assert soft.contact_law(*soft.elements).contact == Contact(stiffness=1e7, damping_ratio=0.5)
+    assert scene.contact_law(*scene.elements).springs_and_dashpots == Contact(damping_ratio=0.5)
+    assert soft.contact_law(*soft.elements).springs_and_dashpots == Contact(stiffness=1e7, damping_ratio=0.5)
     again = Study.model_validate(study.model_dump(mode="json"))
     assert again == study
     assert variant_scene(again, "soft") == soft
@@ -189,7 +191,7 @@ def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Pat
     record = dataclasses.replace(_record(), up=0.8 * _record().north)
     grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.35], "friction": [0.9], "ensemble": {"members": 0}}
     grid["contact"] = {"damping_ratio": 0.2}
-    study = check_study(
+    study = study_from_content(
         {"name": "plain", "records": {"use": ["pulse"]}, **grid, "variants": {"flat": {"vertical": False}}}, "a.yaml"
     )
     without = study.model_copy(update={"simulation": study.simulation.model_copy(update={"vertical": False})})
@@ -211,7 +213,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         ensemble={"members": 8, "where": "everywhere", "amplitude": 0.2},
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
-    record, members = _record(), draw_members(study.ensemble)
+    record, members = _record(), draw_member_changes(study.ensemble)
     path = cube_of(study, [record], tmp_path, variant)
     with open_cube(path, element=None) as cube:
         towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))
@@ -219,7 +221,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         assert (cube["members"] == 8).all()
     assert several == (variant == "nominal")
     scene = variant_scene(study, variant)
-    height, own = reference_element_size(scene)
+    height, own = reference_height_and_b_over_h(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
         members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping

@@ -18,9 +18,9 @@ def test_hash_follows_the_named_rooms_and_the_modules_at_the_top(
     def changed(name: str) -> list[bool]:
         """True for each of two steps whose hash follows a change of a file."""
         steps = (("dem",), ("report",))
-        before = [sources.source_hash.__wrapped__(*one) for one in steps]
+        before = [sources.package_source_hash.__wrapped__(*one) for one in steps]
         (tmp_path / name).write_text("2", encoding="utf-8")
-        return [old != sources.source_hash.__wrapped__(*one) for old, one in zip(before, steps, strict=True)]
+        return [old != sources.package_source_hash.__wrapped__(*one) for old, one in zip(before, steps, strict=True)]
 
     assert changed("dem/kernel/step.py") == [True, False]
     assert changed("report/page.css") == [False, True]
@@ -30,4 +30,4 @@ def test_hash_follows_the_named_rooms_and_the_modules_at_the_top(
 
 def test_an_unknown_room_is_refused() -> None:
     with pytest.raises(FileNotFoundError, match="nonsense"):
-        sources.source_hash("nonsense")
+        sources.package_source_hash("nonsense")

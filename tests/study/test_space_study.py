@@ -13,17 +13,22 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
-from overturning.study.answers import azimuths_differ, count_differences, empty_outcomes, outcomes_differ
+from overturning.study.answers import (
+    count_outcome_differences,
+    empty_case_outcomes,
+    fall_azimuths_differ,
+    outcomes_differ,
+)
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
-from overturning.study.ensemble import draw_members
+from overturning.study.ensemble import draw_member_changes
 from overturning.study.gather import merge_parts
-from overturning.study.load import check_study, load_study, load_study_from_text
+from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
 from overturning.study.recheck import recheck
-from overturning.study.sample import read_sample
+from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
-from overturning.study.sweep import sweep_record
+from overturning.study.sweep import sweep_cases_of_record
 from tests.study.small_study import cube_of
 
 SMALL: dict[str, Any] = {
@@ -49,7 +54,7 @@ def record(name: str = "a", up: bool = False) -> Record:
 
 @pytest.fixture(scope="module")
 def settings() -> Study:
-    return check_study(SMALL, "space")
+    return study_from_content(SMALL, "space")
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +129,7 @@ def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, mot
 
 
 def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, motion: Motion) -> None:
-    members = draw_members(settings.ensemble)
+    members = draw_member_changes(settings.ensemble)
     angles, falls = [], []
     for i in range(members.size):
         scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
@@ -157,7 +162,7 @@ def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
 
 def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study) -> None:
     assert isinstance(settings.verification, Verification)
-    sample = read_sample(cube_file, settings.verification)
+    sample = read_cell_sample(cube_file, settings.verification)
     assert sample.index.shape == (6, 5)
     done = replace(sample, block_steps=10_000_000)
     found = check_convergence(settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done)
@@ -167,18 +172,18 @@ def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study
 
 
 def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
-    first, second = empty_outcomes(4, 1), empty_outcomes(4, 1)
+    first, second = empty_case_outcomes(4, 1), empty_case_outcomes(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
     first["azimuth"], second["azimuth"] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
-    found = count_differences(flags, flags, azimuths_differ(first, second))
+    found = count_outcome_differences(flags, flags, fall_azimuths_differ(first, second))
     assert (found.cases, found.flags, found.fallen, found.sides) == (4, 0, 3, 1)
     assert outcomes_differ(first, second).tolist() == [False, True, False, False]
 
 
 def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:
     data = {name: value for name, value in SMALL.items() if name not in ("body", "orientation")}
-    plane = check_study(data | {"azimuth": {"step": 180}, "ensemble": {"members": 0}}, "plane")
-    sweep_record(plane, record(), tmp_path / "a.nc")
+    plane = study_from_content(data | {"azimuth": {"step": 180}, "ensemble": {"members": 0}}, "plane")
+    sweep_cases_of_record(plane, record(), tmp_path / "a.nc")
     space = settings.model_copy(update={"ensemble": plane.ensemble})
     with pytest.raises(ResultError, match=r"another (version|study)"):
         merge_parts(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
@@ -188,7 +193,7 @@ def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
     data = SMALL | {"orientation": {"step": 90}, "body": {}, "ensemble": {"members": 0}, "b_over_h": [0.25]}
     cubes = []
     for vertical in (True, False):
-        study = check_study(data | {"simulation": {"vertical": vertical}}, "space")
+        study = study_from_content(data | {"simulation": {"vertical": vertical}}, "space")
         with open_cube(cube_of(study, [record(up=True)], tmp_path)) as opened:
             cubes.append(opened.load())
     assert [cube["vertical"].item() for cube in cubes] == [1, 0]
@@ -196,29 +201,31 @@ def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
 
 
 def test_filled_in_study_reads_back_equal(settings: Study) -> None:
-    assert load_study_from_text(settings.model_dump_json()) == settings
+    assert load_study_from_file_or_json(settings.model_dump_json()) == settings
     shipped = load_study(Path(__file__).parents[2] / "config" / "in-space.yaml")
     assert len(shipped.records.use) * shipped.cases_per_record == 33_264
-    assert load_study_from_text(shipped.model_dump_json()) == shipped
+    assert load_study_from_file_or_json(shipped.model_dump_json()) == shipped
 
 
 BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
 
 def test_a_polyhedron_has_its_own_sizes() -> None:
-    study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
+    study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
     assert len(study.directions) == 72
-    assert load_study_from_text(study.model_dump_json()) == study
+    assert load_study_from_file_or_json(study.model_dump_json()) == study
 
 
 def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
     faces = [(1, 3, 2), (2, 3, 4), (1, 2, 5), (2, 4, 5), (4, 3, 5), (3, 1, 5)]
     lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER), *(f"f {a} {b} {c}" for a, b, c in faces)]
     (tmp_path / "stone.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": str(tmp_path / "stone.obj")}}, "b")
+    study = study_from_content(
+        {"name": "b", "records": {"use": ["a"]}, "body": {"mesh": str(tmp_path / "stone.obj")}}, "b"
+    )
     assert study.body is not None
     assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER)
-    assert load_study_from_text(study.model_dump_json()) == study, "and the file is no longer needed"
+    assert load_study_from_file_or_json(study.model_dump_json()) == study, "and the file is no longer needed"
     with pytest.raises(ConfigError, match=r"gone\.obj"):
-        check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")
+        study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")

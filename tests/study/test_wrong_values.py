@@ -13,7 +13,7 @@ from overturning import read
 from overturning.errors import ArgumentError, ConfigError, OverturningError
 from overturning.model.scene import Scene, check_scene
 from overturning.records.catalogue import RecordEntry
-from overturning.study.load import check_study
+from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 from overturning.surveys.standing import FragilityCurveRow, HazardCurveRow
 from overturning.surveys.stones import SurveyRow
@@ -66,7 +66,7 @@ def answers(check: Any, base: dict[str, Any], path: tuple[str, ...]) -> list[str
 
 @pytest.mark.parametrize("path", list(paths_of(Study)), ids=".".join)
 def test_a_wrong_value_of_a_study_is_answered_in_plain_words(path: tuple[str, ...]) -> None:
-    lines = answers(lambda data: check_study(data, "mine.yaml"), BASE, path)
+    lines = answers(lambda data: study_from_content(data, "mine.yaml"), BASE, path)
     assert lines, "no value of WRONG is wrong there"
     assert [line for line in lines if OF_PYDANTIC.search(line)] == []
     assert [line for line in lines if not line.startswith("mine.yaml: ")] == []
@@ -82,7 +82,7 @@ def test_a_wrong_entry_of_a_list_or_mapping_is_answered_in_plain_words(settings:
             "layers": {"site": {"layers": [value], "rock": {"velocity_m_s": 700}}},
         }.get(settings, {settings: [value]})
         try:
-            check_study(BASE | data, "mine.yaml")
+            study_from_content(BASE | data, "mine.yaml")
         except ConfigError as error:
             lines += str(error).split("\n")
     assert len(lines) >= len(WRONG) // 2
@@ -129,7 +129,7 @@ def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseMode
 def test_a_wrong_step_gives_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
     """The same in a study and in Python."""
     with pytest.raises(ConfigError, match=re.escape(f"mine.yaml: {message}")):
-        check_study(BASE | {"processing": processing}, "mine.yaml")
+        study_from_content(BASE | {"processing": processing}, "mine.yaml")
     with pytest.raises(ArgumentError, match=re.escape(message)):
         read(tmp_path / "none.V2A", processing=processing)
 
@@ -156,6 +156,6 @@ def test_a_wrong_step_gives_the_remedy(processing: Any, message: str, tmp_path: 
 )  # fmt: skip
 def test_a_wrong_value_gives_the_remedy(text: str, message: str) -> None:
     with pytest.raises(OverturningError) as found:
-        check_study(BASE | yaml.safe_load(text), "mine.yaml")
+        study_from_content(BASE | yaml.safe_load(text), "mine.yaml")
     assert message in str(found.value)
     assert len(str(found.value).splitlines()) <= 4

@@ -7,7 +7,7 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
@@ -22,7 +22,7 @@ from verification.stability.checks import (
 
 def case(scene: Scene) -> CaseResults:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
-    return run(scene, pulse(6.0), Cases([180.0], *reference_element_size(scene), 0.7))
+    return run(scene, pulse(6.0), Cases([180.0], *reference_height_and_b_over_h(scene), 0.7))
 
 
 def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:
@@ -63,7 +63,7 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
-        short = np.arcsin(share * reference_element_size(scene)[1])
+        short = np.arcsin(share * reference_height_and_b_over_h(scene)[1])
         assert 0.5 * np.pi - least_fallen_rotations(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
         assert standing_rotation_limits(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 
@@ -75,7 +75,7 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     """
     prepared = prepare_scene(shipped("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
-    assert prepared.placed[-1].fallen_rotations == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
+    assert prepared.placed[-1].fallen_rotations_rad == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
     assert least_fallen_rotations(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
     assert 0.1 < standing_rotation_limits(prepared)[0] < 0.5 * comes_down
     assert not flags_match_rotations(prepared, np.array([False]), np.array([comes_down]))

@@ -19,7 +19,7 @@ from overturning.statistics.elements import count_falls_by_element, count_falls_
 from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
-from overturning.study.intensity import write_intensity
+from overturning.study.intensity import write_intensity_measures
 from overturning.study.scenes import NOMINAL, variant_names
 from overturning.surveys.population import population_rates_by_record
 from verification.scale.made import synthetic_records, synthetic_study, write_synthetic_cube
@@ -91,7 +91,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
                 for variant in variant_names(study):
                     name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
                     write_synthetic_cube(study, folder / name, different=1, variant=variant)
-                write_intensity(study, list(synthetic_records(study)), folder / "intensity.nc")
+                write_intensity_measures(study, list(synthetic_records(study)), folder / "intensity.nc")
         yield made
 
 

@@ -13,7 +13,7 @@ from overturning.dem.run import run, run_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw, Material
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
@@ -100,14 +100,14 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
         soft = shipped(name).model_copy(update={"contacts": (law,)})
         found = run(
-            soft, pulse(3.0), Cases(0.0, *reference_element_size(soft), 0.7, [0.0, 1.0]), Numerics(general=True)
+            soft, pulse(3.0), Cases(0.0, *reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]), Numerics(general=True)
         )
         assert (found.status == Status.UNSTABLE).all()
         assert (found.overturned == -128).all()
     law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
     stiff = shipped(name).model_copy(update={"contacts": (law,)})
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
-        run(stiff, pulse(3.0), Cases(0.0, *reference_element_size(stiff), 0.7), Numerics(general=True))
+        run(stiff, pulse(3.0), Cases(0.0, *reference_height_and_b_over_h(stiff), 0.7), Numerics(general=True))
 
 
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
@@ -143,7 +143,9 @@ def test_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
     for scheme, time_step, finer, tolerance in (("cundall", "auto", 8, 1e-5), ("centred", step, 32, 1e-2)):
         given = {"scheme": scheme, "time_step": time_step, "refinement": finer}
         general = run(scene, motion, cases, Numerics(**given, general=True))
-        block = run_cases(motion, cases, gravestone(scene.contact_law(*scene.elements).contact, density), **given)
+        block = run_cases(
+            motion, cases, gravestone(scene.contact_law(*scene.elements).springs_and_dashpots, density), **given
+        )
         assert block.overturned[0] != 0
         assert general.overturned[0] == block.overturned[0]
         assert general.overturning_time[0] == pytest.approx(block.overturning_time[0], rel=tolerance)

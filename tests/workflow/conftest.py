@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from overturning.cli import main
-from overturning.study.load import load_study_from_text
+from overturning.study.load import load_study_from_file_or_json
 from verification.project import CUBE, Project
 
 SMALL = """\
@@ -81,7 +81,7 @@ class Checkout(Project):
             plan.execute_workflow(executor="dryrun", execution_settings=types.ExecutionSettings(lock=False))
             for word in chain.from_iterable(map(shlex.split, found.commands)):
                 if word.startswith("{"):  # the part of a study that a step is given must be a study
-                    load_study_from_text(word)
+                    load_study_from_file_or_json(word)
         return found
 
     def carry_out(self, commands: list[str]) -> None:

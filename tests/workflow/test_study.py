@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from overturning.study.cube import open_cube
-from overturning.study.load import load_study_from_text
+from overturning.study.load import load_study_from_file_or_json
 from overturning.study.scenes import variant_grid
-from overturning.study.sources import source_hash
+from overturning.study.sources import package_source_hash
 from tests.workflow.conftest import Checkout, bytes_of
 from verification.scale.same_bytes import run_without_snakemake
 from verification.tables import ROOT
@@ -150,7 +150,7 @@ def test_change_of_a_source_runs_what_depends_on_it(
     finished: Checkout, sources: Path, module: str, again: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("overturning.study.sources.PACKAGE", sources)
-    source_hash.cache_clear()
+    package_source_hash.cache_clear()
     path = sources / (module or "errors.py")
     text = path.read_text(encoding="utf-8")
     path.write_text(text + ("\n# changed\n" if module else ""), encoding="utf-8")
@@ -158,7 +158,7 @@ def test_change_of_a_source_runs_what_depends_on_it(
         assert finished.planned() == again
     finally:
         path.write_text(text, encoding="utf-8")
-        source_hash.cache_clear()
+        package_source_hash.cache_clear()
 
 
 @pytest.mark.parametrize(
@@ -252,4 +252,4 @@ def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monke
     assert 0 < max(map(len, plan.commands)) < 1 << 17
     monkeypatch.chdir(checkout.folder)
     (sweep,) = {line.split()[3] for line in plan.commands if line.startswith("overturning sweep") and "rinaldi" in line}
-    assert set(also) <= set(variant_grid(load_study_from_text(sweep))["azimuth"].tolist())
+    assert set(also) <= set(variant_grid(load_study_from_file_or_json(sweep))["azimuth"].tolist())

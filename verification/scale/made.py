@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.model.status import Status
-from overturning.model.variables import Variable
+from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision, write_record_to_motion_file
-from overturning.study.gather import describe_cube, merge_parts
-from overturning.study.load import check_study
+from overturning.study.gather import create_cube_structure, merge_parts
+from overturning.study.load import study_from_content
 from overturning.study.parts import SweepChunk, grid_of_chunk, part_path, write_part
 from overturning.study.scenes import NOMINAL, variant_grid
 from overturning.study.schema import Study
-from overturning.study.sweep import cube_variables
+from overturning.study.sweep import cube_variables_of_study
 
 FALLS: Final = 0.3
 """Share of the cells that fall, as in the default study."""
@@ -48,7 +48,7 @@ def synthetic_study(records: int, grid: dict[str, Any] | None = None) -> Study:
     """Return a study with `records` records; the default grid has a million 2-D cases for each."""
     names = [f"made-{number:03d}" for number in range(records)]
     about = {"name": "made", "verification": "none", "figures": {"formats": ["png"], "dpi": 72}}
-    return check_study(about | {"records": {"use": names}} | (grid or GRID), "made")
+    return study_from_content(about | {"records": {"use": names}} | (grid or GRID), "made")
 
 
 def synthetic_records(study: Study) -> Iterator[Record]:
@@ -69,7 +69,7 @@ def synthetic_records(study: Study) -> Iterator[Record]:
         ))  # fmt: skip
 
 
-def synthetic_values(variable: Variable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
+def synthetic_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
     """Return random values of a variable: float32 with 23 random bits, which compress less than real outcomes."""
     generator = np.random.default_rng(seed)
     if variable.name == "overturned" and variable.odd:
@@ -94,21 +94,21 @@ def synthetic_values(variable: Variable, shape: tuple[int, ...], seed: int, memb
     return values
 
 
-def synthetic_falls(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
+def synthetic_falls(variable: OutcomeVariable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
     """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
     return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLS
 
 
 def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
     """Write the parts of every record of a study."""
-    grid, variables, paths = variant_grid(study, variant), cube_variables(study), []
+    grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
             chunk = SweepChunk(part, chunks)
             piece = grid_of_chunk(study, grid, chunk, variant)
             values = {
                 variable.name: synthetic_values(
-                    variable, piece.variable_shape(variable), 1000 * number + part, study.ensemble.members
+                    variable, piece.cube_shape_of_variable(variable), 1000 * number + part, study.ensemble.members
                 )
                 for variable in variables
             }
@@ -140,10 +140,10 @@ def write_synthetic_cube(study: Study, path: Path, different: int, variant: str 
     for part in parts:
         part.unlink()
     with Dataset(path, "w", format="NETCDF4") as cube:
-        describe_cube(cube, study, records, variant)
+        create_cube_structure(cube, study, records, variant)
         cube.content_sha256 = "made: random numbers"
     with h5py.File(path.with_name("few.nc")) as source, h5py.File(path, "r+") as cube:
-        for variable in cube_variables(study):
+        for variable in cube_variables_of_study(study):
             blocks = source[variable.name].id
             for index in range(blocks.get_num_chunks()):
                 place = blocks.get_chunk_info(index).chunk_offset

@@ -13,7 +13,7 @@ from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.gather import merge_parts
 from overturning.study.parts import WHOLE, part_path
 from overturning.study.scenes import numerics_of_study
-from overturning.study.sweep import sweep_record
+from overturning.study.sweep import sweep_cases_of_record
 from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
 from verification.project import CUBE, Project
 
@@ -100,7 +100,7 @@ def run_without_snakemake(folder: Project, way: str, client: object = None) -> S
     ]
     parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
-        sweep_record(settings, record, part, numerics=numerics_of_study(settings, client=client))
+        sweep_cases_of_record(settings, record, part, numerics=numerics_of_study(settings, client=client))
     merge_parts(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
     return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))

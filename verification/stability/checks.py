@@ -144,7 +144,7 @@ def find_scene_contradiction(
     prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_contradiction`."""
-    size = min(item.size for item in prepared.placed if not item.fixed)
+    size = min(item.size for item in prepared.placed if not item.is_driven_or_held)
     bound = min(rocking_bound(prepared.placed), friction)
     bounds = CaseBounds(
         max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
@@ -165,17 +165,17 @@ def rocking_bound(placed: Sequence[PlacedElement]) -> float:
 
     Computed from the shapes only, for scenes in which each element stands on the middle of another.
     """
-    free = sorted((item for item in placed if not item.fixed), key=lambda item: item.z)
+    free = sorted((item for item in placed if not item.is_driven_or_held), key=lambda item: item.z)
     least = np.inf
     for k, item in enumerate(free):
         above = free[k:]
         mass = sum(part.mass for part in above)
         x = sum(part.mass * part.x for part in above) / mass
         z = sum(part.mass * part.z for part in above) / mass
-        level = item.points[:, 1].min()
-        foot = item.points[item.points[:, 1] < level + 1e-9 * item.size][:, 0]
+        level = item.vertices_in_scene[:, 1].min()
+        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.size][:, 0]
         if k > 0:
-            below = free[k - 1].points
+            below = free[k - 1].vertices_in_scene
             top = below[below[:, 1] > level - 1e-6 * item.size][:, 0]
             foot = np.clip(foot, top.min(), top.max())
         least = min(least, (foot.max() - x) / (z - level), (x - foot.min()) / (z - level))
@@ -216,7 +216,7 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
     found = []
     for index, asked in zip(prepared.free_elements, _fall_rotations(prepared), strict=True):
         item = prepared.placed[index]
-        on_ground = all(prepared.placed[k].fixed for k in prepared.carriers[index])
+        on_ground = all(prepared.placed[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
         base = x[z < z.min() + 1e-9 * item.size]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))

@@ -24,7 +24,7 @@ from overturning.dem.time_step import (
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -145,7 +145,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
 
 def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
-    normal, tangential, dashpot = contact.constants_per_mass(width, height, case.density)
+    normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, height, case.density)
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
     groups = (
@@ -177,7 +177,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     """
     case = setting.common
     scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
-    ratio = reference_element_size(scene)[1] * case.b_over_h
+    ratio = reference_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
         "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1), "energy_error": np.nan,
@@ -194,7 +194,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         numerics = Numerics(
             scheme=case.scheme,
             time_step=case.time_step,
-            budget=ELEMENT_STEP * budget * len(scene.free_names),
+            budget=ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )
         found = run(scene, motion, cases, numerics)
@@ -225,7 +225,7 @@ def _scene_groups(setting: SceneSetting, prepared: PreparedScene | None, motion:
     heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
     groups = (
-        max_static_penetration(prepared) / min(item.size for item in prepared.placed if not item.fixed),
+        max_static_penetration(prepared) / min(item.size for item in prepared.placed if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _step_ratio(setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval),
         setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),

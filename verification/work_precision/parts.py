@@ -18,7 +18,7 @@ from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, parse_schem
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
-from overturning.study.answers import count_differences
+from overturning.study.answers import count_outcome_differences
 from verification.engines import ENGINES, Engine, installed_engines, side_of_block
 from verification.inputs import (
     CaseGroup,
@@ -132,7 +132,7 @@ def error_columns(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
 
 def error_counts(flags: Flags, right: Flags) -> Row:
     """Return the numbers of wrong flags and sides as columns of the table."""
-    found = count_differences(right, flags).model_dump()
+    found = count_outcome_differences(right, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 

@@ -16,15 +16,15 @@ from overturning.statistics.fragility_files import openquake_file_name
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
     check_record_files,
-    check_packages,
-    check_records,
+    check_optional_packages,
+    read_and_check_records,
     check_results_folder,
-    check_size,
-    job_seconds,
+    check_study_size,
+    expected_job_seconds_by_rule,
     explorer_fits_single_page,
-    estimate_size,
+    estimate_study_size,
 )
-from overturning.study.load import check_study, read_study
+from overturning.study.load import study_from_content, read_study_content
 from overturning.study.resume import (
     DAMAGED,
     backup_cubes,
@@ -33,7 +33,7 @@ from overturning.study.resume import (
     remove_files_of_dropped_records,
     remove_damaged_results,
 )
-from overturning.study.sources import source_hash
+from overturning.study.sources import package_source_hash
 from snakemake_logger_plugin_overturning import QUERY_OPTIONS
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
@@ -57,16 +57,16 @@ def load_study_and_records():
         for file in given:
             # Snakemake silently accepts duplicate keys and reads 045 as 37: check the files first.
             if Path(file).suffix != ".json":
-                read_study(Path(file))
+                read_study_content(Path(file))
         # Snakemake has already merged the files of --configfile and the keys of --config. A workflow that uses this one
         # as a module passes a complete study, not only the keys of --config.
         overrides = workflow.config_settings.config
         whole = given or ({"name", "records"} <= config.keys() and config != overrides)
-        keys = config if whole else read_study(DEFAULT_STUDY)
+        keys = config if whole else read_study_content(DEFAULT_STUDY)
         if not whole:
             update_config(keys, config)
-        study = check_study(keys, where)
-        check_size(study, where, chunks_per_record=CHUNKS)
+        study = study_from_content(keys, where)
+        check_study_size(study, where, chunks_per_record=CHUNKS)
         entries, files = check_record_files(study, where)
         for survey in study.surveys:
             # Report errors in the survey now, not after the sweep.
@@ -98,8 +98,8 @@ def load_study_and_records():
             if (study.site and new) or not all(
                 (soil / f"{name}.nc").is_file() for soil in soils for name in entries
             ):
-                check_packages(study, where)
-            check_records(study, new)
+                check_optional_packages(study, where)
+            read_and_check_records(study, new)
         return study, entries, files
     except OverturningError as error:
         raise WorkflowError(str(error)) from None
@@ -160,10 +160,10 @@ BATCHES = {
 }
 
 # Memory and time limit of one job of the sweep, for a cluster; the limit is five times the expected time.
-SIZE = estimate_size(STUDY, CHUNKS)
+SIZE = estimate_study_size(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
-READING_MB = round(SIZE.reading_bytes / 1e6)
-SECONDS = job_seconds(STUDY, CHUNKS)
+READING_MB = round(SIZE.cube_reading_memory_bytes / 1e6)
+SECONDS = expected_job_seconds_by_rule(STUDY, CHUNKS)
 SWEEP_MINUTES = 10 + round(SECONDS["sweep"] / 12)
 
 # The progress line weights jobs by their expected time.
@@ -224,7 +224,7 @@ DRAWING = (*NUMERICS, "records", "statistics", "surveys", "translation", "figure
 
 def step_source_hash(*subpackages):
     """Return the hash of the sources on which a step depends: the given subpackages and `commands`."""
-    return source_hash("commands", *subpackages)
+    return package_source_hash("commands", *subpackages)
 
 
 @cache

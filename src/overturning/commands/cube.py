@@ -41,7 +41,7 @@ def draw_figure(
     from overturning.errors import ArgumentError, closest_name_hint
     from overturning.figures.write import parse_figure_width, save_with_checks, set_title
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_blocks, study_for_presentation
+    from overturning.study.cube import open_cube, select_heights_and_frictions, study_for_presentation
     from overturning.translation.texts import ENGLISH, check_language, visible_language
 
     if kind not in KINDS:
@@ -58,7 +58,7 @@ def draw_figure(
         draw = KINDS["blocks"]
     check_language(language or ENGLISH)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        chosen = select_blocks(data, cube, height, friction, single=kind == "polar")
+        chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)
         study = study_for_presentation(data)
     set_title(drawn, title)
@@ -82,11 +82,11 @@ def print_findings(
     from overturning.findings.collect import findings as collect
     from overturning.findings.collect import write_findings
     from overturning.findings.lines import finding_lines
-    from overturning.study.load import load_study_from_text
+    from overturning.study.load import load_study_from_file_or_json
 
     if output is not None:
         check_output_path(output, "--output", ".json")
-    found = collect(cube, load_study_from_text(study) if study else None)
+    found = collect(cube, load_study_from_file_or_json(study) if study else None)
     if output is not None:
         write_findings(found, output)
         print(output)

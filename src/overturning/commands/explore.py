@@ -31,8 +31,8 @@ def write_explorer_page(
     """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, record_number, study_for_presentation
-    from overturning.study.load import load_study_from_text
+    from overturning.study.cube import open_cube, record_position, study_for_presentation
+    from overturning.study.load import load_study_from_file_or_json
     from overturning.translation.texts import visible_language
 
     # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
@@ -40,10 +40,10 @@ def write_explorer_page(
     check_output_path(path, "--output", ".html")
     with open_cube(cube, element=None) as data:
         names = dict.fromkeys(record or data["record_id"].to_numpy().astype(str).tolist())
-        chosen = data.isel(record=[record_number(data, name) for name in names])
+        chosen = data.isel(record=[record_position(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
-        settings = study_for_presentation(data, load_study_from_text(study) if study else None)
+        settings = study_for_presentation(data, load_study_from_file_or_json(study) if study else None)
         with visible_language(language or (settings.language if settings else None)):
             write_explorer(chosen, path, settings, link)
     print(path)

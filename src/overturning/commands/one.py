@@ -149,14 +149,14 @@ def _simulate_planar(
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_name
-    from overturning.model.geometry import reference_element_size
+    from overturning.model.geometry import reference_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
     stones = _load_or_create_scene(plane_options, stone_options.damping_ratio)
-    own_height, own_ratio = reference_element_size(stones)
+    own_height, own_ratio = reference_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    if stone_options.friction is not None and not stones.sweeps_friction:
+    if stone_options.friction is not None and not stones.varies_friction:
         raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
     friction = stone_options.friction_coefficient
     paths = [
@@ -171,13 +171,13 @@ def _simulate_planar(
     ]  # fmt: skip
     lines = []
     for path in paths:
-        text, shown = outcome_sentence(path), path["element"].to_numpy() == stones.default_element
+        text, shown = outcome_sentence(path), path["element"].to_numpy() == stones.default_output_element
         if path["overturned"].to_numpy()[shown] == 0:
-            name = f" ({stones.default_element})" if len(stones.free_names) > 1 else ""
+            name = f" ({stones.default_output_element})" if len(stones.free_element_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane_options.scene is None else f"{stones.title or stones.name}, "
-    coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"
+    coefficient = f"{friction:g}" if stones.varies_friction else "that of the scene"
     what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
     block = {"height": height, "b_over_h": b_over_h, "friction": friction}
     return _SimulatedTrajectories(what, lines, paths, PlanarModel(stones), block)
@@ -192,15 +192,17 @@ def _simulate_body(
     from overturning.figures.film_of_trajectory import heading_of_trajectory, outcome_sentence
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
-    from overturning.model.mesh import read_mesh
-    from overturning.model.shapes import as_shape
+    from overturning.model.mesh import read_mesh_polyhedron
+    from overturning.model.shapes import shape_from_name_or_sides
 
     if body_options.plan is not None and body_options.mesh is not None:
         raise ArgumentError("--plan, --mesh: both given; leave one out")
     plan: Any = body_options.plan or "rectangle"
-    shape = as_shape(read_mesh(body_options.mesh) if body_options.mesh else int(plan) if plan.isdecimal() else plan)
+    shape = shape_from_name_or_sides(
+        read_mesh_polyhedron(body_options.mesh) if body_options.mesh else int(plan) if plan.isdecimal() else plan
+    )
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
-    if shape.has_free_slenderness:
+    if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     contact = (
         VertexContact()
@@ -218,7 +220,7 @@ def _simulate_body(
         for angle in body_options.orientation or [0.0]
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
-    sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.has_free_aspect else ""
+    sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.aspect_is_parameter else ""
     return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*level, *(f"{heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],

@@ -54,30 +54,30 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 @app.command("check")
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
-    from overturning.study.doubts import doubtful_settings
+    from overturning.study.doubts import implausible_setting_warnings
     from overturning.study.load import load_study
     from overturning.study.preflight import (
-        check_packages,
+        check_optional_packages,
         check_record_files,
-        check_records,
-        check_size,
+        check_study_size,
         note_on_primary_statistic,
+        read_and_check_records,
     )
     from overturning.surveys.responses import kinds_of_survey_stones
     from overturning.surveys.stones import read_survey_with_notes
 
     study = load_study(path)
-    for doubt in doubtful_settings(study):
+    for doubt in implausible_setting_warnings(study):
         print(f"{path}: {doubt}")
-    size = check_size(study, str(path))
-    check_packages(study, str(path))
+    size = check_study_size(study, str(path))
+    check_optional_packages(study, str(path))
     entries, _ = check_record_files(study, str(path))
     searched: list[StoneKind] = []
     for survey in study.surveys:
         stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
         searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
-    for note in (*check_records(study, entries), *note_on_primary_statistic(study, entries)):
+    for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
@@ -86,7 +86,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
 
 def _search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
     """Return a note on the time of the search for the motion of the surveys, for a number of records in the study."""
-    from overturning.study.preflight import format_time
+    from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import uncached_case_count_and_time
 
@@ -95,8 +95,8 @@ def _search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> 
     # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds *= 1 + record_count / len(library)
     return (
-        f"search for the motion of the surveys: about {format_time(seconds)} of additional processor time, once for "
-        "stones of these sizes; `backwards: false` in a survey skips it"
+        f"search for the motion of the surveys: about {format_duration(seconds)} of additional processor time, once "
+        "for stones of these sizes; `backwards: false` in a survey skips it"
     )
 
 
@@ -117,7 +117,7 @@ def create_study_file(
     from overturning.files import atomic_write, check_output_path
     from overturning.study.document import study_template
     from overturning.study.load import load_study, record_table_rows
-    from overturning.study.preflight import can_compute_alignment
+    from overturning.study.preflight import can_compute_fault_alignment
 
     path = folder / f"{name}.yaml"
     if path.exists():
@@ -130,7 +130,7 @@ def create_study_file(
             entries = record_table_rows(load_study(part), str(path))
         except ConfigError as error:  # name the requested file, not the temporary one
             raise ConfigError(str(error).replace(str(part), str(path))) from None
-        if can_compute_alignment(entries.values()):
+        if can_compute_fault_alignment(entries.values()):
             part.write_text(study_template(name, ids, title, step, "alignment"), encoding="utf-8")
     print(f"{path}: edit it, then overturning study check {path}")
 
@@ -141,9 +141,9 @@ def write_schemas_and_key_table(
 ) -> None:
     """Write the schemas of studies and findings, and the key table in config/README.md, from their models."""
     from overturning.findings.collect import findings_schema
-    from overturning.study.document import write_documentation
+    from overturning.study.document import write_study_file_documentation
 
-    write_documentation(folder)
+    write_study_file_documentation(folder)
     docs = folder.parent / "docs"
     if docs.is_dir():
         (docs / "findings.schema.json").write_text(findings_schema(), encoding="utf-8")

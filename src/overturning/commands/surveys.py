@@ -25,7 +25,7 @@ def compare_survey_with_cube(
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
     from overturning.stored import write_result
-    from overturning.study.cube import open_cube, record_number
+    from overturning.study.cube import open_cube, record_position
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
     from overturning.surveys.stones import read_survey_with_notes
 
@@ -33,7 +33,7 @@ def compare_survey_with_cube(
     check_output_path(output, "--output")
     rows, notes, doubts = read_survey_with_notes(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
-        site = data.isel(record=[record_number(data, record)]).load()
+        site = data.isel(record=[record_position(data, record)]).load()
         name = str(site["record_id"].item())
         comparison, gaps = compare_survey_with_prediction(rows, site, background=background), azimuth_gap_label(site)
         against = ", ".join([name, *variant_label(site)])
@@ -86,7 +86,7 @@ def infer_motion_from_survey(
     from overturning.report.filters import counted
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
-    from overturning.study.preflight import format_time
+    from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
     from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
     from overturning.surveys.posterior import write_inversion_result
@@ -106,7 +106,7 @@ def infer_motion_from_survey(
     library = candidate_motions(read_motions_with_unique_ids(motion or ()), only_user_records=alone)
     cases, seconds = uncached_case_count_and_time(library, kinds)
     if cases:
-        under, expected = counted(len(library), "motion"), format_time(seconds / threads)
+        under, expected = counted(len(library), "motion"), format_duration(seconds / threads)
         print(
             f"{cases:,} cases under {under} to compute, about {expected} on {threads} threads",
             file=sys.stderr,

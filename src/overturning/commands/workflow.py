@@ -51,9 +51,9 @@ def read_and_process_record(
     from overturning.records.processing import process_record
     from overturning.records.read import read_record_without_table_labels
     from overturning.records.store import write_record_to_motion_file
-    from overturning.study.load import load_study_from_text, record_table_rows
+    from overturning.study.load import load_study_from_file_or_json, record_table_rows
 
-    settings = load_study_from_text(study)
+    settings = load_study_from_file_or_json(study)
     entries = record_table_rows(settings, settings.name)
     if record not in entries:
         raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
@@ -66,9 +66,9 @@ def read_and_process_record(
 def _load_study_and_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
     """Return the study and the processed motions of its records."""
     from overturning.records.store import read_record_from_motion_file
-    from overturning.study.load import load_study_from_text
+    from overturning.study.load import load_study_from_file_or_json
 
-    settings = load_study_from_text(study)
+    settings = load_study_from_file_or_json(study)
     return settings, [read_record_from_motion_file(motions / f"{name}.nc") for name in settings.records.use]
 
 
@@ -102,9 +102,9 @@ def add_record_labels(
         read_unprocessed_record_from_motion_file,
         write_record_to_motion_file,
     )
-    from overturning.study.load import load_study_from_text, record_table_rows
+    from overturning.study.load import load_study_from_file_or_json, record_table_rows
 
-    settings = load_study_from_text(study)
+    settings = load_study_from_file_or_json(study)
     for name, entry in record_table_rows(settings, settings.name).items():
         path = motions / f"{name}.nc"
         before = read_unprocessed_record_from_motion_file(path)
@@ -118,19 +118,19 @@ def add_record_labels(
 
 def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -> None:
     """Compute the intensity measures of all records along each azimuth."""
-    from overturning.study.intensity import write_intensity
+    from overturning.study.intensity import write_intensity_measures
 
-    write_intensity(*_load_study_and_motions(study, motions), output)
+    write_intensity_measures(*_load_study_and_motions(study, motions), output)
 
 
 def draw_ensemble_members(
     study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random members of the study's ensemble, once for all jobs."""
-    from overturning.study.ensemble import draw_members
-    from overturning.study.load import load_study_from_text
+    from overturning.study.ensemble import draw_member_changes
+    from overturning.study.load import load_study_from_file_or_json
 
-    draw_members(load_study_from_text(study).ensemble).write_csv(output)
+    draw_member_changes(load_study_from_file_or_json(study).ensemble).write_csv(output)
 
 
 def simulate_cases_of_record(
@@ -145,15 +145,15 @@ def simulate_cases_of_record(
     """Simulate all cases of one record, or one chunk of them."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.ensemble import EnsembleMembers
-    from overturning.study.load import load_study_from_text
+    from overturning.study.load import load_study_from_file_or_json
     from overturning.study.parts import SweepChunk
     from overturning.study.scenes import numerics_of_study
-    from overturning.study.sweep import sweep_record
+    from overturning.study.sweep import sweep_cases_of_record
 
-    settings, part = load_study_from_text(study), SweepChunk.parse(chunk)
+    settings, part = load_study_from_file_or_json(study), SweepChunk.parse(chunk)
     record, drawn = read_record_from_motion_file(motion), EnsembleMembers.read_csv(members) if members else None
     numerics = numerics_of_study(settings, threads, _percent_progress())
-    sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
+    sweep_cases_of_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
 def merge_parts_into_cube(
@@ -189,10 +189,10 @@ def fit_fragility(
         write_openquake_model,
     )
     from overturning.study.cube import open_cube
-    from overturning.study.load import load_study_from_text
+    from overturning.study.load import load_study_from_file_or_json
     from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
 
-    settings = load_study_from_text(study)
+    settings = load_study_from_file_or_json(study)
     if settings.population is None:
         raise ConfigError(f"{settings.name}: no population; add the key population to the study")
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
@@ -214,13 +214,15 @@ def run_convergence_check(
     from overturning.errors import ConfigError
     from overturning.stored import write_result
     from overturning.study.convergence_check import check_convergence as compute_again
-    from overturning.study.sample import read_rigid_sample, read_sample
+    from overturning.study.sample import read_cell_sample, read_rigid_block_sample
 
     settings, records = _load_study_and_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
-    sample = read_sample(cube, settings.verification)
-    found = compute_again(settings, records, sample, threads, _percent_progress(), read_rigid_sample(cube, settings))
+    sample = read_cell_sample(cube, settings.verification)
+    found = compute_again(
+        settings, records, sample, threads, _percent_progress(), read_rigid_block_sample(cube, settings)
+    )
     write_result(found, output)
 
 
@@ -251,10 +253,10 @@ def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output
 
     from overturning.figures.study import draw_study_figures
     from overturning.figures.write import write_figure
-    from overturning.study.load import load_study_from_text
+    from overturning.study.load import load_study_from_file_or_json
     from overturning.translation.texts import visible_language
 
-    settings = load_study_from_text(study)
+    settings = load_study_from_file_or_json(study)
     with visible_language(settings.language):
         draw_study_figures(cube, intensity, output, partial(write_figure, settings.figures))
 
@@ -282,9 +284,9 @@ def write_study_report(
 ) -> None:
     """Write the report of a study."""
     from overturning.report.write import write_report
-    from overturning.study.load import load_study_from_text
+    from overturning.study.load import load_study_from_file_or_json
 
-    write_report(results, output, pdf, load_study_from_text(study) if study else None, language)
+    write_report(results, output, pdf, load_study_from_file_or_json(study) if study else None, language)
 
 
 def write_research_crate(
@@ -293,11 +295,11 @@ def write_research_crate(
     study: Study,
 ) -> None:
     """Write study.yaml and ro-crate-metadata.json, which describe the results as a research crate (RO-Crate)."""
-    from overturning.study.crate import write_crate
-    from overturning.study.load import load_study_from_text
+    from overturning.study.crate import write_ro_crate
+    from overturning.study.load import load_study_from_file_or_json
 
     names = made if "\n" in made else Path(made).read_text(encoding="utf-8")
-    write_crate(load_study_from_text(study), results, [Path(name) for name in names.splitlines()])
+    write_ro_crate(load_study_from_file_or_json(study), results, [Path(name) for name in names.splitlines()])
 
 
 STEPS: dict[str, Callable[..., None]] = {

@@ -11,7 +11,7 @@ from overturning.dem.simulate import simulate_grid
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.body import Body
 from overturning.model.contact import Contact
-from overturning.model.edges import combine_edge_falls
+from overturning.model.edges import combined_fall_flag_and_azimuth
 from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -23,12 +23,12 @@ from overturning.motion.motion import Motion
 def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.
 
-    The arrays are those of `simulate_grid` and the model's `additional_study_variables`. A rectangle is also simulated
-    by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If it falls in both,
-    `combine_edge_falls` decides. ``block_steps`` includes these simulations.
+    The arrays are those of `simulate_grid` and the model's `study_variables_besides_outcomes`. A rectangle is also
+    simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If it
+    falls in both, `combined_fall_flag_and_azimuth` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
-    if not isinstance(model, Body) or not model.has_free_aspect:
+    if not isinstance(model, Body) or not model.aspect_is_parameter:
         return arrays
     law = Contact(stiffness_ratio=model.contact.stiffness_ratio, damping_ratio=model.contact.damping_ratio)
     planes, options = (
@@ -38,7 +38,7 @@ def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics
     flags, times, towards = (np.zeros((2, *grid.shape)) for _ in range(3))
     for index, aspect in enumerate(grid["aspect"]):
         for face, (turn, ratio) in enumerate(((0.0, 1.0), (90.0, float(aspect)))):
-            azimuth = grid.directions + turn
+            azimuth = grid.direction_values_deg + turn
             rows = {
                 "azimuth": azimuth,
                 "height": grid["height"],
@@ -52,6 +52,6 @@ def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics
             times[at] = outcome["overturning_time"]
             towards[at] = np.mod(azimuth[:, None, None, None] + np.where(side < 0, 180.0, 0.0), 360.0)
             arrays["block_steps"][:, :, :, index] += outcome["block_steps"]
-    falls, fall_azimuth = combine_edge_falls(flags, times, towards)
+    falls, fall_azimuth = combined_fall_flag_and_azimuth(flags, times, towards)
     overturned = np.nan_to_num(falls, nan=INT8_MISSING).astype(np.int8)
     return arrays | {"plane_overturned": overturned, "plane_fall_azimuth": fall_azimuth}

@@ -74,7 +74,7 @@ class PlanarTrajectory:
             "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
             "fallen_angle": dataset_variable_tuple(
                 "element side",
-                [(np.nan, np.nan) if item.fixed else item.fallen_rotations for item in self.placed],
+                [(np.nan, np.nan) if item.is_driven_or_held else item.fallen_rotations_rad for item in self.placed],
                 "rad",
                 "rotation to a side at which it has fallen",
             ),
@@ -88,17 +88,17 @@ class PlanarTrajectory:
             "element": ("element", [item.element.name for item in self.placed]),
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
-        weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
-        return variables, coordinates, {"reference": self.scene.default_element, "weight": weight}
+        weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.is_driven_or_held)
+        return variables, coordinates, {"reference": self.scene.default_output_element, "weight": weight}
 
     def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
         """Return the outcome variables of a case by name; those per element have missing values for fixed elements."""
         variables: dict[str, Any] = {}
-        free = [index for index, item in enumerate(self.placed) if not item.fixed]
+        free = [index for index, item in enumerate(self.placed) if not item.is_driven_or_held]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):
             values = getattr(results, variable.name)[0]
             if variable.per_element:
-                values, of_free = np.full(len(self.placed), variable.missing_value, variable.dtype), values
+                values, of_free = np.full(len(self.placed), variable.missing_value_in_memory, variable.dtype), values
                 values[free] = of_free
             dimensions = ("element",) if variable.per_element else ()
             variables[variable.name] = (dimensions, variable.decode(values), variable.cf_attributes)

@@ -108,7 +108,9 @@ class SimulationPlan(ABC):
 
     def initial_results(self) -> CaseResults:
         """Return results for all cases before the simulation: at rest, or missing where the contact is too soft."""
-        results = CaseResults.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
+        results = CaseResults.of_cases_at_rest(
+            self.model.variables, self.cases.size, len(self.model.free_element_names)
+        )
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
 
@@ -215,7 +217,7 @@ class SimulationPlan(ABC):
             interval=self.motion.sampling_interval,
             ticks=ticks_per_step * steps,
             steps_per_check=steps,
-            step_weight=len(self.model.elements),
+            step_weight=len(self.model.free_element_names),
             budget=self.numerics.budget // self.step_cost,
             max_rows=MAX_PATH_NUMBERS // self.values_per_trajectory_row,
             lanes=lane_count,

@@ -13,7 +13,7 @@ from overturning.dem.numerics import Numerics
 from overturning.errors import suggest_keywords
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.falls import as_model
+from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -56,8 +56,8 @@ def run(
     Parameters
     ----------
     model : Model, Scene, Shape, str, int or None
-        Model, or an argument of `overturning.model.falls.as_model`. A single block on the ground is computed by the
-        block kernel, any other scene by the scene kernel, a 3-D body by the body kernel.
+        Model, or an argument of `overturning.model.falls.model_from_scene_or_shape`. A single block on the ground is
+        computed by the block kernel, any other scene by the scene kernel, a 3-D body by the body kernel.
     motion : Motion
         Input motion; without a vertical component the base moves horizontally.
     cases : Cases
@@ -76,7 +76,7 @@ def run(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    model, numerics = as_model(model), numerics or Numerics()
+    model, numerics = model_from_scene_or_shape(model), numerics or Numerics()
     if numerics.client is not None:
         distributed: CaseResults = simulate_cases_on_cluster(partial(run, model), motion, cases, numerics)
         return distributed
@@ -92,7 +92,7 @@ def run(
         results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
 
     queues = split_into_queues(order, plan.queue_numbers, plan.split_long_queues)
-    run_queues_in_threads(compute_queue, queues, numerics, counter, int(length.sum()) * len(model.elements))
+    run_queues_in_threads(compute_queue, queues, numerics, counter, int(length.sum()) * len(model.free_element_names))
     return results
 
 

@@ -10,7 +10,7 @@ from overturning.arrays import ArrayLike, create_dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, suggest_keywords
-from overturning.model.falls import as_model
+from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.grid import AXES, Grid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -40,12 +40,12 @@ def create_case_grid(
     ArgumentError
         If the direction is not the model's (azimuth in 2-D, orientation in 3-D), or an array is empty or out of bounds.
     """
-    if isinstance(model, PlanarModel) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
+    if isinstance(model, PlanarModel) and not model.scene.varies_friction and (np.asarray(friction) != 1.0).any():
         raise ArgumentError(
             f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
             "leave it out"
         )
-    height, b_over_h = model.sizes_or_defaults(height, b_over_h)
+    height, b_over_h = model.height_and_b_over_h_or_defaults(height, b_over_h)
     given, other = ("azimuth", "orientation") if model.direction == "azimuth" else ("orientation", "azimuth")
     directions = {"azimuth": azimuth_deg, "orientation": orientation_deg}
     if directions[other] is not None or directions[given] is None:
@@ -53,7 +53,7 @@ def create_case_grid(
         raise ArgumentError(f"{other}_deg: {kind}; give {given}_deg")
     model.rotation_periods_deg(np.atleast_1d(np.asarray(aspect, np.float64)))
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
-    several = model.elements if len(model.elements) > 1 else ()
+    several = model.free_element_names if len(model.free_element_names) > 1 else ()
     rows: dict[str, Any] = {f"{given}_deg": directions[given]} | {name: sizes[name] for name in model.case_dims}
     return Grid.from_values(several, **rows)
 
@@ -61,14 +61,14 @@ def create_case_grid(
 def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid under one motion; return arrays of the shape of the grid by variable name."""
     few = model.drop_ineffective_frictions(grid)
-    sources = model.computed_cells(few, numerics.leave_out)
-    own, of_each = np.arange(few.size).reshape(few.shape), few.size // few.shape[0]
-    answering = few.broadcast_to_grid(sources.cell) * of_each + own % of_each
+    sources = model.computed_cell_of_each_direction(few, numerics.leave_out)
+    own, of_each = np.arange(few.case_count).reshape(few.shape), few.case_count // few.shape[0]
+    answering = few.broadcast_over_grid(sources.cell) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
-    turn_deg = few.broadcast_to_grid(sources.turn_deg).ravel()[computed]
-    results = run(model, motion, few.cases(np.unravel_index(computed, few.shape), turn_deg), numerics)
+    turn_deg = few.broadcast_over_grid(sources.turn_deg).ravel()[computed]
+    results = run(model, motion, few.cases_at_positions(np.unravel_index(computed, few.shape), turn_deg), numerics)
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
-    model.rotate_outcomes(arrays, few, sources)
+    model.rotate_copied_outcomes_in_place(arrays, few, sources)
     for name in COUNTS:
         arrays[name][answering != own] = 0
     copies, last = grid.shape[-1] // few.shape[-1], len(grid.shape) - 1
@@ -90,7 +90,7 @@ def simulate_arrays(
         everything was at rest; both are 0 for a cell copied from an equivalent one. The last dimension, the free
         elements in the scene's order, exists only if the scene has several and the variable is per element.
     """
-    model = as_model(model)
+    model = model_from_scene_or_shape(model)
     numerics = {item.name: parameters.pop(item.name) for item in fields(Numerics) if item.name in parameters}
     return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), Numerics(**numerics))
 
@@ -159,7 +159,7 @@ def simulate(
     >>> space.overturned.values.ravel().tolist()
     [1.0, 1.0]
     """
-    model, motion = as_model(model), as_motion(motion)
+    model, motion = model_from_scene_or_shape(model), as_motion(motion)
     grid = create_case_grid(
         model,
         height,
@@ -178,11 +178,11 @@ def simulate(
     level = "none: the motion has two components, so the base moves level"
     return create_dataset(
         {
-            item.name: (grid.variable_dimensions(item), item.decode(arrays[item.name]), item.cf_attributes)
+            item.name: (grid.cube_dimensions_of_variable(item), item.decode(arrays[item.name]), item.cf_attributes)
             for item in model.variables
         },
         coordinates,
-        model.cube_attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
+        model.scene_or_body_attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
     )
 
 

@@ -10,7 +10,7 @@ from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import create_case_grid
 from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.cases import Cases
-from overturning.model.falls import as_model
+from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.model import Model
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
@@ -81,29 +81,29 @@ def trajectory(
         As in `overturning.simulate`; also if there is more than one case, or the path is longer than
         `overturning.dem.plan.MAX_PATH_NUMBERS`.
     """
-    model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
+    model, more = model_from_scene_or_shape(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
     grid = create_case_grid(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,
         orientation_deg=orientation_deg,
     )  # fmt: skip
-    if grid.size != 1:
-        raise ArgumentError(f"trajectory: {grid.size} cases; give one value each, or use simulate")
+    if grid.case_count != 1:
+        raise ArgumentError(f"trajectory: {grid.case_count} cases; give one value each, or use simulate")
     size = {name: float(grid[name].item()) for name in ("height", "b_over_h", "friction")}
     tilt, aftermath = options.pop("initial_tilt", 0.0), float(options.pop("aftermath", 0.0))
     if not (np.isfinite(aftermath) and aftermath >= 0.0):
         raise ArgumentError(f"aftermath: {aftermath}; a finite number of seconds, at least 0")
     numerics = Numerics(**options)
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
-    sources = model.computed_cells(grid, numerics.leave_out)
-    case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
+    sources = model.computed_cell_of_each_direction(grid, numerics.leave_out)
+    case = Cases(grid.direction_values_deg - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
     results, path = plan_simulation(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
-    model.rotate_outcomes(views, grid, sources)
+    model.rotate_copied_outcomes_in_place(views, grid, sources)
     variables, coordinates, attributes = path.dataset_parts(results)
-    known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
+    known = {f"{model.direction}_deg": grid.direction_values_deg.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
     return create_dataset(
         variables,
         coordinates,
-        model.cube_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},
+        model.scene_or_body_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},
     )

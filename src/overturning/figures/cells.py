@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import azimuths_inside_gaps
-from overturning.model.planes import azimuth_period_deg
+from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.falls import add_opposite_azimuths
 
@@ -29,7 +29,7 @@ def close_circle(cube: xr.Dataset) -> xr.Dataset:
 def simulated_azimuths(cube: xr.Dataset) -> FloatArray:
     """Return the azimuths, degrees, at which `close_circle` has outcomes of cases; at all others it fills gaps."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
-    if azimuth.size == 1 or azimuth_period_deg(cube) != PLANE_PERIOD:
+    if azimuth.size == 1 or azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         return azimuth
     return np.union1d(azimuth, np.round((azimuth + 180.0) % 360.0, 10))
 

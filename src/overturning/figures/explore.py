@@ -32,11 +32,11 @@ from overturning.figures.page import json_for_script, read_template, render_page
 from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY, STANDS
 from overturning.files import write_text
 from overturning.labels import variant_label
-from overturning.model.falls import model_of
-from overturning.model.planes import azimuth_period_deg
+from overturning.model.falls import model_of_cube
+from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import first_shown_block, study_for_presentation, study_of_cube
-from overturning.study.film_options import film_options
+from overturning.study.cube import first_shown_height_and_friction, study_for_presentation, study_of_cube
+from overturning.study.film_options import film_command_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
@@ -83,10 +83,10 @@ def explorer_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = model_of(cube), study_for_presentation(cube, study)
+    model, study = model_of_cube(cube), study_for_presentation(cube, study)
     degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
     turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
-    first, options = _initial_selection(one, study), film_options(cube)
+    first, options = _initial_selection(one, study), film_command_options(cube)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
@@ -106,7 +106,7 @@ def explorer_data(
         "title": _page_title(one, study),
         "question": translate(study.question) if study else "",
         "space": not model.one_component,
-        "mirrors": not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD,
+        "mirrors": not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD,
         "records": records,
         "rings": rings,
         "direction": _json_list(direction),
@@ -170,9 +170,12 @@ def _page_title(cube: "xr.Dataset", study: Study | None) -> str:
 def _initial_selection(cube: "xr.Dataset", study: Study | None) -> dict[str, int]:
     """Return the indices of the height, friction and element shown first: those that the report shows."""
     names = cube["element"].to_numpy().tolist()
-    element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element if len(names) > 1 else names[0]
+    element = (
+        variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element if len(names) > 1 else names[0]
+    )
     block = {
-        name: cube[name].to_numpy().tolist().index(value) for name, (value,) in first_shown_block(cube, study).items()
+        name: cube[name].to_numpy().tolist().index(value)
+        for name, (value,) in first_shown_height_and_friction(cube, study).items()
     }
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 
@@ -187,7 +190,7 @@ def _reference_note(cube: "xr.Dataset") -> list[str]:
 def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
     """Return a flag per element: True if rotations are in degrees (3-D bodies, elements without critical angle)."""
     if "critical_angle" not in cube:
-        return element_count * [not model_of(cube).one_component]
+        return element_count * [not model_of_cube(cube).one_component]
     unknown = cube["critical_angle"].isnull()
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 

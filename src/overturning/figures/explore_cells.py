@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of
-from overturning.model.planes import fall_probability
+from overturning.model.falls import model_of_cube
+from overturning.model.planes import fall_probability_to_either_side
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ DEGREE_STEP: Final = 1e-2
 
 def encode_cells(record_cube: "xr.Dataset", probability: "xr.Dataset", rotation_step: float) -> dict[str, Any]:
     """Encode the outcomes of one record for the explorer page, with rotations in units of `rotation_step`."""
-    model = model_of(record_cube)
+    model = model_of_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
     def flat_values(found: "xr.DataArray") -> FloatArray:
@@ -116,7 +116,7 @@ def choose_initial_case(block: "xr.Dataset", full_circle: bool) -> InitialCase:
     full_circle : bool
         True if the last direction is next to the first one.
     """
-    order = (model_of(block).direction, "b_over_h")
+    order = (model_of_cube(block).direction, "b_over_h")
     ensemble = ensemble_probabilities(block)
     chance = np.nan_to_num(fall_probabilities_to_show(block)["towards"].transpose(*order).to_numpy().astype(np.float64))
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
@@ -137,7 +137,7 @@ def ensemble_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
 
 def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
     """Return the probabilities of a fall towards the azimuth (3-D: of any fall) and away from the azimuth."""
-    chance = fall_probability(cube)
+    chance = fall_probability_to_either_side(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])
     return chance

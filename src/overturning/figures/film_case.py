@@ -35,7 +35,7 @@ def filmed_case(model: Model, block: Mapping[str, float], place: str, **more: An
 
 def _stone_of_scene(scene: Scene) -> dict[str, Any]:
     """Return the kind of stone of a scene; a scene of its own friction states none."""
-    own = {} if scene.sweeps_friction else {"friction": None}
+    own = {} if scene.varies_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
         return {"kind": "stone", **own}
     return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.reference_name, **own}

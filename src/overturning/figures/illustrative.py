@@ -18,13 +18,13 @@ from overturning.figures.response import axis_figure, response_figure
 from overturning.figures.style import style
 from overturning.figures.write import refill_folder, save
 from overturning.labels import friction_label
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.illustrative import IllustrativeCase, case_with_differing_outcomes, find_illustrative_cases
-from overturning.study.cube import open_records, study_of_cube
+from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
     SizeConversion,
@@ -33,7 +33,7 @@ from overturning.study.scenes import (
     variant_model,
     variant_scene,
     variant_settings,
-    variant_uses_vertical,
+    variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
 
@@ -57,10 +57,10 @@ def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path, agains
         Cube of the variant with which the study is compared; the first case is then the one that answers which of both
         makes a block fall, if an outcome differs.
     """
-    with refill_folder(folder), open_records(cube_path) as cube, style():
+    with refill_folder(folder), open_cube_by_record(cube_path) as cube, style():
         cases = find_illustrative_cases(cube)
         if against is not None:
-            with open_records(against) as other:
+            with open_cube_by_record(against) as other:
                 answer = case_with_differing_outcomes(cube, other, (NOMINAL, str(other.attrs["variant"])))
             cases = cases if answer is None else [answer, *cases]
         rows = [_draw_case(cube, case, motions, folder, number) for number, case in enumerate(cases, 1)]
@@ -87,7 +87,7 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
     drawn = [("strip", strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
-    if model_of(one).one_component:
+    if model_of_cube(one).one_component:
         drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
@@ -138,8 +138,8 @@ def _film_title(
 def heading_of_setting(study: Study, variant: str, other_variant: str) -> str:
     """Return the heading of a panel of a comparison: what the variant is, other than the one it is compared with."""
     own, other = (variant_settings(study, name) for name in (variant, other_variant))
-    if variant_uses_vertical(study, variant) != variant_uses_vertical(study, other_variant):
-        return setting_heading("vertical" if variant_uses_vertical(study, variant) else "level")
+    if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant):
+        return setting_heading("vertical" if variant_uses_vertical_motion(study, variant) else "level")
     if (own.scene or study.scene) != (other.scene or study.scene):
         scene = variant_scene(study, variant)
         return setting_heading("scene", scene.title or scene.name)
@@ -150,7 +150,7 @@ def heading_of_setting(study: Study, variant: str, other_variant: str) -> str:
 
 def block_label(study: Study, block: dict[str, float]) -> str:
     """Return slenderness, height and friction of a block as text for a title."""
-    oblong = f", D/B = {block['aspect']:g}" if variant_model(study).has_free_aspect else ""
+    oblong = f", D/B = {block['aspect']:g}" if variant_model(study).aspect_is_parameter else ""
     coefficient = friction_label(study, block["friction"])
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
@@ -201,12 +201,12 @@ def block_trajectories(
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
     height, ratio = (np.array([block[name]]) for name in ("height", "b_over_h"))
     scaled = block | {
-        "height": float(sizes.scene_heights(height)[0]),
-        "b_over_h": float(sizes.scene_b_over_h(ratio, ratio)[0]),
+        "height": float(sizes.to_scene_heights(height)[0]),
+        "b_over_h": float(sizes.to_scene_b_over_h(ratio, ratio)[0]),
     }
     own = {
-        "b_over_h": not model.has_free_slenderness,
-        "friction": isinstance(model, PlanarModel) and not model.scene.sweeps_friction,
+        "b_over_h": not model.slenderness_is_parameter,
+        "friction": isinstance(model, PlanarModel) and not model.scene.varies_friction,
     }
     given = {name: value for name, value in scaled.items() if not own.get(name)}
     options: dict[str, Any] = {**given, **vars(numerics_of_study(study)), "aftermath": AFTERMATH}

@@ -19,7 +19,7 @@ from overturning.figures.style import (
     set_logarithmic_ticks,
 )
 from overturning.labels import friction_label
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import shares_of_directions_with_fall
 from overturning.statistics.logistic import LEAST_PGA, LogisticFit
@@ -40,7 +40,7 @@ def intensity_plane_points(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of a block for each record and azimuth, shape (n,)."""
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
-    planes = model_of(cube).falls_in_distinct_cells(block).compute()
+    planes = model_of_cube(cube).fall_probability_and_direction_by_cell(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))

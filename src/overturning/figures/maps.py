@@ -12,7 +12,7 @@ from overturning.figures import style
 from overturning.figures.cells import cell_edges, slenderness_edges, trim_empty_rings
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.rose import draw_rose
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.statistics.roses import fall_rose
 
@@ -99,6 +99,6 @@ def map_figure(cube: xr.Dataset, title: str, peak_velocity: xr.DataArray | None 
 
     `peak_velocity` by azimuth, m/s, is drawn on a map by azimuth.
     """
-    if model_of(cube).one_component:
+    if model_of_cube(cube).one_component:
         return plane_map_figure(cube, title, [peak_velocity])
     return space_map_figure(cube, title)

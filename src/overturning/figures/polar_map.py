@@ -26,7 +26,7 @@ from overturning.figures.cells import (
     slenderness_edges,
 )
 from overturning.labels import friction_label
-from overturning.model.planes import fall_probability
+from overturning.model.planes import fall_probability_to_either_side
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
@@ -135,7 +135,7 @@ def plane_map_figure(
 def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[PolarMapPanel]:
     """Return the panels of all records, trimmed to the same number of rings."""
     whole = [close_circle(one) for one in records]
-    chance = [fall_probability(one)[["towards", "away"]].compute() for one in whole]
+    chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
     rings = max(count_rings_with_falls(*both) for both in zip(either, falls, strict=True))

@@ -12,7 +12,7 @@ from overturning.figures.style import style
 from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
 from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
-from overturning.study.cube import element_of_cube, first_shown_block, open_cube, study_of_cube
+from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, open_cube, study_of_cube
 from overturning.study.scenes import variant_scene
 
 
@@ -58,7 +58,7 @@ def draw_record_figures(
             used = read_record_from_motion_file(motion)
             with style():
                 write(
-                    map_figure(one.sel(first_shown_block(one)), f"{title}{stone}", around["pgv"]),
+                    map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),
                     folder / "polar" / name,
                 )
                 if study.has_several_blocks:
@@ -79,6 +79,6 @@ def scene_element_label(cube: xr.Dataset) -> str:
     scene = variant_scene(study_of_cube(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:
         return ""
-    shown = element_of_cube(cube)
+    shown = element_name_of_cube(cube)
     sizes = "" if shown == scene.reference_name else f", by H and B/H of the {scene.reference_name}"
     return f"\n{scene.title or scene.name}: {shown}{sizes}"

@@ -24,19 +24,21 @@ _TITLE: Final = 32
 def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
     """Draw a scene to scale: free elements with their names, driven elements in grey, held elements hatched."""
     placed = place_elements(scene, height, b_over_h)
-    free = [item for item in placed if not item.fixed]
-    low = min(float(item.points[:, 1].min()) for item in free)
-    high = max(float(item.points[:, 1].max()) for item in free)
-    reach = max(float(np.abs(item.points[:, 0]).max()) for item in free) + 0.35 * (high - low)
+    free = [item for item in placed if not item.is_driven_or_held]
+    low = min(float(item.vertices_in_scene[:, 1].min()) for item in free)
+    high = max(float(item.vertices_in_scene[:, 1].max()) for item in free)
+    reach = max(float(np.abs(item.vertices_in_scene[:, 0]).max()) for item in free) + 0.35 * (high - low)
     for item in placed:
         axes.fill(
-            *item.points.T, facecolor="#d9d9d6" if item.fixed else "#f4ead9", edgecolor=INK, linewidth=0.8,
+            *item.vertices_in_scene.T, facecolor="#d9d9d6" if item.is_driven_or_held else "#f4ead9", edgecolor=INK,
+            linewidth=0.8,
             hatch="//" if item.element.kind == "held" else None,
         )  # fmt: skip
-        if not item.fixed:
+        if not item.is_driven_or_held:
             axes.plot(item.x, item.z, marker="+", color=SERIES[0], markersize=5)
             axes.annotate(
-                item.element.name, (float(item.points[:, 0].max()), item.z), (4, 0), textcoords="offset points",
+                item.element.name, (float(item.vertices_in_scene[:, 0].max()), item.z), (4, 0),
+                textcoords="offset points",
                 va="center", fontsize=7.5,
             )  # fmt: skip
     axes.set(xlim=(-reach, reach), ylim=(low - 0.12 * (high - low), high + 0.06 * (high - low)), aspect="equal")

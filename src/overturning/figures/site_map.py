@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
 from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.records.fault_trace import Trace, parse_fault_trace
 from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -82,7 +82,7 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
-    said, model = {row["id"]: row for row in record_sources(cube)}, model_of(cube)
+    said, model = {row["id"]: row for row in record_sources(cube)}, model_of_cube(cube)
     about = [said.get(name, {}) for name in ids.tolist()]
     means = apply_to_record_batches(
         partial(mean_fall_directions, summed_dims=model.case_dims, informative_only=True), cube, model.reads

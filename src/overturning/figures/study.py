@@ -12,10 +12,10 @@ from overturning.figures.site_map import earthquakes_on_map, site_maps
 from overturning.figures.style import style
 from overturning.figures.write import Write, refill_folder
 from overturning.labels import element_size_note
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
 from overturning.statistics.logistic import fit_logistic_overturning_model
-from overturning.study.cube import open_records
+from overturning.study.cube import open_cube_by_record
 
 
 def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
@@ -26,13 +26,13 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
     all formats of the study.
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
-    with open_records(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
+    with open_cube_by_record(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
         groups = fall_axes_by_group(cube)
         summaries = {name: summarise_fall_axes(axes) for name, axes in groups.items()}
         write(earthquake_alignment_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps", write)
         write(rose_figure(cube, summaries), folder / "rose")
-        if not model_of(cube).one_component:
+        if not model_of_cube(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
             write(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import azimuth_gaps
+from overturning.model.planes import azimuth_gaps_and_step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -212,7 +212,7 @@ def make_compass(
 def azimuths_inside_gaps(azimuth_deg: FloatArray) -> FloatArray:
     """Return the azimuths one step inside each end of every range of azimuths that was not simulated."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
-    not_computed, step = azimuth_gaps(azimuth, 360.0)
+    not_computed, step = azimuth_gaps_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 

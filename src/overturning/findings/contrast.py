@@ -14,7 +14,13 @@ from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_differenc
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_fall_contrast
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
-from overturning.study.scenes import NOMINAL, variant_contact, variant_scene, variant_settings, variant_uses_vertical
+from overturning.study.scenes import (
+    NOMINAL,
+    variant_contact,
+    variant_scene,
+    variant_settings,
+    variant_uses_vertical_motion,
+)
 from overturning.study.schema import Study
 
 
@@ -137,7 +143,7 @@ def names_of_differing_settings(study: Study, variant: str, other_variant: str) 
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
         "contact": variant_contact(study, variant) != variant_contact(study, other_variant),
-        "vertical": variant_uses_vertical(study, variant) != variant_uses_vertical(study, other_variant),
+        "vertical": variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant),
         "site": one.site != other.site,
     }
     return [name for name, differs in differing.items() if differs]
@@ -260,7 +266,7 @@ def _element_outcomes(
     return ElementOutcomes(
         variant=variant,
         scene=scene.name,
-        element=fall_counts.name if several_elements else scene.free_names[0],
+        element=fall_counts.name if several_elements else scene.free_element_names[0],
         cases=fall_counts.cases,
         falls=fall_counts.falls,
         share_overturned=fall_counts.share,

@@ -135,7 +135,10 @@ def count_ensemble_cells(model: Model, ensemble_settings: Ensemble, cube: xr.Dat
 
     The runs of repeated cells are counted, too.
     """
-    found, half = model.ensemble_disagreement(cube), cube.isel({model.direction: model.distinct_direction_index(cube)})
+    found, half = (
+        model.member_fall_shares_by_cell(cube),
+        cube.isel({model.direction: model.distinct_direction_indices(cube)}),
+    )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
     def estimated_cell_statistic(run_statistic: Statistic) -> xr.DataArray:

@@ -5,11 +5,11 @@ import numpy as np
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.labels import azimuth_gap_ranges, earthquake_assignment_notes
-from overturning.model.planes import azimuth_period_deg
+from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.map_choice import choose_map_records
-from overturning.study.cube import element_of_cube, first_shown_block, record_sources
+from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, record_sources
 from overturning.study.scenes import variant_scene
 
 
@@ -91,7 +91,7 @@ def study_extent(results: StudyResults) -> StudyExtent:
     steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))
     groups = list(record_groups(cube).values())
     neither = ~np.any(groups, axis=0)
-    mirrored = not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD
+    mirrored = not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
     plan = study.body
     return StudyExtent(
         records=len(results.record_names),
@@ -103,8 +103,8 @@ def study_extent(results: StudyResults) -> StudyExtent:
         direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
         azimuth_gaps=azimuth_gap_ranges(cube),
         mirrored=mirrored,
-        elements=len(variant_scene(study).free_names),
-        element=element_of_cube(cube),
+        elements=len(variant_scene(study).free_element_names),
+        element=element_name_of_cube(cube),
         square=plan is not None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
         records_with_vertical=results.applied_vertical_count,
         vertical_left_out=results.unused_vertical_count,
@@ -120,7 +120,7 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
-    block = first_shown_block(cube, results.study)
+    block = first_shown_height_and_friction(cube, results.study)
     names = results.record_names
     return ReportMaps(
         height_m=block["height"][0] if "height" in block else float("nan"),

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.files import path_without_absolute_folder
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import EarthquakeMean
@@ -20,8 +20,8 @@ from overturning.statistics.elements import ElementFallCounts, count_falls_by_el
 from overturning.statistics.falls import mean_fall_directions, overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.space import planar_agreement_counts
-from overturning.study.convergence import Convergence, read_convergence
-from overturning.study.cube import open_records, study_of_cube
+from overturning.study.convergence import Convergence, read_convergence_result
+from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
@@ -105,7 +105,7 @@ class StudyResults:
     @cached_property
     def model(self) -> Model:
         """Model with which the cube of the study was computed."""
-        return model_of(self.cube)
+        return model_of_cube(self.cube)
 
     @cached_property
     def has_single_motion_axis(self) -> bool:
@@ -147,7 +147,7 @@ class StudyResults:
     @property
     def free_element_names(self) -> tuple[str, ...]:
         """Names of the free elements of the study's own scene."""
-        return variant_scene(self.study).free_names
+        return variant_scene(self.study).free_element_names
 
     @cached_property
     def mean_fall_directions_by_record(self) -> xr.Dataset:
@@ -251,7 +251,7 @@ B_OVER_H_RANGES = 3
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     """Return the part of a variant's cube that belongs to the reference element of its scene."""
-    return cube.sel(element=variant_scene(study, variant).default_element) if "element" in cube.dims else cube
+    return cube.sel(element=variant_scene(study, variant).default_output_element) if "element" in cube.dims else cube
 
 
 @contextmanager
@@ -265,7 +265,7 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
 
     def open_variant_cube(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
-        cube = open_records(path, element=None, amplitude=None)
+        cube = open_cube_by_record(path, element=None, amplitude=None)
         stack.callback(cube.close)
         return cube
 
@@ -292,7 +292,7 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
             cube=_reference_cube(study, NOMINAL, cubes[NOMINAL]),
             cubes=cubes,
             intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
-            convergence=read_convergence(folder / "convergence.json") if study.verification != "none" else None,
+            convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
             surveys=tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
             populations={name: population_rates_by_record(cube, stones) for name, cube in whole.items()}
             if stones

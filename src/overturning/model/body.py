@@ -12,15 +12,15 @@ from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes, values_at_cells
-from overturning.model.shapes import RectangularPrism, Shape, as_shape
-from overturning.model.symmetry import FULL_TURN, ComputedCells, nearest_cells
+from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
+from overturning.model.symmetry import FULL_TURN, ComputedCells, nearest_computed_cells
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
     BODY_VARIABLES,
     FACE_VARIABLES,
     INT8_MISSING,
-    Variable,
-    is_known_flag,
+    OutcomeVariable,
+    outcome_is_known,
 )
 
 if TYPE_CHECKING:
@@ -39,13 +39,13 @@ _MEMBERS: Final = {
     "axis_cosine": "fall_axis_cosine",
     "axis_sine": "fall_axis_sine",
 }
-"""Names of cube variables with ensemble means, by name of the variable of `Model.falls_in_distinct_cells`."""
+"""Cube variables with ensemble means, by name of the variable of `Model.fall_probability_and_direction_by_cell`."""
 
 
-def direction_weight(
+def cell_weight_in_direction_statistics(
     fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
-    """Return the weight of a cell in direction statistics, 0 to 1, from the agreement of its members' directions.
+    """Return each cell's weight in direction statistics: 1 if all its members fall the same way, 0 if in any way.
 
     The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
     without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is negative
@@ -68,7 +68,7 @@ def direction_weight(
 
 @dataclass(frozen=True)
 class Start:
-    """Initial position and velocity of a 3-D body that does not start at rest, in axes rotated to its orientation.
+    """Initial position and velocity of a 3-D body that does not start at rest, in axes that turn with the orientation.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Body(Model):
     start: Start | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shape", as_shape(self.shape))
+        object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape))
         if not isinstance(self.contact, VertexContact):
             raise ArgumentError(f"contact: a {type(self.contact).__name__}; a body in space has a VertexContact")
 
@@ -130,51 +130,53 @@ class Body(Model):
 
     @property
     @override
-    def elements(self) -> tuple[str, ...]:
+    def free_element_names(self) -> tuple[str, ...]:
         return (self.shape.name,)
 
     @property
     @override
-    def relative_cost(self) -> float:
+    def case_cost_over_block_cost(self) -> float:
         return 18.0
 
     @property
     @override
-    def cube_attributes(self) -> dict[str, str]:
+    def scene_or_body_attributes(self) -> dict[str, str]:
         return {"body": self.shape.name}
 
     @property
     @override
-    def additional_study_variables(self) -> tuple[Variable, ...]:
+    def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
         """Variables of the 2-D prediction in the vertical planes of a rectangle's faces; empty for other shapes."""
-        return FACE_VARIABLES if self.has_free_aspect else ()
+        return FACE_VARIABLES if self.aspect_is_parameter else ()
 
     @property
     @override
-    def has_free_slenderness(self) -> bool:
-        return self.shape.has_free_slenderness
+    def slenderness_is_parameter(self) -> bool:
+        return self.shape.slenderness_is_parameter
 
     @property
     @override
-    def has_free_aspect(self) -> bool:
-        return self.shape.has_free_aspect
+    def aspect_is_parameter(self) -> bool:
+        return self.shape.aspect_is_parameter
 
     @override
-    def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H of the body; a polyhedron fixes B/H and has a default height."""
-        if self.shape.has_free_slenderness:
+    def height_and_b_over_h_or_defaults(
+        self, height: ArrayLike | None, b_over_h: ArrayLike | None
+    ) -> tuple[ArrayLike, ArrayLike]:
+        """Return the given height (m) and B/H; a polyhedron has its own B/H, and its own height by default."""
+        if self.shape.slenderness_is_parameter:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"
                 raise ArgumentError(f"{name}: not given; a {self.shape.name} has none of its own")
             return height, b_over_h
         if b_over_h is not None:
             raise ArgumentError(f"b_over_h: a {self.shape.name} has its own; leave it out")
-        own = getattr(self.shape, "height", 1.0)
+        own = getattr(self.shape, "unscaled_height", 1.0)
         return own if height is None else height, self.shape.solid(own, 1.0, 1.0).b_over_h
 
     @override
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
-        if not self.shape.has_free_aspect and aspect.tolist() != [1.0]:
+        if not self.shape.aspect_is_parameter and aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
         return np.array([self.shape.solid(1.0, 0.5, float(value)).period for value in aspect])
 
@@ -184,10 +186,10 @@ class Body(Model):
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the computed one, which differs by whole rotation periods."""
-        direction = grid.directions[:, None]
-        period = self._rotation_periods(grid) if use_symmetry else np.full(1, FULL_TURN)
+    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+        """Return, for each orientation of a grid, the computed orientation, a whole number of rotation periods away."""
+        direction = grid.direction_values_deg[:, None]
+        period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
         if use_symmetry and self.start is not None and np.where(period > 0.0, whole, direction).any():
             raise ArgumentError(
@@ -195,29 +197,30 @@ class Body(Model):
                 "their own; say leave_out=False"
             )
         return replace(
-            super().computed_cells(grid, use_symmetry), turn_deg=np.where(period > 0.0, whole * period, direction)
+            super().computed_cell_of_each_direction(grid, use_symmetry),
+            turn_deg=np.where(period > 0.0, whole * period, direction),
         )
 
     @override
-    def rotate_outcomes(
+    def rotate_copied_outcomes_in_place(
         self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
     ) -> None:
         own = np.arange(computed_cells.cell.shape[0])[:, None]
-        outcome_arrays["repeated"] = grid.broadcast_to_grid(computed_cells.cell != own).astype(np.int8)
+        outcome_arrays["repeated"] = grid.broadcast_over_grid(computed_cells.cell != own).astype(np.int8)
         faces = len(self.shape.solid(1.0, 0.5, 1.0).faces)
-        turns = np.round(grid.broadcast_to_grid(computed_cells.turn_deg) / FULL_TURN * max(faces, 1)).astype(np.int64)
+        turns = np.round(grid.broadcast_over_grid(computed_cells.turn_deg) / FULL_TURN * max(faces, 1)).astype(np.int64)
         down = outcome_arrays["fall_face"] != INT8_MISSING
         outcome_arrays["fall_face"][down] = (outcome_arrays["fall_face"][down] - turns[down]) % max(faces, 1)
 
     @override
-    def summarise_ensemble(
-        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, scramble_number: NDArray[np.int64]
+    def ensemble_variables_of_cells(
+        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
         """Compute the share of ensemble members that fall and the mean sines and cosines of their fall directions."""
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
 
         def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
-            """Return the mean over selected members with an outcome; a member that stands counts as 0."""
+            """Return each cell's mean over the selected members with an outcome; a standing member counts as 0."""
             count = (known & selected_members).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
             total = np.round(np.where(fell & selected_members, member_values, 0.0), 9).sum(axis=1)
@@ -229,19 +232,20 @@ class Body(Model):
             "fall_east": member_mean(np.sin(angle)),
             "fall_axis_cosine": member_mean(np.cos(2 * angle)),
             "fall_axis_sine": member_mean(np.sin(2 * angle)),
-            "scramble_difference": member_mean(1.0, scramble_number == 0) - member_mean(1.0, scramble_number == 1),
+            "scramble_difference": member_mean(1.0, sobol_scramble_of_member == 0)
+            - member_mean(1.0, sobol_scramble_of_member == 1),
             "members": known.sum(axis=1),
         }
 
     @override
-    def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+    def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
         return np.arange(cube.sizes[self.direction])
 
     @override
-    def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
-        known = is_known_flag(cube["overturned"])
+        known = outcome_is_known(cube["overturned"])
         fell = (cube["overturned"] == 1).where(known)
         azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
         found = {"falls": fell.astype("float64")}
@@ -255,8 +259,8 @@ class Body(Model):
         return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
 
     @override
-    def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return the share of ensemble members that fall in each cell, and whether their directions differ.
+    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Return, for each cell, the share of members that fall, and whether the directions of their falls differ.
 
         Directions differ if they spread by more than 15° about their mean.
         """
@@ -280,7 +284,7 @@ class Body(Model):
     ) -> StoneOutcomes:
         """Return, for each stone, the outcome of the square prism with the nearest orientation in a cube."""
         square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
-        sources = nearest_cells(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
+        sources = nearest_computed_cells(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
         found = values_at_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])

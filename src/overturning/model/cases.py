@@ -74,7 +74,7 @@ class Cases:
             if wrong.any():
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
-        check_heights(self.height)
+        check_stone_heights(self.height)
         check_case_count(self.size)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
@@ -86,7 +86,7 @@ class Cases:
         return int(np.asarray(self.azimuth_deg).size)
 
 
-def check_heights(height: ArrayLike) -> None:
+def check_stone_heights(height: ArrayLike) -> None:
     """Raise `ArgumentError` for heights (m) outside `LOWEST` to `HIGHEST`."""
     for value in np.unique(np.asarray(height, dtype=np.float64)):
         if not LOWEST <= value <= HIGHEST:
@@ -94,9 +94,9 @@ def check_heights(height: ArrayLike) -> None:
             raise ArgumentError(f"height: {value:g} m; a stone is {LOWEST:g} to {HIGHEST:g} m high{unit}")
 
 
-def checked_height(height: float) -> float:
+def checked_stone_height(height: float) -> float:
     """Return a height (m) unchanged; raise an `ArgumentError` if it is outside `LOWEST` to `HIGHEST`."""
-    check_heights(height)
+    check_stone_heights(height)
     return height
 
 

@@ -60,7 +60,7 @@ class ContactSettings(StrictModel):
         return self
 
     def with_defaults(self, default_settings: Self) -> Self:
-        """Return the settings with default values for keys that are not given; either damping key replaces both."""
+        """Return these settings completed from `default_settings`; one given damping key displaces both defaults."""
         damping = {"damping_ratio", "damping"}
         replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
         kept = default_settings.model_dump(exclude=replaced)
@@ -100,7 +100,7 @@ class Contact(ContactSettings):
     )
 
     @model_validator(mode="after")
-    def _check_single_stiffness(self) -> Self:
+    def _check_one_stiffness_setting(self) -> Self:
         """Raise a ValueError if both a stiffness and a static penetration are given."""
         if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
             raise ValueError(
@@ -109,10 +109,10 @@ class Contact(ContactSettings):
             )
         return self
 
-    def constants_per_mass(
+    def stiffness_and_damping_per_mass(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the contact constants per unit mass of blocks one metre deep.
+        """Return K_n/m, K_s/m and dashpot h/m at each corner of blocks one metre deep and of mass m.
 
         Parameters
         ----------
@@ -149,7 +149,7 @@ class VertexContact(StrictModel):
     Parameters
     ----------
     static_penetration : float
-        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.load_sharing_points` points, and B is
+        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.load_sharing_point_count` points, and B is
         twice the least distance between an edge of the base and the point below the centre, at most
         `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
@@ -167,17 +167,17 @@ class VertexContact(StrictModel):
     stiffness_ratio: float = Field(default=1.0, ge=0)
     damping_ratio: float = Field(default=DAMPING_RATIO, ge=0)
 
-    def constants_per_mass(self, body: Solid) -> tuple[float, float, float]:
+    def stiffness_and_damping_per_mass(self, body: Solid) -> tuple[float, float, float]:
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
-        points = body.load_sharing_points
+        points = body.load_sharing_point_count
         normal = STANDARD_GRAVITY / (
-            points * self.static_penetration * min(2.0 * body.min_edge_distance, MAX_CONTACT_WIDTH)
+            points * self.static_penetration * min(2.0 * body.min_base_edge_distance, MAX_CONTACT_WIDTH)
         )
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 
 def check_stiffness_precision(normal_stiffness: FloatArray, height: FloatArray, largest_displacement: float) -> None:
-    """Raise an ArgumentError if a static penetration is too small for double precision.
+    """Raise an ArgumentError if double precision cannot resolve the static penetration of so stiff a contact.
 
     Parameters
     ----------

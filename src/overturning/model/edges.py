@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 
 
-def combine_edge_falls(
-    plane_fall_flags: ArrayLike, last_return_time: ArrayLike, fall_azimuth_deg: ArrayLike
+def combined_fall_flag_and_azimuth(
+    plane_fall_flags: ArrayLike, last_tipping_time: ArrayLike, fall_azimuth_deg: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
     """Combine the 2-D outcomes of a stone in the vertical planes of several edges: whether it falls, and where to.
 
@@ -21,7 +21,7 @@ def combine_edge_falls(
     ----------
     plane_fall_flags : array_like, shape (planes, …)
         1 if the stone falls in the plane, 0 if it stands, NaN if the outcome is missing.
-    last_return_time : array_like, shape (planes, …)
+    last_tipping_time : array_like, shape (planes, …)
         Last time at which it passed its tipping angle, s; ignored for planes in which it stands.
     fall_azimuth_deg : array_like, shape (planes, …)
         Azimuth of the fall in each plane, degrees.
@@ -34,7 +34,7 @@ def combine_edge_falls(
         Azimuth of the fall, degrees. NaN if it does not fall, or falls in several planes and one of their times is
         missing. If times are equal, the first plane counts.
     """
-    flags, times = np.asarray(plane_fall_flags, np.float64), np.asarray(last_return_time, np.float64)
+    flags, times = np.asarray(plane_fall_flags, np.float64), np.asarray(last_tipping_time, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1
     fell = known & falling.any(axis=0)
     decided = fell & ((falling.sum(axis=0) == 1) | ~(falling & np.isnan(times)).any(axis=0))
@@ -45,18 +45,18 @@ def combine_edge_falls(
     return np.where(known, fell, np.nan), np.where(decided, azimuth, np.nan)
 
 
-def edge_probabilities(fall_probability: FloatArray, last_return_time: FloatArray) -> FloatArray:
+def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_time: FloatArray) -> FloatArray:
     """Return the probability that a stone falls over each of two edges of its base, shape (2, …).
 
-    If all probabilities are 0 or 1, the result agrees with `combine_edge_falls`.
+    If all probabilities are 0 or 1, the result agrees with `combined_fall_flag_and_azimuth`.
 
     Parameters
     ----------
     fall_probability : ndarray, shape (2, …)
         Probability of falling in each plane; the planes are taken as independent, and no value is missing.
-    last_return_time : ndarray, shape (2, …)
-        Times as in `combine_edge_falls`, s. If one is missing, or they are equal, each edge comes first in proportion
-        to its probability.
+    last_tipping_time : ndarray, shape (2, …)
+        Times as in `combined_fall_flag_and_azimuth`, s. If one is missing, or they are equal, each edge comes first
+        in proportion to its probability.
 
     Returns
     -------
@@ -65,9 +65,9 @@ def edge_probabilities(fall_probability: FloatArray, last_return_time: FloatArra
     total = fall_probability.sum(axis=0)
     in_proportion = np.divide(fall_probability[0], total, out=np.full(total.shape, 0.5), where=total > 0)
     first = np.where(
-        last_return_time[0] < last_return_time[1],
+        last_tipping_time[0] < last_tipping_time[1],
         1.0,
-        np.where(last_return_time[0] > last_return_time[1], 0.0, in_proportion),
+        np.where(last_tipping_time[0] > last_tipping_time[1], 0.0, in_proportion),
     )
     both = fall_probability[0] * fall_probability[1]
     return np.asarray(fall_probability * (1 - fall_probability[::-1]) + both * np.stack([first, 1 - first]))

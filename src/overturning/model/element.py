@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.contact import Contact
-from overturning.model.pieces import joined_outline
+from overturning.model.pieces import outline_of_joined_pieces
 from overturning.model.polygon import Polygon, make_polygon, rectangle_vertices
 from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
@@ -32,7 +32,7 @@ class ContactLaw(Contact):
     )
 
     @property
-    def contact(self) -> Contact:
+    def springs_and_dashpots(self) -> Contact:
         """Springs and dashpots of the contact law, without its materials and friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
@@ -81,7 +81,7 @@ class Element(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _check_single_geometry(self) -> Self:
+    def _check_one_form_of_geometry(self) -> Self:
         """Raise a ValueError unless the element has exactly one form of geometry."""
         rectangle = self.width is not None and self.height is not None
         forms = (rectangle, self.vertices is not None, self.pieces is not None)
@@ -100,7 +100,7 @@ class Element(StrictModel):
         return self
 
     @property
-    def outline(self) -> FloatArray:
+    def unrotated_vertices(self) -> FloatArray:
         """Vertices of the element before rotation and shift, (n, 2), m; an ArgumentError if a piece is not convex."""
         if self.vertices is not None:
             points = np.array(self.vertices, dtype=np.float64)
@@ -111,14 +111,14 @@ class Element(StrictModel):
                         f"element {self.name}: piece {number} is not convex; split it, or give the outline of all as "
                         "vertices"
                     )
-            points = joined_outline(self.name, [np.array(piece) for piece in self.pieces])
+            points = outline_of_joined_pieces(self.name, [np.array(piece) for piece in self.pieces])
         else:
             assert self.width is not None  # one form is given
             assert self.height is not None
             points = rectangle_vertices(self.width, self.height)
         return points
 
-    def rotate(self, points: FloatArray) -> FloatArray:
+    def rotate_points(self, points: FloatArray) -> FloatArray:
         """Return points, shape (n, 2), m, rotated by the rotation of the element."""
         if self.rotation_deg:
             # Rounded, since libm differs between processors in the last digit.
@@ -127,17 +127,17 @@ class Element(StrictModel):
         return points
 
     @property
-    def points(self) -> FloatArray:
+    def rotated_vertices(self) -> FloatArray:
         """Vertices of the element after its rotation and before its shift, shape (n, 2), m."""
-        return self.rotate(self.outline)
+        return self.rotate_points(self.unrotated_vertices)
 
     @property
-    def shape(self) -> Polygon:
+    def rotated_polygon(self) -> Polygon:
         """Polygon of the element after its rotation and before its shift."""
-        return make_polygon(self.name, self.points)
+        return make_polygon(self.name, self.rotated_vertices)
 
     @property
-    def unrotated_size(self) -> tuple[float, float]:
+    def unrotated_width_and_height(self) -> tuple[float, float]:
         """Width and height of the element before its rotation, m."""
-        upright = make_polygon(self.name, self.outline)
+        upright = make_polygon(self.name, self.unrotated_vertices)
         return upright.width, upright.height

@@ -6,18 +6,18 @@ from overturning.model.body import Body
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from overturning.model.shapes import Shape, as_shape
+from overturning.model.shapes import Shape, shape_from_name_or_sides
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def model_of(cube: "xr.Dataset") -> Model:
+def model_of_cube(cube: "xr.Dataset") -> Model:
     """Return the model (2-D or 3-D) of the outcomes in a cube or in a part of a cube."""
     return Body() if Body.direction in cube.dims else PlanarModel()
 
 
-def as_model(model_argument: Model | Scene | Shape | str | int | None) -> Model:
+def model_from_scene_or_shape(model_scene_or_shape: Model | Scene | Shape | str | int | None) -> Model:
     """Convert a scene (2-D model), the shape of a body (3-D model) or None (single 2-D block) to a model.
 
     Raises
@@ -25,8 +25,12 @@ def as_model(model_argument: Model | Scene | Shape | str | int | None) -> Model:
     ArgumentError
         If no shape has the given name.
     """
-    if isinstance(model_argument, Model):
-        return model_argument
-    if model_argument is None:
+    if isinstance(model_scene_or_shape, Model):
+        return model_scene_or_shape
+    if model_scene_or_shape is None:
         return PlanarModel()
-    return PlanarModel(model_argument) if isinstance(model_argument, Scene) else Body(as_shape(model_argument))
+    return (
+        PlanarModel(model_scene_or_shape)
+        if isinstance(model_scene_or_shape, Scene)
+        else Body(shape_from_name_or_sides(model_scene_or_shape))
+    )

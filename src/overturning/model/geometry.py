@@ -55,12 +55,12 @@ class PlacedElement:
     drop: float  # drop of its centre at which it counts as fallen, m
 
     @property
-    def points(self) -> FloatArray:
+    def vertices_in_scene(self) -> FloatArray:
         """Vertices of the element at its position in the scene, shape (n, 2), m."""
         return self.shape.vertices + np.array([self.x, self.z])
 
     @property
-    def parts(self) -> "list[PlacedElement]":
+    def convex_parts(self) -> "list[PlacedElement]":
         """Copies of the element, one with the shape of each convex piece; the element itself if it is convex."""
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
@@ -70,19 +70,19 @@ class PlacedElement:
         return min(self.shape.width, self.shape.height)
 
     @property
-    def fallen_rotations(self) -> tuple[float, float]:
-        """Rotations to −x and +x at which the element has fallen, rad: from its scene or its shape."""
+    def fallen_rotations_rad(self) -> tuple[float, float]:
+        """Rotations to −x and +x at which the element counts as fallen, rad: as its scene states, or by its shape."""
         asked = self.element.fallen_rotation_deg
-        return self.shape.resting_rotations if asked is None else (round(float(np.radians(asked)), 12),) * 2
+        return self.shape.least_resting_rotations_rad if asked is None else (round(float(np.radians(asked)), 12),) * 2
 
     @property
-    def fixed(self) -> bool:
+    def is_driven_or_held(self) -> bool:
         """True if forces do not move the element, because it is driven or held."""
         return self.element.kind != "free"
 
 
-class ElementPair(NamedTuple):
-    """Indices of two elements that can touch, and of a convex piece of each."""
+class ConvexPiecePair(NamedTuple):
+    """Two convex pieces that can touch: indices of their elements a and b, and of the piece within each element."""
 
     a: int
     b: int
@@ -91,8 +91,8 @@ class ElementPair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SharedSegmentEnd:
-    """One end of the segment along which two nearest faces lie opposite each other."""
+class ContactSegmentEnd:
+    """One end of the segment along which the nearest faces of two elements lie opposite each other."""
 
     gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     point: tuple[float, float]  # the vertex, m
@@ -101,41 +101,41 @@ class SharedSegmentEnd:
 
 
 class TouchingSegmentEnd(NamedTuple):
-    """End of a shared segment at which two elements touch: index of their pair, number of the end (0 or 1), the end."""
+    """Segment end at which two elements touch: index in the list of pairs, number of the end (0 or 1), and the end."""
 
     pair: int
     side: int
-    end: SharedSegmentEnd
+    end: ContactSegmentEnd
 
 
 def place_elements(
     scene: SceneLayout, height: float | None = None, b_over_h: float | None = None
 ) -> list[PlacedElement]:
-    """Place the elements of a scene.
+    """Return the elements of a scene at their positions, for a height and B/H of the reference element.
 
     All lengths scale with `height` (m), the height of the reference element, except that the ground (`ground_name`)
     never becomes narrower. `b_over_h` changes only the width of the reference element. Both refer to the reference
     element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
-    own_width, own_height = own.unrotated_size
+    own_width, own_height = own.unrotated_width_and_height
     scale, ground = 1.0 if height is None else height / own_height, ground_name(scene)
     placed: list[PlacedElement] = []
     for element in scene.elements:
-        points = element.outline
+        points = element.unrotated_vertices
         if element.name == ground:
             points[:, 0] *= max(1.0, 1.0 / scale)
         if b_over_h is not None and element.name == scene.reference_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # Rounded once, exactly as the width B/H · H of a single block.
             points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
-        shape = make_polygon(element.name, element.rotate(points) * scale)
+        shape = make_polygon(element.name, element.rotate_points(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
         x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
         if element.stands_on is not None:
             below = next(other for other in placed if other.element.name == element.stands_on)
             x = below.x + x
-            z = float(below.points[:, 1].max()) + shift_z - float(shape.vertices[:, 1].min())
+            z = float(below.vertices_in_scene[:, 1].max()) + shift_z - float(shape.vertices[:, 1].min())
         # A centred element has exactly x = 0, so that a symmetric scene is symmetric bit by bit.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
@@ -146,62 +146,64 @@ def place_elements(
 
 def ground_name(scene: SceneLayout) -> str | None:
     """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
-    free = [item.shape for item in scene.elements if item.kind == "free"]
+    free = [item.rotated_polygon for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
     for one in scene.elements:
         if one.kind == "free" or one.width is None or one.height is None or one.rotation_deg or one.stands_on:
             continue
         top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
-        spans = [item.points + np.array(item.at) - top for item in others if item.stands_on is None]
+        spans = [item.rotated_vertices + np.array(item.at) - top for item in others if item.stands_on is None]
         above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
         if above and one.width > WIDE_GROUND * largest:
             return one.name
     return None
 
 
-def scene_azimuth_period_deg(scene: SceneLayout) -> float:
+def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
     """Return the rotation of the motion after which the outcome of a scene repeats or is mirrored, degrees.
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
-    mirror = all(item.x == 0.0 and item.shape.symmetric for item in place_elements(scene))
+    mirror = all(item.x == 0.0 and item.shape.is_mirror_symmetric for item in place_elements(scene))
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
-def reference_element_size(scene: SceneLayout) -> tuple[float, float]:
+def reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
     """Return height (m) and B/H of a scene's reference element as given in the file, before its rotation."""
-    width, height = next(item.unrotated_size for item in scene.elements if item.name == scene.reference_name)
+    width, height = next(
+        item.unrotated_width_and_height for item in scene.elements if item.name == scene.reference_name
+    )
     return height, width / height
 
 
-def face_distances(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
-    """Return the signed distance, m, from each face of a convex element to the nearest vertex of another one.
+def distances_of_vertices_from_faces(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
+    """Return the signed distance, m, from each face of `element`, convex, to the nearest vertex of `other_element`.
 
     Positive outside.
     """
-    faces = element.shape.faces
-    points = other_element.points - np.array([element.x, element.z])
+    faces = element.shape.face_table
+    points = other_element.vertices_in_scene - np.array([element.x, element.z])
     reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
     return np.asarray(reach.min(axis=1) - faces[:, 6])
 
 
-def nearest_faces(first_element: PlacedElement, second_element: PlacedElement) -> tuple[int, int, float]:
-    """Return the nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m.
+def nearest_faces_and_separation(first_element: PlacedElement, second_element: PlacedElement) -> tuple[int, int, float]:
+    """Return indices of the nearest faces of two convex elements (see docs/scenes.md), and the faces' separation, m.
 
     Face i runs from vertex i to vertex i + 1. The separation is negative if the elements overlap.
     """
-    faces_a, faces_b = first_element.shape.faces, second_element.shape.faces
+    faces_a, faces_b = first_element.shape.face_table, second_element.shape.face_table
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
     candidates = [
         *zip(
-            -face_distances(first_element, second_element),
+            -distances_of_vertices_from_faces(first_element, second_element),
             products.min(axis=1),
             range(len(faces_a)),
             products.argmin(axis=1),
             strict=True,
         ),
         *zip(
-            -face_distances(second_element, first_element),
+            -distances_of_vertices_from_faces(second_element, first_element),
             products.min(axis=0),
             products.argmin(axis=0),
             range(len(faces_b)),
@@ -212,32 +214,32 @@ def nearest_faces(first_element: PlacedElement, second_element: PlacedElement) -
     return int(best[2]), int(best[3]), float(-best[0])
 
 
-def shared_segment_ends(
+def contact_segment_ends(
     first_element: PlacedElement, second_element: PlacedElement
-) -> tuple[SharedSegmentEnd, SharedSegmentEnd]:
+) -> tuple[ContactSegmentEnd, ContactSegmentEnd]:
     """Return both ends of the segment along which the nearest faces of two convex elements face each other.
 
     At each end, the inner one of the two vertices counts.
     """
-    face_a, face_b, _ = nearest_faces(first_element, second_element)
-    fa, fb = first_element.shape.faces[face_a], second_element.shape.faces[face_b]
+    face_a, face_b, _ = nearest_faces_and_separation(first_element, second_element)
+    fa, fb = first_element.shape.face_table[face_a], second_element.shape.face_table[face_b]
     delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
 
-    def segment_end_at_vertex(
+    def position_and_segment_end_at_vertex(
         element: PlacedElement,
         vertex: FloatArray,
         shift: FloatArray,
         opposite_face: FloatArray,
         normal_sign: float,
         may_touch: float,
-    ) -> tuple[float, SharedSegmentEnd]:
-        """Return the position of a vertex along the opposite face, m, and the segment end at this vertex."""
+    ) -> tuple[float, ContactSegmentEnd]:
+        """Return the position of a vertex of `element` along the opposite face, m, and the segment end there."""
         x, z = vertex + shift
         gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
         along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
         nx, nz = normal_sign * float(opposite_face[4]), normal_sign * float(opposite_face[5])
         point = float(vertex[0] + element.x), float(vertex[1] + element.z)
-        return along, SharedSegmentEnd(
+        return along, ContactSegmentEnd(
             float(gap) if abs(along) <= opposite_face[8] and may_touch * opposite_face[11] else np.inf,
             point,
             (nx, nz),
@@ -246,12 +248,14 @@ def shared_segment_ends(
 
     ends = []
     for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
-        along, end = segment_end_at_vertex(first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
+        along, end = position_and_segment_end_at_vertex(
+            first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine]
+        )
         other = fb[2 * theirs : 2 * theirs + 2]
         ends.append(
             end
             if side * along <= fb[8]
-            else segment_end_at_vertex(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
+            else position_and_segment_end_at_vertex(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
         )
     return ends[0], ends[1]
 
@@ -259,40 +263,45 @@ def shared_segment_ends(
 def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
     """Yield the indices of each pair of elements, at least one of them free, and the gap between them, m."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
-        if not (a.fixed and b.fixed):
-            gaps = (max(face_distances(p, q).max(), face_distances(q, p).max()) for p, q in product(a.parts, b.parts))
+        if not (a.is_driven_or_held and b.is_driven_or_held):
+            gaps = (
+                max(distances_of_vertices_from_faces(p, q).max(), distances_of_vertices_from_faces(q, p).max())
+                for p, q in product(a.convex_parts, b.convex_parts)
+            )
             yield i, j, float(min(gaps))
 
 
-def element_pairs(placed_elements: list[PlacedElement]) -> list[ElementPair]:
-    """Return the pairs of convex pieces that can touch: close enough, and one of their elements is free."""
-    extent = sum(item.shape.width + item.shape.height for item in placed_elements if not item.fixed)
+def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
+    """Return the pairs of convex pieces that can touch: they are close, and at least one is of a free element."""
+    extent = sum(item.shape.width + item.shape.height for item in placed_elements if not item.is_driven_or_held)
     return [
-        ElementPair(i, j, m, n)
+        ConvexPiecePair(i, j, m, n)
         for i, j, gap in _gaps_between_elements(placed_elements)
         if gap <= MAX_PAIR_DISTANCE * extent
-        for m, n in product(range(len(placed_elements[i].shape.parts)), range(len(placed_elements[j].shape.parts)))
+        for m, n in product(
+            range(len(placed_elements[i].shape.convex_parts)), range(len(placed_elements[j].shape.convex_parts))
+        )
     ]
 
 
-def pieces_of_pairs(
-    placed_elements: list[PlacedElement], pairs: list[ElementPair]
+def placed_pieces_of_pairs(
+    placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
-    """Return the two convex pieces of each pair, as elements at their positions."""
-    parts = [item.parts for item in placed_elements]
+    """Return the two convex pieces of each pair, as placed elements."""
+    parts = [item.convex_parts for item in placed_elements]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
 def touching_segment_ends(
-    placed_elements: list[PlacedElement], pairs: list[ElementPair], max_inclination: float = 0.0
+    placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_inclination: float = 0.0
 ) -> list[TouchingSegmentEnd]:
-    """Return the ends of shared segments at which two elements of a scene touch at rest.
+    """Return the ends of contact segments at which two elements of a scene touch at rest.
 
     Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
     """
     touching = []
-    for index, (a, b) in enumerate(pieces_of_pairs(placed_elements, pairs)):
-        ends, closed = shared_segment_ends(a, b), CONTACT_GAP * min(a.size, b.size)
+    for index, (a, b) in enumerate(placed_pieces_of_pairs(placed_elements, pairs)):
+        ends, closed = contact_segment_ends(a, b), CONTACT_GAP * min(a.size, b.size)
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
@@ -301,13 +310,13 @@ def touching_segment_ends(
     return touching
 
 
-def check_geometry(scene: SceneLayout) -> None:
+def check_scene_geometry(scene: SceneLayout) -> None:
     """Raise an ArgumentError, with element and remedy, if elements overlap or lack support."""
-    if fault := placement_error(place_elements(scene)):
+    if fault := first_placement_error(place_elements(scene)):
         raise ArgumentError(fault)
 
 
-def placement_error(placed_elements: list[PlacedElement]) -> str:
+def first_placement_error(placed_elements: list[PlacedElement]) -> str:
     """Return an error message for the first element that overlaps another or lacks support; "" if there is none."""
     for i, j, gap in sorted(_gaps_between_elements(placed_elements)):
         a, b = placed_elements[i], placed_elements[j]
@@ -316,8 +325,8 @@ def placement_error(placed_elements: list[PlacedElement]) -> str:
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"
             )
-    pairs = element_pairs(placed_elements)
-    carried = {i for i, item in enumerate(placed_elements) if item.fixed}
+    pairs = convex_piece_pairs_that_can_touch(placed_elements)
+    carried = {i for i, item in enumerate(placed_elements) if item.is_driven_or_held}
     ends = touching_segment_ends(placed_elements, pairs)
     while more := {
         up

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_case_count
-from overturning.model.variables import Variable
+from overturning.model.variables import OutcomeVariable
 
 AXES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
@@ -47,7 +47,7 @@ class Grid:
 
     @classmethod
     def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
-        """Return the grid of all combinations of the given values of each dimension, each of shape (n,).
+        """Return the grid of all combinations of `dimension_values`, a number or a row of numbers per dimension.
 
         Raises
         ------
@@ -75,7 +75,7 @@ class Grid:
         return tuple(self.rows)
 
     @property
-    def directions(self) -> FloatArray:
+    def direction_values_deg(self) -> FloatArray:
         """Values of the direction dimension, azimuths or orientations, degrees."""
         return self.rows[self.dimension_names[0]].astype(np.float64)
 
@@ -85,26 +85,26 @@ class Grid:
         return tuple(row.size for row in self.rows.values())
 
     @property
-    def size(self) -> int:
+    def case_count(self) -> int:
         """Number of cases of the grid."""
         return int(np.prod(self.shape))
 
     def replace_values(self, **new_rows: NDArray[Any]) -> Self:
-        """Return the grid with other values along some of its dimensions, given by name."""
+        """Return a copy of the grid in which `new_rows`, values by dimension name, replace its own values."""
         return replace(self, rows=self.rows | new_rows)
 
-    def broadcast_to_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
-        """Broadcast values of shape (directions, 1) or (directions, aspects) to the shape of the grid."""
+    def broadcast_over_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
+        """Broadcast `direction_values`, shape (directions, 1) or (directions, aspects), to the shape of the grid."""
         shape = [1] * len(self.dimension_names)
         shape[0] = direction_values.shape[0]
         if "aspect" in self.dimension_names:
             shape[self.dimension_names.index("aspect")] = direction_values.shape[1]
         return np.broadcast_to(direction_values.reshape(shape), self.shape)
 
-    def cases(
+    def cases_at_positions(
         self,
         cell_positions: Sequence[NDArray[np.intp]],
-        subtracted_deg: FloatArray | float = 0.0,
+        subtracted_direction_deg: FloatArray | float = 0.0,
         **further_columns: ArrayLike,
     ) -> Cases:
         """Return the cases at given cell positions of the grid.
@@ -113,7 +113,7 @@ class Grid:
         ----------
         cell_positions : sequence of ndarray
             Positions along each dimension.
-        subtracted_deg : ndarray or float
+        subtracted_direction_deg : ndarray or float
             Angle subtracted from the direction of each cell, degrees.
         **further_columns
             Further columns of `Cases`.
@@ -122,14 +122,14 @@ class Grid:
             name: self[name][at].astype(np.float64)
             for name, at in zip(self.dimension_names, cell_positions, strict=True)
         }
-        return Cases(values.pop(self.dimension_names[0]) - subtracted_deg, **values, **further_columns)
+        return Cases(values.pop(self.dimension_names[0]) - subtracted_direction_deg, **values, **further_columns)
 
-    def variable_dimensions(self, variable: Variable) -> tuple[str, ...]:
-        """Return the dimensions of an outcome variable in a cube, by name, without that of the records."""
+    def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
+        """Return the names of an outcome variable's dimensions in a cube, without the dimension of the records."""
         before = ("amplitude",) if self.amplitude else ()
         return (*before, *self.dimension_names, *(("element",) if self.element and variable.per_element else ()))
 
-    def variable_shape(self, variable: Variable) -> tuple[int, ...]:
+    def cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
         """Return the shape of an outcome variable in a cube, without the dimension of the records."""
         sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
-        return tuple(sizes[name].size for name in self.variable_dimensions(variable))
+        return tuple(sizes[name].size for name in self.cube_dimensions_of_variable(variable))

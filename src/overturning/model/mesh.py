@@ -45,7 +45,7 @@ _PLY_TYPES: Final = {
 }
 
 
-def read_mesh(path: Path | str) -> Polyhedron:
+def read_mesh_polyhedron(path: Path | str) -> Polyhedron:
     """Read a convex body from a mesh file (.obj, .ply or .stl), z up, lengths in metres.
 
     Raises
@@ -94,7 +94,7 @@ def _check_convex(vertices: FloatArray, mesh_sides: FloatArray) -> None:
 
 
 def _parse_obj(content: bytes) -> Mesh:
-    """Parse an OBJ mesh.
+    """Return the vertices and faces of an OBJ mesh.
 
     A face lists vertex numbers, before the first slash, from 1 or negative from the latest vertex.
     """
@@ -109,7 +109,7 @@ def _parse_obj(content: bytes) -> Mesh:
 
 
 def _numbers_after_keyword(mesh_text: bytes, keyword: str, skipped_word_count: int) -> FloatArray:
-    """Return three numbers from each line of a text that begins with a keyword, after `skipped_word_count` words."""
+    """Return three numbers from each line that begins with a keyword, after the first `skipped_word_count` words."""
     lines = (line.split() for line in mesh_text.decode("utf-8", errors="replace").splitlines())
     return np.array(
         [
@@ -121,7 +121,7 @@ def _numbers_after_keyword(mesh_text: bytes, keyword: str, skipped_word_count: i
 
 
 def _parse_stl(content: bytes) -> Mesh:
-    """Parse a binary or text STL mesh."""
+    """Return the vertices and faces of a binary or text STL mesh."""
     count = int.from_bytes(content[_STL_HEADER - 4 : _STL_HEADER], "little")
     if len(content) == _STL_HEADER + count * _STL_TRIANGLE.itemsize:
         corners = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
@@ -131,7 +131,7 @@ def _parse_stl(content: bytes) -> Mesh:
 
 
 def _parse_ply(content: bytes) -> Mesh:
-    """Parse a binary or text PLY mesh."""
+    """Return the vertices and faces of a binary or text PLY mesh."""
     head, _, body = content.partition(b"end_header")
     body = body[body.index(b"\n") + 1 :]
     lines = [line.split() for line in head.decode("ascii").splitlines()]
@@ -160,18 +160,18 @@ def _parse_ply(content: bytes) -> Mesh:
 
 
 def _next_text_numbers(words: Iterator[str], _type_name: str, count: int) -> list[float]:
-    """Return the next numbers from an iterator of words."""
+    """Return the next `count` numbers from an iterator of words; a text file needs no type."""
     return [float(next(words)) for _ in range(count)]
 
 
 def _next_binary_numbers(stream: io.BytesIO, byte_order: str, type_name: str, count: int) -> list[float]:
-    """Return the next numbers of a PLY type from a binary stream."""
+    """Return the next `count` numbers of a PLY type from a binary stream."""
     layout = np.dtype(byte_order + _PLY_TYPES[type_name])
     return np.frombuffer(stream.read(count * layout.itemsize), layout, count).tolist() if count else []
 
 
 def _read_ply_faces(read_numbers: ReadNumbers, face_count: int, property_types: list[list[str]]) -> list[list[int]]:
-    """Read the vertex indices of PLY faces; `property_types` come from the header, scalars or lists."""
+    """Return the vertex indices of each PLY face; `property_types` has the words of each property in the header."""
     faces = []
     for _ in range(face_count):
         for *of_list, kind, name in property_types:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import Grid
-from overturning.model.symmetry import FULL_TURN, ComputedCells, first_equal_directions
-from overturning.model.variables import Variable
+from overturning.model.symmetry import FULL_TURN, ComputedCells, first_symmetric_direction_of_each
+from overturning.model.variables import OutcomeVariable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,10 +45,10 @@ class Model(ABC):
     A subclass must be constructible without arguments, because a cube does not store its parameters.
     """
 
-    variables: ClassVar[tuple[Variable, ...]]
+    variables: ClassVar[tuple[OutcomeVariable, ...]]
     """Outcome variables."""
-    ensemble_variables: ClassVar[tuple[Variable, ...]]
-    """Variables that summarise the ensemble members of a cell (see `summarise_ensemble`)."""
+    ensemble_variables: ClassVar[tuple[OutcomeVariable, ...]]
+    """Variables that summarise the ensemble members of a cell (see `ensemble_variables_of_cells`)."""
     comment: ClassVar[str]
     """Meaning of ``overturned``, for the attributes of a cube."""
     direction: ClassVar[str]
@@ -56,39 +56,41 @@ class Model(ABC):
     case_dims: ClassVar[tuple[str, ...]]
     """Dimensions other than the record and the direction: size, slenderness, friction."""
     copied: ClassVar[str]
-    """Variable that is 1 where the outcome was copied from a symmetric cell."""
+    """OutcomeVariable that is 1 where the outcome was copied from a symmetric cell."""
     one_component: ClassVar[bool]
     """True for planar models: each direction has one component of the motion, and a fall goes to either side of it."""
     twists: ClassVar[bool]
     """True if the model can rotate about the vertical."""
     reads: ClassVar[tuple[str, ...]]
-    """Variables that `falls_in_distinct_cells` reads, as far as a cube has them."""
+    """Variables that `fall_probability_and_direction_by_cell` reads, as far as a cube has them."""
     reads_outcomes: ClassVar[tuple[str, ...]]
     """Variables that `square_stone_outcomes` reads."""
 
     @property
-    def dims(self) -> tuple[str, ...]:
+    def dimension_names(self) -> tuple[str, ...]:
         """Dimensions of a case, the direction first."""
         return (self.direction, *self.case_dims)
 
     @property
     @abstractmethod
-    def elements(self) -> tuple[str, ...]:
+    def free_element_names(self) -> tuple[str, ...]:
         """Names of the free elements, in order."""
 
     @property
     @abstractmethod
-    def relative_cost(self) -> float:
+    def case_cost_over_block_cost(self) -> float:
         """Approximate computing time of a case relative to a case of a single 2-D block."""
 
     @property
     @abstractmethod
-    def cube_attributes(self) -> dict[str, str]:
+    def scene_or_body_attributes(self) -> dict[str, str]:
         """Attributes of a dataset that describe the model: the name of its scene or body."""
 
     @abstractmethod
-    def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H; a size that is None is replaced by the model's own.
+    def height_and_b_over_h_or_defaults(
+        self, height: ArrayLike | None, b_over_h: ArrayLike | None
+    ) -> tuple[ArrayLike, ArrayLike]:
+        """Return height (m) and B/H; the model's own size replaces a size that is None.
 
         Raises
         ------
@@ -98,7 +100,7 @@ class Model(ABC):
 
     @abstractmethod
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
-        """Return the rotation about the vertical after which a case repeats, degrees, shape (1,) or (aspects,).
+        """Return the rotation about the vertical, degrees, after which a case of each aspect repeats; shape (aspects,).
 
         0 for a body of revolution.
         """
@@ -108,17 +110,17 @@ class Model(ABC):
         """Return a copy of the model whose contact stiffness is multiplied by `stiffness_factor`."""
 
     @property
-    def additional_study_variables(self) -> tuple[Variable, ...]:
+    def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
         """Variables that a cube of a study has in addition to the outcome variables."""
         return ()
 
     @property
-    def has_free_slenderness(self) -> bool:
+    def slenderness_is_parameter(self) -> bool:
         """True if the slenderness B/H is a parameter; False if the shape fixes it."""
         return True
 
     @property
-    def has_free_aspect(self) -> bool:
+    def aspect_is_parameter(self) -> bool:
         """True if the aspect D/B of the base is a parameter."""
         return False
 
@@ -131,7 +133,7 @@ class Model(ABC):
         """Return the grid with a single friction value if the friction of the study has no effect on the model."""
         return grid
 
-    def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each direction of a grid, the symmetric direction whose outcome is computed and rotated to it.
 
         Parameters
@@ -147,21 +149,23 @@ class Model(ABC):
             Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
             to the requested one.
         """
-        return first_equal_directions(grid.directions, self._rotation_periods(grid) if use_symmetry else FULL_TURN)
+        return first_symmetric_direction_of_each(
+            grid.direction_values_deg, self._rotation_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN
+        )
 
-    def _rotation_periods(self, grid: Grid) -> FloatArray:
-        """Return the rotation periods of the cases of a grid, degrees."""
+    def _rotation_periods_of_grid_deg(self, grid: Grid) -> FloatArray:
+        """Return the rotation period of each aspect of a grid, degrees; shape (1,) for a grid without aspects."""
         return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 
     @abstractmethod
-    def rotate_outcomes(
+    def rotate_copied_outcomes_in_place(
         self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
     ) -> None:
-        """Rotate outcomes, copied from symmetric cells, to their own directions in place, and mark the copies."""
+        """Rotate, in place, the outcomes of copied cells from the computed direction to their own; mark the copies."""
 
     @abstractmethod
-    def summarise_ensemble(
-        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, scramble_number: NDArray[np.int64]
+    def ensemble_variables_of_cells(
+        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
         """Compute the ensemble variables of a cube, such as the share of members that fall, one row per cell.
 
@@ -171,16 +175,16 @@ class Model(ABC):
             Outcome of each member.
         fall_azimuth_deg : ndarray, shape (cells, members)
             Azimuth of the fall in 3-D, degrees.
-        scramble_number : ndarray of int, shape (members,)
+        sobol_scramble_of_member : ndarray of int, shape (members,)
             Number of the scrambled Sobol sequence of each member.
         """
 
     @abstractmethod
-    def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+    def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
         """Return positions along the direction dimension of a cube, so that no two are the same case by symmetry."""
 
     @abstractmethod
-    def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         """Return probability and mean direction of falls in each distinct cell of a cube (no mirror images).
 
         Parameters
@@ -200,7 +204,7 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
+    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
         """Return the shares of ensemble members that fall to either side, for each distinct cell of a cube.
 
         Returns
@@ -231,7 +235,7 @@ class Model(ABC):
 def values_at_cells(
     site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return the values of variables in some cells of a cube of one record, by name.
+    """Return, by variable name, the values at the given cells of a cube of one record.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """

@@ -38,7 +38,7 @@ def polygon_crosses_itself(vertices: FloatArray) -> bool:
     return False
 
 
-def joined_outline(element_name: str, pieces: Sequence[FloatArray]) -> FloatArray:
+def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) -> FloatArray:
     """Return the outer outline of rigidly joined convex polygons: all sides except those that two of them share.
 
     Parameters
@@ -61,21 +61,24 @@ def joined_outline(element_name: str, pieces: Sequence[FloatArray]) -> FloatArra
     ordered = sorted((np.asarray(piece, dtype=np.float64) for piece in pieces), key=lambda piece: piece.tolist())
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
     for (i, one), (j, other) in combinations(enumerate(ordered), 2):
-        depth = -max(_distance_outside(one, other), _distance_outside(other, one))
+        depth = -max(_separation_from_sides(one, other), _separation_from_sides(other, one))
         if depth > JOIN_TOLERANCE * size:
             raise ArgumentError(
-                f"element {element_name}: the pieces with {_first_vertex_text(ordered[i])} and "
-                f"{_first_vertex_text(ordered[j])} overlap by {depth:.3g} m; make them share a side, or give the "
+                f"element {element_name}: the pieces with {_first_vertex_as_text(ordered[i])} and "
+                f"{_first_vertex_as_text(ordered[j])} overlap by {depth:.3g} m; make them share a side, or give the "
                 "outline as vertices"
             )
     points: list[FloatArray] = []
-    loops = [[_point_index(point, points, JOIN_TOLERANCE * size) for point in piece] for piece in ordered]
+    loops = [
+        [_index_of_known_or_appended_point(point, points, JOIN_TOLERANCE * size) for point in piece]
+        for piece in ordered
+    ]
     places = np.array(points)
     sides = [
         side
         for loop in loops
         for first, second in zip(loop, loop[1:] + loop[:1], strict=True)
-        for side in _split_side(first, second, places, JOIN_TOLERANCE * size)
+        for side in _split_side_at_points(first, second, places, JOIN_TOLERANCE * size)
     ]
     left = set(sides) - {(second, first) for first, second in sides}
     following = dict(left)
@@ -94,20 +97,20 @@ def joined_outline(element_name: str, pieces: Sequence[FloatArray]) -> FloatArra
     return np.asarray(line[area > JOIN_TOLERANCE * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
 
 
-def _first_vertex_text(piece: FloatArray) -> str:
+def _first_vertex_as_text(piece: FloatArray) -> str:
     """Return the first vertex of a polygon as text, for messages."""
     return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
 
 
-def _distance_outside(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the largest distance of a polygon from the line of another's side, m; negative if none separates them."""
+def _separation_from_sides(piece: FloatArray, other_piece: FloatArray) -> float:
+    """Return the largest distance, m, of `other_piece` beyond a side of `piece`; negative if no side separates them."""
     edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
 
 
-def _point_index(point: FloatArray, known_points: list[FloatArray], tolerance: float) -> int:
-    """Return the index of the known point within the tolerance of a point; append the point if there is none."""
+def _index_of_known_or_appended_point(point: FloatArray, known_points: list[FloatArray], tolerance: float) -> int:
+    """Return the index of the known point within `tolerance`, m, of `point`; append `point` if there is none."""
     for number, other in enumerate(known_points):
         if np.abs(point - other).max() <= tolerance:
             return number
@@ -115,8 +118,10 @@ def _point_index(point: FloatArray, known_points: list[FloatArray], tolerance: f
     return len(known_points) - 1
 
 
-def _split_side(start_index: int, end_index: int, points: FloatArray, tolerance: float) -> list[tuple[int, int]]:
-    """Split a polygon side at each point that lies on it, and return the index pairs of the parts."""
+def _split_side_at_points(
+    start_index: int, end_index: int, points: FloatArray, tolerance: float
+) -> list[tuple[int, int]]:
+    """Return the parts of a polygon side, split at each of `points` that lies on it, as pairs of point indices."""
     edge = points[end_index] - points[start_index]
     length = float(np.sqrt((edge**2).sum()))
     along = (points - points[start_index]) @ edge / length
@@ -126,7 +131,7 @@ def _split_side(start_index: int, end_index: int, points: FloatArray, tolerance:
     return list(pairwise(stops))
 
 
-def convex_pieces(points: FloatArray) -> list[list[int]]:
+def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
     """Return the convex pieces of an outline, each as vertex indices counter-clockwise.
 
     Parameters
@@ -140,12 +145,12 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
         If the outline crosses or touches itself.
     """
     least = COLLINEAR_AREA * float(np.ptp(points, axis=0).max()) ** 2
-    pieces = _triangulate(points, least)
+    pieces = _triangle_vertex_indices(points, least)
     merged = True
     while merged:
         merged = False
         for one, other in combinations(pieces, 2):
-            joined = _merge_at_diagonal(one, other)
+            joined = _merge_pieces_at_shared_diagonal(one, other)
             if joined and all(
                 doubled_triangle_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
                 for k, at in enumerate(joined)
@@ -156,7 +161,7 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
     return pieces
 
 
-def _triangulate(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
+def _triangle_vertex_indices(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
     """Return the triangles of an outline, by ear clipping, each as three vertex indices."""
     left, triangles = list(range(len(points))), []
     while len(left) > 3:
@@ -186,8 +191,8 @@ def _is_ear(
     )
 
 
-def _merge_at_diagonal(first_piece: list[int], second_piece: list[int]) -> list[int] | None:
-    """Merge two pieces at the diagonal that they share; None if they share none."""
+def _merge_pieces_at_shared_diagonal(first_piece: list[int], second_piece: list[int]) -> list[int] | None:
+    """Return the vertex indices of two pieces merged at the diagonal that they share; None if they share none."""
     for k, first in enumerate(first_piece):
         second = first_piece[(k + 1) % len(first_piece)]
         for m, at in enumerate(second_piece):

@@ -15,27 +15,33 @@ from typing_extensions import override
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
-from overturning.model.edges import combine_edge_falls
-from overturning.model.geometry import reference_element_size, scene_azimuth_period_deg
+from overturning.model.edges import combined_fall_flag_and_azimuth
+from overturning.model.geometry import azimuth_period_of_outcome_deg, reference_height_and_b_over_h
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes, values_at_cells
 from overturning.model.scene import Scene, gravestone
-from overturning.model.symmetry import PLANE_PERIOD, ComputedCells, mark_mirrored_planes, nearest_cells, nearest_planes
-from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_known_flag
+from overturning.model.symmetry import (
+    PLANE_PERIOD,
+    ComputedCells,
+    mark_mirrored_planes,
+    nearest_computed_cells,
+    nearest_computed_planes,
+)
+from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FALLS = ("overturned", "probability_towards", "probability_away")
-"""Variables of a cube that `fall_probability` reads."""
+"""Variables of a cube that `fall_probability_to_either_side` reads."""
 
 
-def azimuth_period_deg(cube: "xr.Dataset | xr.DataArray") -> float:
-    """Return the rotation of the motion after which a case of a 2-D cube repeats, degrees: 180, else 360."""
+def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
+    """Return the rotation of the motion after which a case of a 2-D cube repeats: 180° if mirrored, else 360°."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
-def distinct_plane_positions(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
+def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
     """Return the positions of one azimuth for each distinct vertical plane, ordered by azimuth modulo the period.
 
     Parameters
@@ -43,7 +49,7 @@ def distinct_plane_positions(azimuth_deg: ArrayLike, period_deg: float = PLANE_P
     azimuth_deg : array_like, shape (n,)
         Azimuths, degrees.
     period_deg : float
-        Period of the azimuth, degrees (see `azimuth_period_deg`).
+        Period of the azimuth, degrees (see `azimuth_period_of_cube_deg`).
 
     Returns
     -------
@@ -52,11 +58,11 @@ def distinct_plane_positions(azimuth_deg: ArrayLike, period_deg: float = PLANE_P
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     planes = np.unique(np.round(azimuth % period_deg, 6) % period_deg)
-    return nearest_cells(azimuth, planes, period_deg).cell if azimuth.size else np.zeros(0, np.intp)
+    return nearest_computed_cells(azimuth, planes, period_deg).cell if azimuth.size else np.zeros(0, np.intp)
 
 
-def azimuth_gaps(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
-    """Find gaps in a circle of azimuths, and the step outside the gaps.
+def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
+    """Return True for each azimuth followed by a gap in the circle, and the step outside the gaps, degrees.
 
     Parameters
     ----------
@@ -82,13 +88,13 @@ def azimuth_gaps(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tu
     return wide & (gap >= 2.0 * step * (1.0 - 1e-9)), step
 
 
-def plane_weight(
+def circle_share_of_planes(
     plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
-    """Compute the share of the half circle that each vertical plane represents (trapezoidal rule).
+    """Return the share of the half circle of azimuths that each vertical plane represents (trapezoidal rule).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
-    that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps`) represent half
+    that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps_and_step`) represent half
     a step of it, since the outcome in the gap is unknown.
 
     Parameters
@@ -108,22 +114,22 @@ def plane_weight(
     plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period_deg, 6)
     gap = np.diff(plane, append=plane[:1] + period_deg)
     if not divide_gaps:
-        not_computed, step = azimuth_gaps(plane, period_deg)
+        not_computed, step = azimuth_gaps_and_step(plane, period_deg)
         period_deg -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
     return (gap + np.roll(gap, 1)) / (2.0 * period_deg)
 
 
-def azimuth_weight(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
+def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of each azimuth: 1 on a regular grid; an added azimuth shares the weight of its neighbours."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    index = distinct_plane_positions(azimuth, period_deg)
-    weight = plane_weight(azimuth[index], period_deg) * index.size
-    return np.asarray(weight[nearest_cells(azimuth[index], azimuth, period_deg).cell])
+    index = distinct_plane_indices(azimuth, period_deg)
+    weight = circle_share_of_planes(azimuth[index], period_deg) * index.size
+    return np.asarray(weight[nearest_computed_cells(azimuth[index], azimuth, period_deg).cell])
 
 
-def fall_probability(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-    """Compute the probability of falling towards φ and towards φ + 180°, cell by cell.
+def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+    """Return, for each cell of a 2-D cube, the probability of falling towards azimuth φ and towards φ + 180°.
 
     Parameters
     ----------
@@ -150,7 +156,7 @@ def fall_probability(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Da
 
     made = {}
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
-        chance = (flag == sign).where(is_known_flag(flag)).astype("float32")
+        chance = (flag == sign).where(outcome_is_known(flag)).astype("float32")
         if use_ensemble and "probability_towards" in cube:
             chance = cube[f"probability_{name}"].astype("float32").fillna(chance)
         chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
@@ -179,36 +185,38 @@ class PlanarModel(Model):
 
     @property
     @override
-    def elements(self) -> tuple[str, ...]:
-        return self.scene.free_names
+    def free_element_names(self) -> tuple[str, ...]:
+        return self.scene.free_element_names
 
     @property
     @override
-    def relative_cost(self) -> float:
+    def case_cost_over_block_cost(self) -> float:
         """Computing time of a case relative to a single block; other scenes need the slower general kernel."""
-        return 1.0 if len(self.elements) == 1 else 5.0 * len(self.elements)
+        return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
     @property
     @override
-    def cube_attributes(self) -> dict[str, str]:
+    def scene_or_body_attributes(self) -> dict[str, str]:
         return {"scene": self.scene.name}
 
     @property
     @override
     def direction_attributes(self) -> dict[str, float]:
-        return {"period": scene_azimuth_period_deg(self.scene)}
+        return {"period": azimuth_period_of_outcome_deg(self.scene)}
 
     @override
-    def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+    def height_and_b_over_h_or_defaults(
+        self, height: ArrayLike | None, b_over_h: ArrayLike | None
+    ) -> tuple[ArrayLike, ArrayLike]:
         """Return heights (m) and B/H; sizes that are None are those of the reference element of the scene."""
-        own_height, own_ratio = reference_element_size(self.scene)
+        own_height, own_ratio = reference_height_and_b_over_h(self.scene)
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
     @override
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
         if (aspect != 1.0).any():
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle in space has one")
-        return np.array([scene_azimuth_period_deg(self.scene)])
+        return np.array([azimuth_period_of_outcome_deg(self.scene)])
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "PlanarModel":
@@ -225,30 +233,32 @@ class PlanarModel(Model):
     @override
     def drop_ineffective_frictions(self, grid: Grid) -> Grid:
         """Return the grid with a single friction if the scene file sets the friction of all its contacts."""
-        return grid if self.scene.sweeps_friction else grid.replace_values(friction=grid["friction"][:1])
+        return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
-    def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each azimuth of a grid, the azimuth that is computed; outcomes at φ + 180° are mirrored."""
-        found = super().computed_cells(grid, use_symmetry)
-        return mark_mirrored_planes(found, float(self._rotation_periods(grid)[0])) if use_symmetry else found
+        found = super().computed_cell_of_each_direction(grid, use_symmetry)
+        return (
+            mark_mirrored_planes(found, float(self._rotation_periods_of_grid_deg(grid)[0])) if use_symmetry else found
+        )
 
     @override
-    def rotate_outcomes(
+    def rotate_copied_outcomes_in_place(
         self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
     ) -> None:
-        mirrored = grid.broadcast_to_grid(computed_cells.mirrored)
+        mirrored = grid.broadcast_over_grid(computed_cells.mirrored)
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)
         for variable in self.variables:
             if variable.name != "mirrored":
                 outcome_arrays[variable.name][mirrored] = variable.mirrored_values(outcome_arrays, mirrored)
 
     @override
-    def summarise_ensemble(
+    def ensemble_variables_of_cells(
         self,
         member_flags: NDArray[np.int8],
         fall_azimuth_deg: FloatArray,
-        scramble_number: NDArray[np.int64],
+        sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
         """Compute the shares of ensemble members that fall towards the azimuth and away from it, for each cell."""
         known = member_flags != INT8_MISSING
@@ -256,7 +266,11 @@ class PlanarModel(Model):
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
         for name, side in (("towards", 1), ("away", -1)):
             shares = []
-            for chosen in (np.ones(scramble_number.size, dtype=bool), scramble_number == 0, scramble_number == 1):
+            for chosen in (
+                np.ones(sobol_scramble_of_member.size, dtype=bool),
+                sobol_scramble_of_member == 0,
+                sobol_scramble_of_member == 1,
+            ):
                 count, fell = known[:, chosen].sum(axis=1), (member_flags[:, chosen] == side).sum(axis=1)
                 with np.errstate(invalid="ignore"):
                     shares.append(np.where(count > 0, fell / np.maximum(count, 1), np.nan))
@@ -264,14 +278,16 @@ class PlanarModel(Model):
         return found
 
     @override
-    def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        return distinct_plane_positions(cube["azimuth"].to_numpy(), azimuth_period_deg(cube))
+    def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+        return distinct_plane_indices(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
 
     @override
-    def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
-        p = fall_probability(cube, use_ensemble=use_ensemble).isel(azimuth=self.distinct_direction_index(cube))
+        p = fall_probability_to_either_side(cube, use_ensemble=use_ensemble).isel(
+            azimuth=self.distinct_direction_indices(cube)
+        )
         angle = np.radians(p["azimuth"].astype("float64"))
         falls, net = p["towards"] + p["away"], p["towards"] - p["away"]
         return xr.Dataset({
@@ -280,28 +296,28 @@ class PlanarModel(Model):
             "direction_sine": net * np.sin(angle),
             "axis_cosine": falls * np.cos(2 * angle),
             "axis_sine": falls * np.sin(2 * angle),
-            "weight": ("azimuth", plane_weight(p["azimuth"].to_numpy(), azimuth_period_deg(cube))),
+            "weight": ("azimuth", circle_share_of_planes(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))),
         })  # fmt: skip
 
     @override
-    def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
+    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
         import xarray as xr
 
-        half = cube.isel(azimuth=self.distinct_direction_index(cube))
+        half = cube.isel(azimuth=self.distinct_direction_indices(cube))
         return xr.Dataset({side: half[f"probability_{side}"] for side in ("towards", "away")})
 
     @override
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return the outcomes of square stones from the planes of both pairs of faces; see `combine_edge_falls`."""
+        """Return the outcomes of square stones, combined from the vertical planes of both pairs of faces."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
-        planes = nearest_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_deg(site_cube))
+        planes = nearest_computed_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
         both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
         found = values_at_cells(site_cube, self.reads_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
-        fell, azimuth = combine_edge_falls(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
+        fell, azimuth = combined_fall_flag_and_azimuth(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
         untold = np.full(fell.shape, np.nan)
         return StoneOutcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.pieces import COLLINEAR_AREA, convex_pieces, polygon_crosses_itself
+from overturning.model.pieces import COLLINEAR_AREA, convex_piece_vertex_indices, polygon_crosses_itself
 from overturning.model.rest import is_resting_face
 
 SYMMETRY_TOLERANCE: Final = 1e-9
@@ -19,7 +19,7 @@ SYMMETRY_TOLERANCE: Final = 1e-9
 
 @dataclass(frozen=True)
 class Polygon:
-    """Polygon with vertices relative to its centre of area; those of a piece are relative to that of the whole."""
+    """Polygon with vertices relative to its centre of area, or, for a convex piece, to that of the whole polygon."""
 
     vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
@@ -33,12 +33,12 @@ class Polygon:
     """
 
     @property
-    def parts(self) -> tuple["Polygon", ...]:
+    def convex_parts(self) -> tuple["Polygon", ...]:
         """Convex pieces; the polygon itself if it is convex."""
         return self.pieces or (self,)
 
     @property
-    def symmetric(self) -> bool:
+    def is_mirror_symmetric(self) -> bool:
         """True if the polygon is its own mirror image about the vertical through its centre; False if it has pieces."""
         if self.pieces:
             return False
@@ -56,14 +56,14 @@ class Polygon:
         return float(np.ptp(self.vertices[:, 1]))
 
     @cached_property
-    def resting_rotations(self) -> tuple[float, float]:
+    def least_resting_rotations_rad(self) -> tuple[float, float]:
         """Least rotations to −x and to +x at which the polygon can rest on another face, rad; π if there is none.
 
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
         last digit of libm differs between processors.
         """
         hull = self.vertices[scipy.spatial.ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
-        faces = Polygon(hull, self.centre, 0.0, 0.0).faces
+        faces = Polygon(hull, self.centre, 0.0, 0.0).face_table
         normals, offsets = faces[:, 4:6], faces[:, 6]
         tilts = np.arctan2(
             normals[:, 0], -normals[:, 1]
@@ -74,8 +74,8 @@ class Polygon:
         return round(back, 12), round(on, 12)
 
     @cached_property
-    def faces(self) -> FloatArray:
-        """Faces of a convex polygon, shape (n, 12), in the layout of the kernel.
+    def face_table(self) -> FloatArray:
+        """Table of the n faces of a convex polygon, shape (n, 12), in the layout of the kernel.
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
         the tangent (−n_z, n_x), half length, `carries` (3). Mirrored faces of a symmetric polygon have exactly mirrored
@@ -96,7 +96,7 @@ class Polygon:
 
 
 def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
-    """Check a polygon and compute its area, centre and inertia and, if it is not convex, its convex pieces.
+    """Return a checked polygon with its area, centre and inertia and, if it is not convex, its convex pieces.
 
     Area, centre and second moment follow from Green's theorem.
 
@@ -162,19 +162,19 @@ def _convex_pieces_of_polygon(
     """
     count, turns_in = len(vertices), np.roll(has_reflex_end, 1)
     try:
-        loops = convex_pieces(vertices)
+        loops = convex_piece_vertex_indices(vertices)
     except ArgumentError as error:
         raise ArgumentError(f"element {element_name}: {error}") from None
     owner = {
         vertex: piece
         for piece, loop in enumerate(loops)
         for vertex in loop
-        if _more_downward_side(vertices, vertex) in _loop_sides(loop)
+        if _more_downward_side(vertices, vertex) in _vertex_index_pairs_of_loop(loop)
     }
     shapes = []
     for piece, loop in enumerate(loops):
         carries = []
-        for first, second in _loop_sides(loop):
+        for first, second in _vertex_index_pairs_of_loop(loop):
             side = second == (first + 1) % count
             ends = [side if turns_in[k] else owner[k] == piece for k in (first, second)]
             carries.append([*ends, side])
@@ -182,7 +182,7 @@ def _convex_pieces_of_polygon(
     return tuple(shapes)
 
 
-def _loop_sides(vertex_loop: list[int]) -> list[tuple[int, int]]:
+def _vertex_index_pairs_of_loop(vertex_loop: list[int]) -> list[tuple[int, int]]:
     """Return the pairs of consecutive vertex indices of a closed loop."""
     return list(zip(vertex_loop, vertex_loop[1:] + vertex_loop[:1], strict=True))
 

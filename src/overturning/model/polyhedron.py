@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, is_resting_face
 from overturning.model.solid import Solid
-from overturning.model.tipping import ConvexHull, fall_limits
+from overturning.model.tipping import ConvexHull, fall_tilt_limits
 
 DIGITS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
@@ -31,9 +31,11 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
         base = below[scipy.spatial.ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
-    tilt, faces = _resting_faces(hull, size)
-    fall = fall_limits(hull, size, tilt, faces)
-    kept = np.concatenate([base, np.setdiff1d(np.append(_vertices_that_touch(hull, tilt), fall.touched), below)])
+    tilt, faces = _least_tilt_and_resting_face_normals(hull, size)
+    fall = fall_tilt_limits(hull, size, tilt, faces)
+    kept = np.concatenate(
+        [base, np.setdiff1d(np.append(_indices_of_vertices_that_touch(hull, tilt), fall.touched), below)]
+    )
     points = np.round(hull.points[kept] / size, DIGITS) * size
     points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
     inertia = np.round(hull.inertia / size**2, DIGITS) * size**2
@@ -72,15 +74,15 @@ def _convex_hull(vertices: FloatArray) -> ConvexHull:
     simplices, neighbours = hull.simplices.astype(np.int64), hull.neighbors.astype(np.int64)
     turned = outward < 0
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
-    centre, inertia = _mass_properties(vertices[simplices])
+    centre, inertia = _centre_and_inertia_per_mass(vertices[simplices])
     normals = hull.equations[:, :3]
     return ConvexHull(
         vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia
     )
 
 
-def _mass_properties(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the centre of mass and the inertia per mass about it, summed over tetrahedra from an inner point."""
+def _centre_and_inertia_per_mass(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a body's centre of mass and the inertia per mass about it, from the corners of its surface triangles."""
     origin = triangle_corners.reshape(-1, 3).mean(axis=0)
     a, b, c = (triangle_corners[:, k] - origin for k in range(3))
     volume = np.sum(np.cross(a, b) * c, axis=1)  # six times the volume of each tetrahedron
@@ -95,8 +97,8 @@ def _mass_properties(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArr
     return origin + mean, np.trace(second) * np.eye(3) - second
 
 
-def _resting_faces(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
-    """Return the least tilt at which a body can rest on another face than its base, rad, and the normals of these."""
+def _least_tilt_and_resting_face_normals(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
+    """Return the least tilt, rad, at which a body can rest on a face other than its base, and such faces' normals."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
@@ -113,8 +115,8 @@ def _resting_faces(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
     return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
 
 
-def _vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
-    """Return the indices of the vertices that are lowest at some tilt below the given one, rad.
+def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
+    """Return the indices of the vertices that are the body's lowest point at some tilt below `max_tilt`, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
     of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
@@ -132,7 +134,7 @@ def _vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]
 
 
 def _max_cosine_to_down(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
-    """Return the largest cosine to the downward vertical on each arc between two unit vectors, both shape (m, 3)."""
+    """Return, for each of m arcs between two unit normals, the largest cosine of its angle to the downward vertical."""
     ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
     axis = np.cross(first_normals, second_normals)
     length = np.sqrt(np.sum(axis * axis, axis=1))
@@ -148,8 +150,8 @@ def _max_cosine_to_down(first_normals: FloatArray, second_normals: FloatArray) -
     return np.where(arc & between, norm, ends)
 
 
-def hull_outline(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return vertices of a convex hull about its centre of mass, m, and its edges as pairs of vertex indices."""
+def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Return a convex body's vertices relative to its centre of mass, m, and its edges as pairs of vertex indices."""
     hull = _convex_hull(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):

@@ -11,14 +11,16 @@ FLAT: Final = 1e-6
 """Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
 
-def is_resting_face(face_normals: FloatArray, face_distances: FloatArray, body_size: float) -> NDArray[np.bool_]:
+def is_resting_face(
+    face_normals: FloatArray, distances_of_vertices_from_faces: FloatArray, body_size: float
+) -> NDArray[np.bool_]:
     """Return True for each face on which a body can rest, because the foot of its centre of mass lies on the face.
 
     Parameters
     ----------
     face_normals : ndarray, shape (faces, 2) or (faces, 3)
         Outward unit normals. Faces with the same normal count as one.
-    face_distances : ndarray, shape (faces,)
+    distances_of_vertices_from_faces : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     body_size : float
         Size of the body, m; a foot closer to an edge than `FLAT` × size does not carry the body.
@@ -27,7 +29,7 @@ def is_resting_face(face_normals: FloatArray, face_distances: FloatArray, body_s
     -------
     ndarray of bool, shape (faces,)
     """
-    feet = face_normals * face_distances[:, None]
-    beyond = feet @ face_normals.T - face_distances
+    feet = face_normals * distances_of_vertices_from_faces[:, None]
+    beyond = feet @ face_normals.T - distances_of_vertices_from_faces
     beyond[face_normals @ face_normals.T > 1.0 - FLAT] = -np.inf
     return np.asarray(beyond.max(axis=1) < -FLAT * body_size)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.model.status import Status
-from overturning.model.variables import INT8_MISSING, Variable
+from overturning.model.variables import INT8_MISSING, OutcomeVariable
 
 COUNTS = ("block_steps", "samples_left_out")
 """Counters of each case, next to the variables of its model."""
@@ -18,7 +18,7 @@ class CaseResults:
 
     Arrays have the names and types of the variables. Their shape is (n,), or (n, elements) for variables of each
     element if the scene has several free elements.
-    Two counters are added: `block_steps`, computed steps × free elements, and `samples_left_out`, samples of rest
+    Two counters are added: `block_steps`, computed time steps × free elements, and `samples_left_out`, samples of rest
     that were skipped. Missing values are −128 and NaN.
     """
 
@@ -30,18 +30,18 @@ class CaseResults:
         def __getattr__(self, name: str) -> NDArray[Any]: ...
 
     @classmethod
-    def at_rest(cls, variables: tuple[Variable, ...], case_count: int, element_count: int = 1) -> Self:
+    def of_cases_at_rest(cls, variables: tuple[OutcomeVariable, ...], case_count: int, element_count: int = 1) -> Self:
         """Return the results of cases whose bodies stay at rest throughout."""
         shape = (case_count, element_count) if element_count > 1 else (case_count,)
         arrays = {item.name: np.zeros(shape if item.per_element else case_count, item.dtype) for item in variables}
         for item in variables:
             if item.of_falls:
-                arrays[item.name][:] = item.missing_value
+                arrays[item.name][:] = item.missing_value_in_memory
         arrays["status"][:] = Status.AT_REST
         return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in COUNTS})
 
     def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
-        """Store arrays of outcomes, by name, for the cases with these numbers; missing where there is no outcome."""
+        """Store `outcomes`, arrays by variable name, for `case_numbers`; missing where a case has no outcome."""
         status = np.asarray(outcomes["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in outcomes.items():

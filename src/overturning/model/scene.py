@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError, ConfigError
 from overturning.files import find_project_file, read_yaml_mapping
 from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive
-from overturning.model.geometry import WIDE_GROUND, check_geometry
+from overturning.model.geometry import WIDE_GROUND, check_scene_geometry
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 from overturning.validation import StrictModel, describe_faults
 
@@ -38,7 +38,7 @@ class Scene(StrictModel):
     elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_ELEMENTS, description="the elements")
 
     @model_validator(mode="after")
-    def _check_names(self) -> Self:
+    def _check_element_and_material_names(self) -> Self:
         """Raise a ValueError if names of elements or materials are repeated or unknown."""
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -68,32 +68,32 @@ class Scene(StrictModel):
     @model_validator(mode="after")
     def _check_stability_at_rest(self) -> Self:
         """Raise an error if elements overlap or lack support, or the ground is the reference element."""
-        check_geometry(self)
+        check_scene_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
-        if self.is_single_block and self.reference_name not in self.free_names:
+        if self.is_single_block and self.reference_name not in self.free_element_names:
             raise ValueError(
                 f"reference: {self.reference_name} is the ground of a single block; leave it out, or name "
-                f"{self.free_names[0]}"
+                f"{self.free_element_names[0]}"
             )
         return self
 
     @property
-    def free_names(self) -> tuple[str, ...]:
+    def free_element_names(self) -> tuple[str, ...]:
         """Names of the free elements of the scene, in order."""
         return tuple(element.name for element in self.elements if element.kind == "free")
 
     @property
     def reference_name(self) -> str:
         """Name of the element whose height and B/H the study varies."""
-        return self.reference or self.free_names[0]
+        return self.reference or self.free_element_names[0]
 
     @property
-    def default_element(self) -> str:
+    def default_output_element(self) -> str:
         """Name of the free element in outputs of a single element: the reference element if free, else the last."""
-        return self.reference_name if self.reference_name in self.free_names else self.free_names[-1]
+        return self.reference_name if self.reference_name in self.free_element_names else self.free_element_names[-1]
 
     @property
-    def sweeps_friction(self) -> bool:
+    def varies_friction(self) -> bool:
         """True if a contact of a free element has no friction coefficient in the scene file and takes the study's."""
         pairs = combinations(self.elements, 2)
         return any(self.contact_law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
@@ -117,7 +117,7 @@ class Scene(StrictModel):
         )
 
     def element(self, name: str) -> Element:
-        """Return the element of the scene that has a name."""
+        """Return the element of the scene with the given name."""
         return next(element for element in self.elements if element.name == name)
 
     def contact_law(self, element: Element, other_element: Element) -> ContactLaw:
@@ -166,7 +166,7 @@ SCENES = Path("config") / "scenes"
 
 
 def load_scene(name: str | Path, root: Path = Path()) -> Scene:
-    """Read and check a scene file.
+    """Return the checked scene of a file, given by its path or by its name in config/scenes.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
 
 
 def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
-    """Validate the content of a scene file; raises a ConfigError with one line per wrong key."""
+    """Return the scene that the content of a scene file describes; a ConfigError has one line per wrong key."""
     try:
         return Scene.model_validate(content)
     except ValidationError as error:

@@ -11,8 +11,8 @@ from typing_extensions import override
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.cases import check_heights
-from overturning.model.polyhedron import hull_outline, solid_from_vertices
+from overturning.model.cases import check_stone_heights
+from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
 from overturning.model.solid import RIM_POINTS, Solid
 
 MAX_SIDES: Final = 96
@@ -26,11 +26,11 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 
 
 class Shape(ABC):
-    """Shape of a body; its size follows from height, B/H and aspect of a case."""
+    """Shape of a 3-D body, which gets its size from the height, B/H and aspect of a case."""
 
-    has_free_slenderness: ClassVar[bool] = True
+    slenderness_is_parameter: ClassVar[bool] = True
     """True if B/H is a parameter; False if it is fixed by the shape."""
-    has_free_aspect: ClassVar[bool] = False
+    aspect_is_parameter: ClassVar[bool] = False
     """True if the aspect D/B is a parameter."""
 
     @property
@@ -42,8 +42,8 @@ class Shape(ABC):
     def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
         """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        """Return the corners, shape (n, 3), m, and edges, shape (m, 2), with which the body is drawn."""
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
+        """Return the drawn body's corners, shape (corners, 3), m, and edges as corner indices, shape (edges, 2)."""
         return _prism_outline(self.solid(height, b_over_h, aspect).points)
 
 
@@ -52,7 +52,7 @@ class RectangularPrism(Shape):
     """Right prism B × D × H with B along the azimuth of its orientation and D = aspect · B across it."""
 
     name: ClassVar[str] = "rectangle"
-    has_free_aspect: ClassVar[bool] = True
+    aspect_is_parameter: ClassVar[bool] = True
 
     @override
     def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
@@ -67,7 +67,7 @@ class RectangularPrism(Shape):
 
 @dataclass(frozen=True)
 class RegularPrism(Shape):
-    """Right prism on a regular polygon of inscribed diameter B; its first side faces its orientation."""
+    """Right prism on a regular polygon whose inscribed circle has diameter B; its first side faces the orientation."""
 
     sides: int
 
@@ -105,7 +105,7 @@ class Cylinder(Shape):
         return Solid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
     @override
-    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
         turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return _prism_outline(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
@@ -131,14 +131,14 @@ class Polyhedron(Shape):
 
     vertices: ArrayLike
     name: str = "polyhedron"
-    has_free_slenderness: ClassVar[bool] = False
+    slenderness_is_parameter: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float64))
         _ = self.unscaled_solid  # raises the errors
 
     @property
-    def height(self) -> float:
+    def unscaled_height(self) -> float:
         """Height of the body with the vertices as given, m."""
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
@@ -146,20 +146,20 @@ class Polyhedron(Shape):
     def unscaled_solid(self) -> Solid:
         """Rigid body of the shape, with the size of the given vertices."""
         made = solid_from_vertices(np.asarray(self.vertices))
-        check_heights(self.height)
+        check_stone_heights(self.unscaled_height)
         return made
 
     @override
     def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
-        return self.unscaled_solid.scaled_by(height / self.height)
+        return self.unscaled_solid.scaled_by(height / self.unscaled_height)
 
     @override
-    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        corners, edges = hull_outline(np.asarray(self.vertices))
-        return corners * (height / self.height), edges
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
+        corners, edges = hull_vertices_and_edges(np.asarray(self.vertices))
+        return corners * (height / self.unscaled_height), edges
 
 
-def as_shape(shape_argument: "str | int | Shape") -> Shape:
+def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
     """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
 
     Raises
@@ -167,23 +167,23 @@ def as_shape(shape_argument: "str | int | Shape") -> Shape:
     ArgumentError
         If the name or number is unknown, or the argument is of another type.
     """
-    if isinstance(shape_argument, str):
+    if isinstance(name_sides_or_shape, str):
         named: dict[str, Shape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
-        if shape_argument not in named:
+        if name_sides_or_shape not in named:
             raise ArgumentError(
-                f"body: {shape_argument!r}; give 'rectangle', 'circle', a number of sides, or a scene by load_scene or "
-                "--scene"
+                f"body: {name_sides_or_shape!r}; give 'rectangle', 'circle', a number of sides, or a scene by "
+                "load_scene or --scene"
             )
-        return named[shape_argument]
-    if isinstance(shape_argument, int):
-        if not 3 <= shape_argument <= MAX_SIDES:
-            raise ArgumentError(f"body: {shape_argument} sides; from 3 to {MAX_SIDES}, or 'circle'")
-        return RegularPrism(shape_argument)
-    if not isinstance(shape_argument, Shape):
+        return named[name_sides_or_shape]
+    if isinstance(name_sides_or_shape, int):
+        if not 3 <= name_sides_or_shape <= MAX_SIDES:
+            raise ArgumentError(f"body: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
+        return RegularPrism(name_sides_or_shape)
+    if not isinstance(name_sides_or_shape, Shape):
         raise ArgumentError(
-            f"model: a {type(shape_argument).__name__}; give a scene of load_scene or gravestone, or a body"
+            f"model: a {type(name_sides_or_shape).__name__}; give a scene of load_scene or gravestone, or a body"
         )
-    return shape_argument
+    return name_sides_or_shape
 
 
 def _prism_outline(base_vertices: FloatArray) -> Outline:
@@ -196,7 +196,7 @@ def _prism_outline(base_vertices: FloatArray) -> Outline:
     return np.concatenate([base_vertices, base_vertices * [1.0, 1.0, -1.0]]), edges
 
 
-def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
+def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
     """Return orientations a step apart, degrees, over the largest rotation period of the body at the given aspects.
 
     Raises

@@ -14,7 +14,7 @@ MAX_CONTACT_VERTICES: Final = 128
 """Maximum number of contact vertices; each one is tested in every step."""
 
 MAX_CARRYING_CORNERS: Final = 4
-"""Largest number of vertices of a base that share its weight equally; see `Solid.load_sharing_points`."""
+"""Largest number of vertices of a base that share its weight equally; see `Solid.load_sharing_point_count`."""
 
 RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Contact points of a circular base that stands flat, in units of its radius."""
@@ -66,10 +66,10 @@ class Solid:
                 f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
                 "take 'circle' for a round body"
             )
-        if not self.min_edge_distance > 0.0:
+        if not self.min_base_edge_distance > 0.0:
             raise ArgumentError(
-                f"body: its centre is {-self.min_edge_distance:.3g} m outside its base, so it falls by itself; stand "
-                "it on another face"
+                f"body: its centre is {-self.min_base_edge_distance:.3g} m outside its base, so it falls by itself; "
+                "stand it on another face"
             )
 
     @property
@@ -78,7 +78,7 @@ class Solid:
         return -float(self.points[0, 2])
 
     @property
-    def load_sharing_points(self) -> int:
+    def load_sharing_point_count(self) -> int:
         """Number of contact points among which the weight is divided to size springs and dashpots.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
@@ -87,15 +87,15 @@ class Solid:
         return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
 
     @property
-    def lowest_vertex_rise_share(self) -> float:
-        """Tolerance for the lowest vertices of a tilted base, as a share of the height between its lowest and highest.
+    def lowest_vertex_tolerance_share(self) -> float:
+        """Share of a tilted base's height range, from its lowest vertex, within which other vertices count as lowest.
 
         For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
         """
         return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
 
     @cached_property
-    def edge_distances(self) -> FloatArray:
+    def base_edge_distances(self) -> FloatArray:
         """Distances of the base's edges from the point below the centre, m; negative if that point lies outside."""
         if self.radius:
             return np.array([self.radius])
@@ -104,24 +104,24 @@ class Solid:
         return np.asarray((x * dy - y * dx) / np.sqrt(dx * dx + dy * dy))
 
     @property
-    def edge_normals(self) -> FloatArray:
-        """Outward normals of the edges of the base, in the order of `edge_distances`, shape (edges, 2)."""
+    def base_edge_normals(self) -> FloatArray:
+        """Outward normals of the edges of the base, in the order of `base_edge_distances`, shape (edges, 2)."""
         x, y = self.points[: self.base, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.stack([dy, -dx], axis=1) / np.sqrt(dx * dx + dy * dy)[:, None]
 
     @property
-    def min_edge_distance(self) -> float:
+    def min_base_edge_distance(self) -> float:
         """Least horizontal distance from the point below the centre to an edge of the base, m."""
-        return float(self.edge_distances.min())
+        return float(self.base_edge_distances.min())
 
     @property
     def b_over_h(self) -> float:
-        """Slenderness: tan α towards the nearest edge; B/H for a prism."""
-        return self.min_edge_distance / self.centre_height
+        """Slenderness: tangent of the critical angle α over the nearest base edge; B/H for a prism."""
+        return self.min_base_edge_distance / self.centre_height
 
     @cached_property
-    def inverse_inertia(self) -> FloatArray:
+    def inverse_inertia_per_mass(self) -> FloatArray:
         """Inverse of the inertia per mass, 1/m², shape (3, 3), by cofactors."""
         a = self.inertia
         cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])

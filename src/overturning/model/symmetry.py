@@ -49,14 +49,16 @@ class ComputedCells:
     known: NDArray[np.bool_]
 
 
-def nearest_planes(
+def nearest_computed_planes(
     azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
 ) -> ComputedCells:
     """Return the computed vertical planes nearest to requested azimuths, mirrored where rotated by 180°."""
-    return mark_mirrored_planes(nearest_cells(azimuth_deg, requested_azimuth_deg, period_deg), period_deg)
+    return mark_mirrored_planes(nearest_computed_cells(azimuth_deg, requested_azimuth_deg, period_deg), period_deg)
 
 
-def nearest_cells(direction_deg: ArrayLike, requested_direction_deg: ArrayLike, period_deg: float) -> ComputedCells:
+def nearest_computed_cells(
+    direction_deg: ArrayLike, requested_direction_deg: ArrayLike, period_deg: float
+) -> ComputedCells:
     """Return the computed cells whose directions, rotated by whole periods, are nearest to requested directions.
 
     Parameters
@@ -97,7 +99,7 @@ def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> Co
     return replace(computed_cells, mirrored=(computed_cells.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 
-def first_equal_directions(direction_deg: ArrayLike, periods_deg: ArrayLike) -> ComputedCells:
+def first_symmetric_direction_of_each(direction_deg: ArrayLike, periods_deg: ArrayLike) -> ComputedCells:
     """Return, for each direction of a grid, the first direction of the grid that is the same case by symmetry.
 
     Parameters
@@ -105,7 +107,7 @@ def first_equal_directions(direction_deg: ArrayLike, periods_deg: ArrayLike) -> 
     direction_deg : array_like, shape (n,)
         Azimuths or orientations, degrees clockwise from north.
     periods_deg : array_like, shape (p,)
-        Rotation periods (see `nearest_cells`), for instance one for each aspect of a body.
+        Rotation periods (see `nearest_computed_cells`), for instance one for each aspect of a body.
 
     Returns
     -------

@@ -24,7 +24,7 @@ DIGITS: Final = 12
 
 
 class ConvexHull(NamedTuple):
-    """Convex hull in coordinates about the centre of mass."""
+    """Convex hull of a body, in coordinates about its centre of mass."""
 
     points: FloatArray
     """Vertices, shape (n, 3), m."""
@@ -40,8 +40,8 @@ class ConvexHull(NamedTuple):
     """Inertia per mass, shape (3, 3), m²."""
 
 
-class FallLimits(NamedTuple):
-    """Tilts at which a body has fallen."""
+class FallTiltLimits(NamedTuple):
+    """Tilts from which a body counts as fallen, by the direction in which it leans."""
 
     least: float
     """Least tilt at which it can rest on another face, rad."""
@@ -53,13 +53,13 @@ class FallLimits(NamedTuple):
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
-        """Return the tilt of the fall towards faces with outward normals, shape (faces, 3), rad."""
+        """Return the tilt, rad, from which a body has fallen towards each face; normals have shape (faces, 3)."""
         turn = np.arctan2(face_normals[:, 1], face_normals[:, 0]) % (2.0 * np.pi)
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
 
 class LowestVertexChanges(NamedTuple):
-    """Changes of the lowest vertex of a body that leans further in one direction; one entry per change."""
+    """Changes of the lowest vertex of a body that leans further and further in a direction; one entry per change."""
 
     direction: NDArray[np.int64]
     """Index of the direction."""
@@ -73,7 +73,9 @@ class LowestVertexChanges(NamedTuple):
     """Index of the triangle towards which the body rolls over the edge."""
 
 
-def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_face_normals: FloatArray) -> FallLimits:
+def fall_tilt_limits(
+    hull: ConvexHull, size: float, least_tilt: float, resting_face_normals: FloatArray
+) -> FallTiltLimits:
     """Compute the tilt at which a convex body has fallen, for each direction in which it leans.
 
     Parameters
@@ -87,9 +89,9 @@ def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_face_n
     resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
     """
-    ends, sides = _hull_edges(hull)
+    ends, sides = _hull_edge_vertices_and_triangles(hull)
     found = _lowest_vertex_changes(hull, ends, sides)
-    off_base = -hull.normals[_final_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
+    off_base = -hull.normals[_final_resting_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
     rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
     limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
     rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
@@ -101,17 +103,19 @@ def fall_limits(hull: ConvexHull, size: float, least_tilt: float, resting_face_n
     rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (FALL_SHARE - 1.0) * least_tilt)])
     limits = np.maximum(limits, least_tilt)
     if (limits <= least_tilt + 1e-9).all():
-        return FallLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
+        return FallTiltLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
-    _add_resting_faces(limits, rows, resting_face_normals)
-    starts = _direction_measure(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    _lower_limits_to_resting_faces(limits, rows, resting_face_normals)
+    starts = _quarter_turn_measure(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
-    return FallLimits(least_tilt, limits, sectors, np.unique(touched))
+    return FallTiltLimits(least_tilt, limits, sectors, np.unique(touched))
 
 
-def _add_resting_faces(fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray) -> None:
+def _lower_limits_to_resting_faces(
+    fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
+) -> None:
     """Lower the fall limits so that a body resting on any of the faces counts as fallen, even on a narrow face."""
     for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
@@ -121,8 +125,8 @@ def _add_resting_faces(fall_limits_rad: FloatArray, sector_rows: FloatArray, res
             sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
 
 
-def _direction_measure(angle: FloatArray) -> FloatArray:
-    """Return a number, 0 to 4, for each angle, rad, that increases with it and needs no trigonometry in the kernel."""
+def _quarter_turn_measure(angle: FloatArray) -> FloatArray:
+    """Return, for each angle, rad, a number from 0 to 4 that grows with the angle and needs no trigonometry."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
@@ -130,7 +134,7 @@ def _direction_measure(angle: FloatArray) -> FloatArray:
     )
 
 
-def _hull_edges(hull: ConvexHull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _hull_edge_vertices_and_triangles(hull: ConvexHull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the indices of both vertices and of both triangles of each hull edge, two arrays of shape (edges, 2)."""
     ends, sides = [], []
     for k in range(3):
@@ -174,8 +178,8 @@ def _lowest_vertex_changes(
     return LowestVertexChanges(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
-def _final_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
-    """Return, for each triangle of a hull, the triangle on which a body comes to rest that rolls from it without speed.
+def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
+    """Return, for each hull triangle, the triangle on which a body comes to rest after rolling from it without speed.
 
     It rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """

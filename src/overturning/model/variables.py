@@ -22,13 +22,13 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-def is_known_flag(outcome_flag: Any) -> Any:
+def outcome_is_known(outcome_flag: Any) -> Any:
     """Return True where an outcome flag, as stored or decoded, is neither NaN nor the fill value."""
     return np.abs(outcome_flag.astype("float32")) <= 1
 
 
 @dataclass(frozen=True)
-class Variable:
+class OutcomeVariable:
     """Outcome variable of a simulation: name, data type, meaning, and behaviour under mirroring."""
 
     name: str  # in the cube
@@ -42,14 +42,14 @@ class Variable:
     attributes: Mapping[str, Any] = field(default_factory=dict)  # further CF attributes
 
     @property
-    def fill_value(self) -> Any:
+    def fill_value_in_file(self) -> Any:
         """Fill value of the variable: the value in a file for a missing outcome."""
         return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
 
     @property
-    def missing_value(self) -> Any:
-        """Value in memory for a missing outcome: NaN for floats."""
-        return np.nan if self.dtype[0] == "f" else self.fill_value
+    def missing_value_in_memory(self) -> Any:
+        """Value in memory for a missing outcome: NaN for floats, the fill value for integers."""
+        return np.nan if self.dtype[0] == "f" else self.fill_value_in_file
 
     @property
     def cf_attributes(self) -> dict[str, Any]:
@@ -57,99 +57,101 @@ class Variable:
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
-        """Return this variable at φ + 180° from the outcome arrays at azimuth φ, for a mirror-symmetric scene."""
+        """Return this variable's values at azimuth φ + 180° from the outcomes at φ, for a mirror-symmetric scene."""
         values = np.asarray(outcome_arrays[self.exchanged or self.name][selection])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
-        return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
+        return np.where((values == 0) | (values == self.fill_value_in_file), values, -values) if self.odd else values
 
     def decode(self, stored_values: Any) -> NDArray[Any]:
         """Return stored values as xarray decodes them: integers become float32 with NaN for missing."""
         array = np.asarray(stored_values)
         if array.dtype.kind == "f":
             return array
-        return np.where(array == self.fill_value, np.float32(np.nan), array.astype(np.float32))
+        return np.where(array == self.fill_value_in_file, np.float32(np.nan), array.astype(np.float32))
 
     def encode(self, decoded_values: Any) -> NDArray[Any]:
         """Return values in the data type of the file, with the fill value for NaN."""
         array = np.asarray(decoded_values)
         if array.dtype.kind == "f":
-            array = np.where(np.isnan(array), self.fill_value, array)
+            array = np.where(np.isnan(array), self.fill_value_in_file, array)
         return array.astype(self.dtype)
 
 
-_STATUS: Final = Variable(
+_STATUS: Final = OutcomeVariable(
     "status", "i1", "how the outcome was found", attributes={
         "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
         "flag_meanings": " ".join(code.name.lower() for code in Status),
     },
 )  # fmt: skip
-_PEAK_PENETRATION: Final = Variable("peak_penetration", "f4", "largest penetration of any contact", "m")
-_ENERGY_ERROR: Final = Variable(
+_PEAK_PENETRATION: Final = OutcomeVariable("peak_penetration", "f4", "largest penetration of any contact", "m")
+_ENERGY_ERROR: Final = OutcomeVariable(
     "energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"
 )
-_MEMBERS: Final = Variable("members", "i2", "ensemble members with an outcome")
+_MEMBERS: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
 
 VARIABLES: Final = (
-    Variable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
+    OutcomeVariable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
         "comment": "missing where the outcome was not found; see status",
     }),
     _STATUS,
-    Variable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
+    OutcomeVariable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored",
     }),
-    Variable(
+    OutcomeVariable(
         "overturning_time", "f4",
         "last time at which what fell could still have come back, after the start of the record",
         "s", True, of_falls=True,
     ),
-    Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
+    OutcomeVariable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
         "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
     }),
-    Variable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
-    Variable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
+    OutcomeVariable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
+    OutcomeVariable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
     _PEAK_PENETRATION,
     _ENERGY_ERROR,
 )  # fmt: skip
 """Outcome variables of planar models."""
 
 BODY_VARIABLES: Final = (
-    Variable("overturned", "i1", "whether the block falls", attributes={
+    OutcomeVariable("overturned", "i1", "whether the block falls", attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls",
         "comment": "missing where the outcome was not found; see status",
     }),
     _STATUS,
-    Variable(
+    OutcomeVariable(
         "fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree",
         of_falls=True,
     ),
-    Variable(
+    OutcomeVariable(
         "fall_face", "i1",
         "side that points most nearly down when the block has fallen, "
         "counted clockwise from the one that faces the orientation",
         of_falls=True, attributes={"comment": "missing where the block stands or has no sides"},
     ),
-    Variable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),
-    Variable(
+    OutcomeVariable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),
+    OutcomeVariable(
         "overturning_time", "f4",
         "last time the tilt passed the least critical angle before the block fell, after the start of the record", "s",
         of_falls=True,
     ),
-    Variable("peak_slip", "f4", "largest horizontal displacement of the point of the base below the centre", "m"),
-    Variable("residual_slip_north", "f4", "northward displacement of that point at the end", "m"),
-    Variable("residual_slip_east", "f4", "eastward displacement of that point at the end", "m"),
-    Variable(
+    OutcomeVariable(
+        "peak_slip", "f4", "largest horizontal displacement of the point of the base below the centre", "m"
+    ),
+    OutcomeVariable("residual_slip_north", "f4", "northward displacement of that point at the end", "m"),
+    OutcomeVariable("residual_slip_east", "f4", "eastward displacement of that point at the end", "m"),
+    OutcomeVariable(
         "residual_twist", "f4", "rotation about the vertical at the end, clockwise from above", "degree",
         attributes={"comment": "missing where the block falls"},
     ),
     _PEAK_PENETRATION,
     _ENERGY_ERROR,
-    Variable(
+    OutcomeVariable(
         "angular_momentum_error", "f4",
         "residual of vertical angular momentum about the initial place and of moments, over m sqrt(g R^3)",
     ),
-    Variable("repeated", "i1", "cell is the same case as one at a smaller orientation", attributes={
+    OutcomeVariable("repeated", "i1", "cell is the same case as one at a smaller orientation", attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed repeated",
     }),
 )  # fmt: skip
@@ -161,7 +163,7 @@ _NEIGHBOURHOOD: Final = {
 
 PLANE_ENSEMBLE_VARIABLES: Final = (
     *(
-        Variable(
+        OutcomeVariable(
             f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
             exchanged=f"probability_{other}", attributes=_NEIGHBOURHOOD,
         )
@@ -170,7 +172,7 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
         )
     ),
     *(
-        Variable(
+        OutcomeVariable(
             f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second",
             "1", True, exchanged=f"scramble_difference_{other}",
         )
@@ -181,11 +183,11 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
 """Ensemble variables of planar models."""
 
 FACE_VARIABLES: Final = (
-    Variable(
+    OutcomeVariable(
         "plane_overturned", "i1", "whether the block falls in the vertical plane of either pair of faces",
         attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
     ),
-    Variable(
+    OutcomeVariable(
         "plane_fall_azimuth", "f4",
         "azimuth to which it falls in that plane, of two the one that passes no return first", "degree",
     ),
@@ -195,9 +197,9 @@ FACE_VARIABLES: Final = (
 _OVER: Final = {"comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"}
 
 BODY_ENSEMBLE_VARIABLES: Final = (
-    Variable("probability_falls", "f4", "share of ensemble members that fall", attributes=_OVER),
+    OutcomeVariable("probability_falls", "f4", "share of ensemble members that fall", attributes=_OVER),
     *(
-        Variable(
+        OutcomeVariable(
             name, "f4", f"mean over members of the {what} of the fall, 0 where it stands", attributes=_OVER
         )
         for name, what in (
@@ -206,7 +208,7 @@ BODY_ENSEMBLE_VARIABLES: Final = (
             ("fall_axis_cosine", "cosine of twice the azimuth"), ("fall_axis_sine", "sine of twice the azimuth"),
         )
     ),
-    Variable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
+    OutcomeVariable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
     _MEMBERS,
 )  # fmt: skip
 """Ensemble variables of a 3-D body."""

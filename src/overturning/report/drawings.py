@@ -23,7 +23,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.study.cube import first_shown_block
+from overturning.study.cube import first_shown_height_and_friction
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import intensities_by_measure, jma_intensities_of_motions
 from overturning.surveys.posterior import SurveyInversionResult
@@ -169,7 +169,7 @@ def _maps(results: StudyResults, found: Findings) -> "Figure":
     """Draw the polar maps of the chosen records on one radial scale."""
     ids = [name.id for name in results.record_names]
     places = [ids.index(one.record) for one in found.maps.records]
-    block = results.cube.sel(first_shown_block(results.cube, results.study))
+    block = results.cube.sel(first_shown_height_and_friction(results.cube, results.study))
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
     return plane_map_figure(cubes, "", peaks)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.bootstrap import EarthquakeMean, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_groups
 from overturning.statistics.falls import (
@@ -60,7 +60,7 @@ def fault_normal_alignment_by_rule(
         Bootstrap samples.
     """
     sums = apply_to_record_batches(
-        partial(_sum_falls_by_block_rule, block_rules), cube, model_of(cube).reads
+        partial(_sum_falls_by_block_rule, block_rules), cube, model_of_cube(cube).reads
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"])
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
@@ -81,8 +81,8 @@ def _sum_falls_by_block_rule(block_rules: Sequence[BlockSelectionRule], cube: xr
 
     The dimensions are (record, rule). The sums are those of cosines and sines of doubled fall axes.
     """
-    model, share = model_of(cube), share_of_directions_with_overturning(cube)
-    falls = model.falls_in_distinct_cells(cube)
+    model, share = model_of_cube(cube), share_of_directions_with_overturning(cube)
+    falls = model.fall_probability_and_direction_by_cell(cube)
     names = ["falls", "axis_cosine", "axis_sine"]
     weighted = falls[names] * falls["weight"]
     over = (model.direction, *model.case_dims)

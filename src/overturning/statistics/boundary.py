@@ -10,7 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.planes import azimuth_period_deg, distinct_plane_positions, fall_probability, plane_weight
+from overturning.model.planes import (
+    azimuth_period_of_cube_deg,
+    circle_share_of_planes,
+    distinct_plane_indices,
+    fall_probability_to_either_side,
+)
 from overturning.statistics.circular import mean_angle_and_resultant
 
 HALF = 0.5
@@ -70,7 +75,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
         )  # fmt: skip
         return found
 
-    p = fall_probability(cube)
+    p = fall_probability_to_either_side(cube)
     falls = p["towards"] + p["away"]
     middle, beyond = boundary_along_b_over_h(falls)
     low = high = middle
@@ -110,14 +115,14 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
         them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(grid_b_over_h, dtype=np.float64)
-    period = azimuth_period_deg(azimuth_boundaries)
-    index = distinct_plane_positions(azimuth_boundaries["azimuth"].values, period)
+    period = azimuth_period_of_cube_deg(azimuth_boundaries)
+    index = distinct_plane_indices(azimuth_boundaries["azimuth"].values, period)
     planes = (
         azimuth_boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]]
         .isel(azimuth=index)
         .compute()
     )
-    weight = plane_weight(planes["azimuth"].values, period)
+    weight = circle_share_of_planes(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
     edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.bootstrap import (
     EarthquakeMean,
     bootstrap_interval,
@@ -37,7 +37,7 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 
     Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`.
     """
-    model = model_of(cube)
+    model = model_of_cube(cube)
     over = [name for name in model.case_dims if name not in kept_dims]
     made = apply_to_record_batches(
         partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.reads

@@ -1,8 +1,8 @@
 """Fall directions: falls by azimuth, shares of cases that overturn, mean fall directions and axes.
 
 In shares and means each plane counts once, and azimuths added to a regular grid share the weight of their neighbourhood
-(see `Model.falls_in_distinct_cells`). The parameter ``summed_dims`` names dimensions that are summed together with the
-direction, with equal weights.
+(see `Model.fall_probability_and_direction_by_cell`). The parameter ``summed_dims`` names
+dimensions that are summed together with the direction, with equal weights.
 """
 
 import math
@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import model_of
-from overturning.model.planes import FALLS, azimuth_period_deg, fall_probability
-from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
-from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_known_flag
+from overturning.model.falls import model_of_cube
+from overturning.model.planes import FALLS, azimuth_period_of_cube_deg, fall_probability_to_either_side
+from overturning.model.symmetry import PLANE_PERIOD, nearest_computed_planes
+from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
 from overturning.statistics.circular import NO_DIRECTION
 
 
@@ -34,8 +34,8 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     everywhere = np.union1d(azimuth, opposite)
     if np.array_equal(everywhere, azimuth):
         return cube
-    sources = nearest_planes(azimuth, everywhere, azimuth_period_deg(cube))
-    if azimuth_period_deg(cube) != PLANE_PERIOD:
+    sources = nearest_computed_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
+    if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.known])
     turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
     behind = xr.DataArray(sources.mirrored, dims="azimuth")
@@ -62,7 +62,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
     cube : Dataset
         With ``overturned`` and ``azimuth``.
     ensemble : bool
-        Use probabilities instead of flags (see `fall_probability`).
+        Use probabilities instead of flags (see `fall_probability_to_either_side`).
 
     Returns
     -------
@@ -70,9 +70,9 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
         Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
-    p = fall_probability(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
+    p = fall_probability_to_either_side(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
-    if azimuth_period_deg(cube) != PLANE_PERIOD:
+    if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
         both = xr.concat(xr.align(falls, away, join="outer"), "side")
         falls = both.sum("side", min_count=1).transpose(*falls.dims)
@@ -82,7 +82,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
 def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
     """Return, for each cell, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
     overturned = cube["overturned"]
-    return xr.where(is_known_flag(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
+    return xr.where(outcome_is_known(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
     )
 
@@ -123,7 +123,7 @@ def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
     gap = float(np.diff(at).max(initial=0.0))
     round_about = dimension == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
     beyond = flags.roll({dimension: -1}, roll_coords=False) if round_about else flags.shift({dimension: -1})
-    known = is_known_flag(flags) & is_known_flag(beyond)
+    known = outcome_is_known(flags) & outcome_is_known(beyond)
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
 
@@ -171,7 +171,7 @@ BLOCK_RULES: Final = (
 
 def block_selection_rule_of_model(cube: xr.Dataset) -> BlockSelectionRule:
     """Return the block selection rule of the cube's model: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
-    return MARGINAL if model_of(cube).one_component else EVERY_BLOCK
+    return MARGINAL if model_of_cube(cube).one_component else EVERY_BLOCK
 
 
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
@@ -179,8 +179,8 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
     Each plane counts once; directions with a missing outcome do not count. The result is in memory.
     """
-    model = model_of(cube)
-    once = {model.direction: model.distinct_direction_index(cube)}
+    model = model_of_cube(cube)
+    once = {model.direction: model.distinct_direction_indices(cube)}
     return overturning_indicator(cube).isel(once).mean(model.direction).compute()
 
 
@@ -207,8 +207,8 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
 
     Cells with an unknown outcome do not count.
     """
-    model = model_of(cube)
-    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *summed_dims)
+    model = model_of_cube(cube)
+    falls, dims = model.fall_probability_and_direction_by_cell(cube), (model.direction, *summed_dims)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
     share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
     return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
@@ -224,8 +224,8 @@ def sum_fall_vectors(
     The sums can be added further before an angle is computed. With ``informative_only`` they cover the
     `informative_block_mask` only; ``all_falls`` always counts the falls of all blocks.
     """
-    model = model_of(cube)
-    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *summed_dims)
+    model = model_of_cube(cube)
+    falls, dims = model.fall_probability_and_direction_by_cell(cube), (model.direction, *summed_dims)
     weighted = falls.drop_vars("weight") * falls["weight"]
     sums = (weighted.where(informative_block_mask(cube)) if informative_only else weighted).sum(dims)
     return sums.assign(all_falls=weighted["falls"].sum(dims))

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.model.model import Model
 from overturning.statistics.by_record import iterate_record_batches, iterate_record_cubes
 from overturning.statistics.circular import wrap_axis_difference
@@ -118,12 +118,12 @@ def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCaseOfRecord 
 
 
 def _find_falls_to_both_sides(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
-    model = model_of(record_cube)
+    model = model_of_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
     if not turns.any():
         return None
-    broad = model.dims.index("b_over_h")
+    broad = model.dimension_names.index("b_over_h")
     score, place = max(
         ((bool(sure[at] and sure[at[0] + 1, *at[1:]]), int(at[broad])), at) for at in map(tuple, np.argwhere(turns))
     )
@@ -180,15 +180,19 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
 
     A rule without any case is left out. The cube is read in batches of records.
     """
-    model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
+    model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     best: dict[str, tuple[BestCaseOfRecord, int]] = {}
     for places, some in iterate_record_batches(cube, names):
         half = some.isel({model.direction: cells})
-        nominal = model.falls_in_distinct_cells(half, use_ensemble=False)[["direction_cosine", "direction_sine"]]
-        candidates = half.assign(nominal.assign(sure=model.falls_in_distinct_cells(half)["falls"] > 0.99))
-        candidates = candidates.transpose("record", *model.dims, ...)
+        nominal = model.fall_probability_and_direction_by_cell(half, use_ensemble=False)[
+            ["direction_cosine", "direction_sine"]
+        ]
+        candidates = half.assign(
+            nominal.assign(sure=model.fall_probability_and_direction_by_cell(half)["falls"] > 0.99)
+        )
+        candidates = candidates.transpose("record", *model.dimension_names, ...)
         for at, record in enumerate(places):
             one = candidates.isel(record=at)
             for rule in rules:
@@ -214,7 +218,7 @@ def _illustrative_case_from_best(
 
     `direction_indices` are the indices of the directions among which the case was found.
     """
-    model = model_of(cube)
+    model = model_of_cube(cube)
     block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, best_case.block, strict=True)}
     angles = tuple(float(cube[model.direction].values[direction_indices[at]]) for at in best_case.directions)
     return IllustrativeCase(rule.title, rule.text, record_index, block, angles)
@@ -245,16 +249,16 @@ def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestC
 
     Clear means that the block rocks, then that neighbours are marked, too, then that it is broad.
     """
-    model = model_of(marked_cells)
+    model = model_of_cube(marked_cells)
     cells = marked_cells[mark_variable].to_numpy()
     if not cells.any():
         return None
     alike = np.zeros(cells.shape, np.int64)
-    for axis in (0, model.dims.index("b_over_h")):
+    for axis in (0, model.dimension_names.index("b_over_h")):
         for step in (-1, 1):
             alike += np.take(cells, np.clip(np.arange(cells.shape[axis]) + step, 0, cells.shape[axis] - 1), axis)
     rocks = marked_cells["rocks"].to_numpy() if "rocks" in marked_cells else np.zeros(cells.shape, np.bool_)
-    broad = model.dims.index("b_over_h")
+    broad = model.dimension_names.index("b_over_h")
     score, place = max(((int(rocks[at]), int(alike[at]), int(at[broad])), at) for at in map(tuple, np.argwhere(cells)))
     ratio = round(float(marked_cells["b_over_h"].values[place[broad]]), 9)
     return BestCaseOfRecord((*map(float, score[:2]), ratio), place[1:], (place[0],))
@@ -275,7 +279,7 @@ def case_with_differing_outcomes(
     variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
-    model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
+    model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
     names = ["overturned", "fall_azimuth", "peak_rotation"]
     best: dict[str, tuple[BestCaseOfRecord, int]] = {}
     pairs = partial(zip, strict=True)
@@ -315,7 +319,7 @@ def _mark_differing_cells(
 
     ``split`` holds only the cells in which the first setting falls, or only those in which it stands.
     """
-    one, another = (each.transpose(*model.dims, ...) for each in (cube, second_cube))
+    one, another = (each.transpose(*model.dimension_names, ...) for each in (cube, second_cube))
     flags, others = one["overturned"].to_numpy(), another["overturned"].to_numpy()
     falls, stands = (flags, others) if is_fall_in_first else (others, flags)
     split = np.isfinite(flags) & np.isfinite(others) & (falls != 0) & (stands == 0)
@@ -324,8 +328,8 @@ def _mark_differing_cells(
         opposite = np.cos(apart) < 0
     else:
         opposite = flags * others < 0
-    marked = {"split": (model.dims, split), "opposite": (model.dims, opposite)}
+    marked = {"split": (model.dimension_names, split), "opposite": (model.dimension_names, opposite)}
     standing = another if is_fall_in_first else one
     if "peak_rotation" in standing:
-        marked["rocks"] = (model.dims, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION)
-    return xr.Dataset(marked, coords={name: one[name] for name in model.dims})
+        marked["rocks"] = (model.dimension_names, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION)
+    return xr.Dataset(marked, coords={name: one[name] for name in model.dimension_names})

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
 from overturning.statistics.by_record import iterate_record_batches
 from overturning.units import STANDARD_GRAVITY
@@ -265,7 +265,7 @@ def overturning_regression_rows(
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` is raised if an azimuth of
         the cube is missing.
     ensemble : bool
-        Use probabilities instead of flags (see `Model.falls_in_distinct_cells`).
+        Use probabilities instead of flags (see `Model.fall_probability_and_direction_by_cell`).
 
     Returns
     -------
@@ -275,11 +275,11 @@ def overturning_regression_rows(
         The outcome is averaged over friction and weighted by the share of known values; no predictor depends on
         friction, so this does not change the fit. Events are numbers in the order of their names; the mean weight is 1.
     """
-    model, parts = model_of(cube), []
+    model, parts = model_of_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for places, some in iterate_record_batches(cube, model.reads):
-        planes = model.falls_in_distinct_cells(some, use_ensemble=ensemble)
-        where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dims)
+        planes = model.fall_probability_and_direction_by_cell(some, use_ensemble=ensemble)
+        where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:
             along = intensity[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.model.body import direction_weight
-from overturning.model.falls import model_of
-from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_weight
+from overturning.model.body import cell_weight_in_direction_statistics
+from overturning.model.falls import model_of_cube
+from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, relative_weight_of_azimuths
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_record_cubes, record_groups
@@ -66,12 +66,12 @@ def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, Fl
 
     Only informative blocks count. In planar models there is one entry per azimuth, whose weight is its number of falls.
     """
-    if not model_of(cube).one_component:
+    if not model_of_cube(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
         if "fall_north" in cube:
             parts = (cube[name].to_numpy() for name in _DIRECTIONS)
-            weight = direction_weight(*parts)
+            weight = cell_weight_in_direction_statistics(*parts)
         return angles[fell].astype(np.float64), weight[fell]
     towards = fall_counts_towards_azimuths(cube).where(informative_block_mask(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
@@ -84,7 +84,7 @@ def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
 
     It is 0 for a single plane, and if all sectors have equally many planes.
     """
-    step = azimuth_gaps(plane_azimuths_deg, FULL_TURN)[1]
+    step = azimuth_gaps_and_step(plane_azimuths_deg, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step
     return 0.0 if plane_azimuths_deg.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
@@ -96,20 +96,22 @@ def fall_rose(
 
     Nominal outcomes are used, and the cube is read one record at a time.
 
-    A fall in the 3-D model counts with its `direction_weight`, which is small if the fall changes direction under
-    nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of an earthquake,
-    and then over earthquakes, with intervals from `mean_share_interval` for each sector by itself.
+    A fall in the 3-D model counts with its `cell_weight_in_direction_statistics`, which is small if the fall changes
+    direction under nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of
+    an earthquake, and then over earthquakes, with intervals from `mean_share_interval` for each sector by itself.
     ``from_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite
     sectors. If the azimuth step does not divide a sector, falls are spread over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
-    planes = model_of(cube).one_component
+    planes = model_of_cube(cube).one_component
     for row, one in enumerate(iterate_record_cubes(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
         azimuth, counts = _nominal_fall_azimuths_and_weights(one)
         if counts.any() and np.isfinite(zero[row]):
-            weight = counts * azimuth_weight(azimuth, azimuth_period_deg(cube)) if planes else counts
+            weight = (
+                counts * relative_weight_of_azimuths(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
+            )
             wide = _rose_spread_width_deg(azimuth) if planes else 0.0
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
@@ -135,7 +137,7 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
     so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
-    return fall_rose(cube, from_normal=known, axial=known or model_of(cube).one_component)
+    return fall_rose(cube, from_normal=known, axial=known or model_of_cube(cube).one_component)
 
 
 def fall_rose_by_group(cube: xr.Dataset) -> dict[str, FallRose]:

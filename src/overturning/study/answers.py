@@ -12,11 +12,11 @@ MAX_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
 
 CaseOutcomes = NDArray[np.void]
-"""Structured array of outcomes with the fields `overturned`, `azimuth` and `block_steps`; see `empty_outcomes`."""
+"""Structured array of outcomes with the fields `overturned`, `azimuth` and `block_steps`; see `empty_case_outcomes`."""
 
 
-def empty_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
-    """Create a structured array of outcomes: flag of each element, azimuth of a 3-D fall, degrees, and block steps."""
+def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
+    """Return an array of outcomes: flag of each element, azimuth of a 3-D fall (degrees), and time steps × stones."""
     answers = np.zeros(
         case_count, [("overturned", np.int8, (element_count,)), ("azimuth", "f4"), ("block_steps", np.int64)]
     )
@@ -24,7 +24,7 @@ def empty_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
     return answers
 
 
-class DifferenceCounts(BaseModel):
+class OutcomeDifferenceCounts(BaseModel):
     """Numbers of compared cases, and of cases whose outcomes differ, in two computations of the same cases."""
 
     cases: int  # with an outcome in both
@@ -33,29 +33,35 @@ class DifferenceCounts(BaseModel):
     sides: int  # of these, to the other side, or azimuths differ by `MAX_AZIMUTH_DIFFERENCE_DEG` or more (3-D)
     unanswered: int  # without an outcome in one or both
 
-    def __add__(self, other: "DifferenceCounts") -> "DifferenceCounts":
-        return DifferenceCounts(
-            **{name: getattr(self, name) + getattr(other, name) for name in DifferenceCounts.model_fields}
+    def __add__(self, other: "OutcomeDifferenceCounts") -> "OutcomeDifferenceCounts":
+        return OutcomeDifferenceCounts(
+            **{name: getattr(self, name) + getattr(other, name) for name in OutcomeDifferenceCounts.model_fields}
         )
 
 
-def count_differences(
-    first_flags: NDArray[np.int8], second_flags: NDArray[np.int8], azimuths_differ: NDArray[np.bool_] | None = None
-) -> DifferenceCounts:
+def count_outcome_differences(
+    first_flags: NDArray[np.int8], second_flags: NDArray[np.int8], fall_azimuths_differ: NDArray[np.bool_] | None = None
+) -> OutcomeDifferenceCounts:
     """Count the differences between two arrays of outcome flags: +1, −1, 0, or −128 without an outcome.
 
-    `azimuths_differ` is True for 3-D cases whose two falls have different directions; in planar models the flags show
-    it.
+    `fall_azimuths_differ` is True for 3-D cases whose two falls have different directions; in planar models the flags
+    show it.
     """
     known = (first_flags != INT8_MISSING) & (second_flags != INT8_MISSING)
     fell, fell_too = first_flags != 0, second_flags != 0
     both = known & fell & fell_too
-    other = first_flags != second_flags if azimuths_differ is None else (first_flags != second_flags) | azimuths_differ
+    other = (
+        first_flags != second_flags
+        if fall_azimuths_differ is None
+        else (first_flags != second_flags) | fall_azimuths_differ
+    )
     counted = {"cases": known, "flags": known & (fell != fell_too), "fallen": both, "sides": both & other}
-    return DifferenceCounts(**{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()})
+    return OutcomeDifferenceCounts(
+        **{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()}
+    )
 
 
-def azimuths_differ(
+def fall_azimuths_differ(
     first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes, min_difference_deg: float = MAX_AZIMUTH_DIFFERENCE_DEG
 ) -> NDArray[np.bool_]:
     """True for 3-D cases that fall in both computations, with azimuths at least `min_difference_deg` apart."""
@@ -66,6 +72,6 @@ def azimuths_differ(
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
     """True for cases in which the outcome of any element differs; shape (n,)."""
-    return (first_outcomes["overturned"] != second_outcomes["overturned"]).any(axis=1) | azimuths_differ(
+    return (first_outcomes["overturned"] != second_outcomes["overturned"]).any(axis=1) | fall_azimuths_differ(
         first_outcomes, second_outcomes
     )

@@ -6,7 +6,7 @@ from typing import Final
 from pydantic import BaseModel
 
 from overturning.stored import read_result
-from overturning.study.answers import DifferenceCounts
+from overturning.study.answers import OutcomeDifferenceCounts
 
 AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
@@ -21,7 +21,7 @@ WARN_ABOVE: Final = 0.01
 """Share of changed flags above which the report warns; cells with a divided ensemble are not counted."""
 
 
-class ElementChanges(DifferenceCounts):
+class ElementChanges(OutcomeDifferenceCounts):
     """Numbers of cases in which a rerun changes the outcome of one element; its name is "" for a single block."""
 
     element: str
@@ -63,7 +63,7 @@ class AmplitudeChange(BaseModel):
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
     stood: int  # of these, that stand under one of the motions
-    weight: float  # sum of the weights of these falls in direction statistics (`model.body.direction_weight`)
+    weight: float  # sum of the weights of these falls (`model.body.cell_weight_in_direction_statistics`)
     weight_moved: float  # part of it due to falls that move
     block_steps: int
 
@@ -88,6 +88,6 @@ class Convergence(BaseModel):
     rigid: RigidComparison | None  # None if no cell has a block that cannot slide
 
 
-def read_convergence(path: Path) -> Convergence:
+def read_convergence_result(path: Path) -> Convergence:
     """Read the result of a convergence check; a `ResultError` if it is missing, damaged, or from another version."""
     return read_result(Convergence, path, "convergence check")

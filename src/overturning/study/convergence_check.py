@@ -24,7 +24,7 @@ from overturning.model.results import CaseResults
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.answers import CaseOutcomes, azimuths_differ, count_differences, outcomes_differ
+from overturning.study.answers import CaseOutcomes, count_outcome_differences, fall_azimuths_differ, outcomes_differ
 from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
     AMPLITUDE_REACH,
@@ -68,20 +68,20 @@ def check_convergence(
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
     are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
     must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
-    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from `read_rigid_sample`, are
-    compared with the exact rigid block.
+    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from `read_rigid_block_sample`,
+    are compared with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
     allowed = round(settings.cost * case_sample.block_steps)
     runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.run_affordable_cases("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
+    if runs.rerun_affordable_cases("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
         affordable = np.cumsum(FINER_OVER_STIFFER * spent)
         runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
-        runs.run_affordable_cases("finer", 1.0, allowed)
+        runs.rerun_affordable_cases("finer", 1.0, allowed)
     count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return Convergence(
@@ -89,7 +89,7 @@ def check_convergence(
         wanted=len(case_sample.record),
         chosen=count,
         at_rest=int(case_sample.at_rest[:count].sum()),
-        cells=len(records) * runs.grid.size,
+        cells=len(records) * runs.grid.case_count,
         computed=case_sample.computed,
         study_block_steps=case_sample.block_steps,
         cost=settings.cost,
@@ -97,11 +97,11 @@ def check_convergence(
         stiffer_by=STIFFER,
         finer=runs.count_changes_of_first_cases("finer", count),
         stiffer=runs.count_changes_of_first_cases("stiffer", count),
-        settling=(settling := runs.confirm_changes(count, allowed - done)),
+        settling=(settling := runs.confirm_changed_outcomes(count, allowed - done)),
         amplitude=runs.rerun_with_changed_amplitude(count, allowed - done - settling.block_steps),
         rigid=None
         if rigid_sample is None
-        else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid(),
+        else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid_block(),
     )
 
 
@@ -114,15 +114,15 @@ class _CaseReruns:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [motion_for_variant(study, record) for record in records], variant_grid(study)
         self.computations: dict[str, Callable[[Motion, Cases], Any]] = {
-            **rerun_functions(study),
+            **case_rerun_functions(study),
             "rigid": simulate_rigid_block,
         }
         self.one_component = variant_model(study).one_component
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
-    def run_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Run the first cases of the sample again, as many as the allowed block steps permit; False if refused."""
+    def rerun_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
+        """Rerun the first cases of the sample, as many as `allowed_steps` (steps × stones) permit; False if refused."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
@@ -135,7 +135,7 @@ class _CaseReruns:
         return True
 
     def rerun_first_cases(self, rerun_kind: str, case_count: int) -> bool:
-        """Run further cases again, up to the number `case_count` of the sample; False if a rerun is refused."""
+        """Rerun cases until the first `case_count` of the sample are done; False if a rerun is refused."""
         try:
             more = self._rerun_cases(rerun_kind, np.arange(len(self.answers[rerun_kind]), case_count))
         except ArgumentError as error:
@@ -147,41 +147,41 @@ class _CaseReruns:
         return True
 
     def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
-        """Rerun cases of the sample under motions scaled by an amplitude, and return their outcomes."""
+        """Rerun the cases `case_numbers` of the sample under motions × `amplitude`, and return the outcomes."""
         answers = np.zeros(case_numbers.size, self.sample.answers.dtype)
 
-        def run_record(record_number: int) -> None:
+        def rerun_cases_of_record(record_number: int) -> None:
             """Rerun the cases of one record and store their outcomes."""
             mine = self.sample.record[case_numbers] == record_number
             chosen = self.sample.index[case_numbers[mine]]
-            cases = self.grid.cases(list(chosen.T), amplitude=amplitude)
+            cases = self.grid.cases_at_positions(list(chosen.T), amplitude=amplitude)
             results = self.computations[rerun_kind](self.motions[record_number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
             answers["block_steps"][mine] = getattr(results, "block_steps", 0)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
-            list(pool.map(run_record, np.unique(self.sample.record[case_numbers]).tolist()))
+            list(pool.map(rerun_cases_of_record, np.unique(self.sample.record[case_numbers]).tolist()))
         return answers
 
     def count_changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
         """Count the outcomes that a kind of rerun changes among the first cases of the sample."""
         if rerun_kind in self.refused:
             return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
-        outcomes = self._count_changes(self.answers[rerun_kind][:case_count])
+        outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
         return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), outcomes=outcomes)
 
-    def _count_changes(self, rerun_outcomes: CaseOutcomes) -> list[ElementChanges]:
+    def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[ElementChanges]:
         """Count the changes of each element between the study and a rerun of the first cases."""
         count, outcomes = len(rerun_outcomes), []
         own = self.sample.answers[:count]
-        away = azimuths_differ(own, rerun_outcomes)
+        away = fall_azimuths_differ(own, rerun_outcomes)
         for column, name in enumerate(self.grid.element or ("",)):
             before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
             one_way = ~self.sample.apart[:count, column]
             counts, those, agreed = (
-                count_differences(before[chosen], after[chosen], away[chosen])
+                count_outcome_differences(before[chosen], after[chosen], away[chosen])
                 for chosen in (np.ones_like(sure), sure, one_way)
             )
             undivided = {
@@ -192,14 +192,14 @@ class _CaseReruns:
             outcomes.append(ElementChanges(element=name, **undivided, **counts.model_dump()))
         return outcomes
 
-    def compare_with_rigid(self) -> RigidComparison:
+    def compare_with_rigid_block(self) -> RigidComparison:
         """Compare the outcomes of all cases of the sample with the exact rigid block."""
         every = np.arange(len(self.sample.record))
-        (found,) = self._count_changes(self._rerun_cases("rigid", every))
+        (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
         return RigidComparison(cells=self.sample.computed, **found.model_dump())
 
-    def confirm_changes(self, case_count: int, allowed_steps: int) -> RefinementOfChanges:
-        """Run the changed cases again with the finest steps and a perturbed motion, within the allowed block steps."""
+    def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> RefinementOfChanges:
+        """Rerun the cases that finer steps changed, with the finest steps and with a perturbed motion, and compare."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         changed = np.flatnonzero(known & outcomes_differ(finer, own))
@@ -230,7 +230,7 @@ class _CaseReruns:
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
             again = self._rerun_cases("nominal", rows, float(factor))
-            moved |= azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG)
+            moved |= fall_azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG)
             stood |= (again["overturned"] == 0).any(axis=1)
             steps += int(again["block_steps"].sum())
         weight = self.sample.weight[rows]
@@ -253,7 +253,7 @@ def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 
 
-def rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
+def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
     """Return functions that run nominal cases again, by name: unchanged, finer and finest steps, stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.

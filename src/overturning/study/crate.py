@@ -75,7 +75,7 @@ _MEDIA: Final = {
 }
 
 
-def write_crate(study: Study, results_folder: Path, produced_files: Sequence[Path]) -> None:
+def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[Path]) -> None:
     """Write ``ro-crate-metadata.json`` and the configuration, ``study.yaml``, into a study's folder of results.
 
     Parameters
@@ -97,8 +97,8 @@ def write_crate(study: Study, results_folder: Path, produced_files: Sequence[Pat
 
     text = yaml.safe_dump(study_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
     write_text(results_folder / CONFIGURATION, text)
-    cube = _cube_metadata(results_folder / "cube.nc")
-    program = _program_metadata()
+    cube = _record_and_package_metadata_of_cube(results_folder / "cube.nc")
+    program = _citation_metadata_of_program()
     crate = ROCrate(version="1.1")
     crate.metadata.extra_terms = _TERMS
     root = crate.root_dataset
@@ -108,18 +108,18 @@ def write_crate(study: Study, results_folder: Path, produced_files: Sequence[Pat
     root["license"] = _licence_entity(crate, study.crate.licence or _NO_LICENCE)
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
-        root["author"] = _unwrap_single(
+        root["author"] = _list_or_single_value(
             _add_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
-    records = _add_records(crate, cube["records"])
-    files = _add_files(crate, results_folder, produced_files, records)
+    records = _add_record_entities(crate, cube["records"])
+    files = _add_file_entities(crate, results_folder, produced_files, records)
     versions = {
         name: _add_entity(crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version)
         for name, version in cube["versions"].items()
     }
     overturning = versions.pop("overturning")
     overturning["license"] = _licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
-    overturning["softwareRequirements"] = _unwrap_single(versions.values())
+    overturning["softwareRequirements"] = _list_or_single_value(versions.values())
     configuration = files.pop(CONFIGURATION)
     root["mentions"] = _add_entity(
         crate,
@@ -127,8 +127,8 @@ def write_crate(study: Study, results_folder: Path, produced_files: Sequence[Pat
         "CreateAction",
         name=f"Run of the study {study.name}",
         instrument=overturning,
-        object=_unwrap_single([configuration, *records.values()]),
-        result=_unwrap_single(files.values()),
+        object=_list_or_single_value([configuration, *records.values()]),
+        result=_list_or_single_value(files.values()),
     )
     written = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False, sort_keys=True)
     write_text(results_folder / METADATA, written + "\n")
@@ -139,8 +139,8 @@ _NO_LICENCE: Final = (
 )
 
 
-def _cube_metadata(path: Path) -> dict[str, Any]:
-    """Return the records of a cube (source, hash, licence and names) and the versions of the packages that made it."""
+def _record_and_package_metadata_of_cube(path: Path) -> dict[str, Any]:
+    """Return the records of a cube (source, hash, licence, names), and versions of the packages that made the cube."""
     import netCDF4
 
     try:
@@ -152,7 +152,7 @@ def _cube_metadata(path: Path) -> dict[str, Any]:
         raise ResultError(f"{path}: cannot be read ({problem}); run the study again") from None
 
 
-def _program_metadata() -> dict[str, Any]:
+def _citation_metadata_of_program() -> dict[str, Any]:
     """Read the citation metadata (CITATION.cff) of this version of the program."""
     files = (root / "CITATION.cff" for root in project_folders())
     return read_yaml_mapping(
@@ -160,7 +160,7 @@ def _program_metadata() -> dict[str, Any]:
     )
 
 
-def _unwrap_single(listed_values: Iterable[Any]) -> Any:
+def _list_or_single_value(listed_values: Iterable[Any]) -> Any:
     """Return values as a list, or a single value without a list, as the RO-Crate profile requires."""
     listed = list(listed_values)
     return listed[0] if len(listed) == 1 else listed
@@ -181,7 +181,7 @@ def _licence_entity(crate: "ROCrate", licence: str) -> Any:
     return crate.get(key) or _add_entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
 
 
-def _add_records(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Add the input records to the crate and return their entities by record id.
 
     Many records must not be redistributed, so the crate has only the hash of each.
@@ -201,23 +201,23 @@ def _add_records(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dic
     }
 
 
-def _add_files(
+def _add_file_entities(
     crate: "ROCrate", results: Path, produced_files: Sequence[Path], records: dict[str, Any]
 ) -> dict[str, Any]:
     """Add the files of the crate, grouped by folder, and return them by their path in the crate."""
     paths = [below for path in produced_files for below in (path.rglob("*") if path.is_dir() else [path])]
     names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
     names[CONFIGURATION] = results / CONFIGURATION
-    files = {name: _add_file(crate, name, names[name], records) for name in sorted(names)}
+    files = {name: _add_file_entity(crate, name, names[name], records) for name in sorted(names)}
     for folder in dict.fromkeys(name.partition("/")[0] for name in files if "/" in name):
         name, description = _FOLDERS.get(folder, (folder, "Further results."))
         about = {"name": name, "description": description}
-        within = _unwrap_single(file for path, file in files.items() if path.startswith(f"{folder}/"))
+        within = _list_or_single_value(file for path, file in files.items() if path.startswith(f"{folder}/"))
         crate.add_dataset(dest_path=f"{folder}/", properties=about | {"hasPart": within})
     return files
 
 
-def _add_file(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
+def _add_file_entity(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
     """Add a file with size and hash to the crate; a motion also with its source record and that record's licence."""
     stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
     said = {"part": part, "stem": stem, "folder": file.parent.name}

@@ -11,10 +11,10 @@ import numpy as np
 from overturning.arrays import skip_dask_import
 from overturning.errors import ArgumentError, ResultError, suggest_keywords
 from overturning.files import checksum_matches
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
-from overturning.study.load import check_study, load_study
+from overturning.study.load import load_study, study_from_content
 from overturning.study.scenes import variant_model, variant_scene, variant_settings
 from overturning.study.schema import Study
 
@@ -32,12 +32,12 @@ IN_MEMORY: Final = 20_000_000
 _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
-def _find_missing_variable(cube: "xr.Dataset") -> str:
+def _first_missing_variable(cube: "xr.Dataset") -> str:
     """Return the first coordinate or variable that is missing or has wrong dimensions, as "no NAME"; "" if none."""
     flags = cube["overturned"]
     grid = set(flags.dims)
-    model = model_of(cube)
-    needed = {"record", *model.dims}
+    model = model_of_cube(cube)
+    needed = {"record", *model.dimension_names}
     if missing := sorted(needed - grid) or sorted(str(name) for name in grid if not cube.sizes[name]):
         return f"no cell along {missing[0]}"
     for name in (*sorted(needed - {"record"}), *_COORDINATES):
@@ -102,7 +102,7 @@ def open_cube(
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
-    if absent := _find_missing_variable(cube):
+    if absent := _first_missing_variable(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = select_element_and_amplitude(cube, path, element, amplitude)
     chosen = chosen.assign_coords(record=chosen["record_id"].variable)
@@ -115,7 +115,9 @@ def open_cube(
     return chosen
 
 
-def open_records(cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0) -> "xr.Dataset":
+def open_cube_by_record(
+    cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
+) -> "xr.Dataset":
     """Open a cube to iterate over its records: a small cube is read into memory, a large one record by record."""
     cube = open_cube(cube_path, None, element, amplitude)
     if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
@@ -153,20 +155,22 @@ def select_element_and_amplitude(
             cube = cube.sel(amplitude=amplitude, drop=amplitude == 1.0)
     if "element" not in cube.dims:
         if element not in (None, "reference"):
-            _check_element(element, variant_model(study_of_cube(cube), cube.attrs["variant"]).elements, cube_path)
+            _check_element_exists(
+                element, variant_model(study_of_cube(cube), cube.attrs["variant"]).free_element_names, cube_path
+            )
         return cube
     if "element_name" in cube:
         cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
     if element is None:
         return cube
     if element == "reference":
-        element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element
-    _check_element(element, cube["element"].to_numpy().tolist(), cube_path)
+        element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element
+    _check_element_exists(element, cube["element"].to_numpy().tolist(), cube_path)
     return cube.sel(element=element)
 
 
-def sort_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a part of a cube as figures need it: with all dimensions, sorted, and each value once.
+def sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+    """Return a cube, or a part of a cube, as figures need it: with all dimensions, and no value twice along any.
 
     One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
     azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a
@@ -190,13 +194,13 @@ def sort_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     return cube
 
 
-def _check_element(element: str | None, known_elements: Sequence[str], cube_path: Path) -> None:
+def _check_element_exists(element: str | None, known_elements: Sequence[str], cube_path: Path) -> None:
     """Raise an ArgumentError if a cube has no element of this name."""
     if element not in known_elements:
         raise ResultError(f"{cube_path}: no element {element!r}; known: {', '.join(known_elements)}")
 
 
-def record_number(cube: "xr.Dataset", record_id: str | None) -> int:
+def record_position(cube: "xr.Dataset", record_id: str | None) -> int:
     """Return the position of a record by its id, which may be None for a cube with one record.
 
     A selection of one record has its id without a dimension; a cube without a study has no ids. An `ArgumentError`
@@ -211,7 +215,7 @@ def record_number(cube: "xr.Dataset", record_id: str | None) -> int:
     return names.index(record_id) if record_id is not None else 0
 
 
-def json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
+def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
     """Return the parsed content of a JSON attribute of a cube; a ResultError if missing or of another type."""
     try:
         found = json.loads(cube.attrs[attribute_name])
@@ -226,7 +230,7 @@ def json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type)
 
 def study_of_cube(cube: "xr.Dataset") -> Study:
     """Return the complete study of a cube; a ResultError if it is missing, a ConfigError if it is invalid."""
-    return check_study(json_attribute(cube, "study", dict), "study in the cube")
+    return study_from_content(parse_json_attribute(cube, "study", dict), "study in the cube")
 
 
 def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
@@ -243,7 +247,7 @@ def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> St
     return beside if path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
-def first_shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
+def first_shown_height_and_friction(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return height and friction of the block that figures show first, as lists of one value by dimension name.
 
     The block is set by `figures` of the `study_for_presentation`, with the first height and the last friction as
@@ -259,7 +263,7 @@ def first_shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[st
     return {name: [block[name]] for name in whole}
 
 
-def select_blocks(
+def select_heights_and_frictions(
     cube: "xr.Dataset",
     path: Path,
     height: Sequence[float] | None,
@@ -279,17 +283,19 @@ def select_blocks(
             raise ArgumentError(f"--{name} {unknown[0]:g}: not in {path}; it has {known_text}")
         cube = cube.sel({name: chosen}) if chosen else cube
     if single and (height or friction):
-        return cube.sel({name: shown for name, shown in first_shown_block(cube).items() if not given[name]})
+        return cube.sel(
+            {name: shown for name, shown in first_shown_height_and_friction(cube).items() if not given[name]}
+        )
     return cube
 
 
-def element_of_cube(cube: "xr.Dataset") -> str:
+def element_name_of_cube(cube: "xr.Dataset") -> str:
     """Return the name of the element of a cube: the selected one, or the only one of the scene."""
     chosen = "element" in cube.coords
     return (
         str(cube["element"].item())
         if chosen
-        else variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element
+        else variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element
     )
 
 
@@ -303,9 +309,9 @@ def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
 
     See `overturning.records.catalogue.RecordDescription.coordinate_source_and_fault_trace`.
     """
-    return list(json_attribute(cube, "record_sources", list))
+    return list(parse_json_attribute(cube, "record_sources", list))
 
 
 def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
     """Return the provenance of each record, by id; see `overturning.records.record.record_source_and_processing`."""
-    return dict(json_attribute(cube, "record_processing", dict))
+    return dict(parse_json_attribute(cube, "record_processing", dict))

@@ -10,7 +10,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.study.schema import Study
 
 
-def study_schema_text() -> str:
+def study_json_schema_text() -> str:
     """Return the JSON schema of a study file."""
     schema = Study.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
@@ -21,15 +21,15 @@ CATALOGUE = Path("workflow") / "schemas" / "config.schema.yaml"
 """Path of the schema for the catalogue of Snakemake workflows."""
 
 
-def catalogue_schema_text() -> str:
+def study_yaml_schema_text() -> str:
     """Return the JSON schema of a study file as YAML."""
     import yaml
 
-    text: str = yaml.safe_dump(json.loads(study_schema_text()), allow_unicode=True, sort_keys=False, width=120)
+    text: str = yaml.safe_dump(json.loads(study_json_schema_text()), allow_unicode=True, sort_keys=False, width=120)
     return f"# Made by `overturning study document`, do not edit.\n{text}"
 
 
-def _resolve_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
+def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
     """Return an entry of a JSON schema, with a reference replaced by the definition to which it refers."""
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
@@ -47,7 +47,7 @@ def _key_table_rows(
     entries = []
     said = section_schema.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in section_schema.get("properties", {}).items():
-        entry = _resolve_reference(schema, raw)
+        entry = _resolve_schema_reference(schema, raw)
         key, required = f"{key_prefix}{name}", name in section_schema.get("required", [])
         if required and name in said:
             entry, required = entry | {"default": said[name], "description": section_schema["description"]}, False
@@ -57,14 +57,14 @@ def _key_table_rows(
             continue
         entries.append((key, entry, required))
         if isinstance(below, dict):
-            entries += _key_table_rows(schema, _resolve_reference(schema, below), f"{key}.NAME.")
+            entries += _key_table_rows(schema, _resolve_schema_reference(schema, below), f"{key}.NAME.")
         elif "$ref" in items:  # a list of settings
-            entries += _key_table_rows(schema, _resolve_reference(schema, items), f"{key}[].")
+            entries += _key_table_rows(schema, _resolve_schema_reference(schema, items), f"{key}[].")
     return entries
 
 
-def documentation_tables() -> dict[str, str]:
-    """Return the ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
+def key_and_column_tables() -> dict[str, str]:
+    """Return two Markdown tables by name: ``keys`` of a study file, and ``columns`` of the record table."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
     for key, entry, required in _key_table_rows(schema, schema, ""):
@@ -75,23 +75,23 @@ def documentation_tables() -> dict[str, str]:
     return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 
 
-def insert_tables(readme_text: str) -> str:
-    """Return the text of a README in which the tables are inserted between their marks."""
-    for name, table in documentation_tables().items():
+def insert_tables_into_readme(readme_text: str) -> str:
+    """Return the text of a README with the key and column tables inserted between their marker comments."""
+    for name, table in key_and_column_tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = readme_text.partition(begin)
         readme_text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
     return readme_text
 
 
-def write_documentation(folder: Path) -> None:
-    """Write ``schema.json`` and the tables in ``README.md`` of a folder, and the schema for the workflow catalogue."""
-    (folder / "schema.json").write_text(study_schema_text(), encoding="utf-8")
+def write_study_file_documentation(folder: Path) -> None:
+    """Write the study file's schema to ``schema.json`` and for workflows, and its key tables into ``README.md``."""
+    (folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
     catalogue = folder.parent / CATALOGUE
     if catalogue.parent.is_dir():
-        catalogue.write_text(catalogue_schema_text(), encoding="utf-8")
+        catalogue.write_text(study_yaml_schema_text(), encoding="utf-8")
     readme = folder / "README.md"
-    readme.write_text(insert_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")
+    readme.write_text(insert_tables_into_readme(readme.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 _TEXT = """\

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.motion.soil import Layer, Rock
 from overturning.records.site import Site
@@ -33,42 +33,42 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 """Largest plausible share of a population outside the grid of the study."""
 
 
-def doubtful_settings(study: Study) -> Iterator[str]:
+def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value of a study: key, value, bound, and the likely cause."""
-    yield from _doubtful_block_settings(study)
+    yield from _block_setting_warnings(study)
     sites = {"site": study.site} | {f"variants.{name}.site": one.site for name, one in study.variants.items()}
     for key, site in sites.items():
         if site is not None:
-            yield from _doubtful_site(key, site)
+            yield from _soil_layer_warnings(key, site)
     scenes = {"scene": study.scene} | {f"variants.{name}.scene": one.scene for name, one in study.variants.items()}
     for key, scene in scenes.items():
         if scene is not None:
-            yield from _doubtful_scene(key, scene)
+            yield from _scene_warnings(key, scene)
     if study.population is not None:
-        yield from _doubtful_population(study, study.population)
+        yield from _population_range_warnings(study, study.population)
 
 
-def _doubtful_block_settings(study: Study) -> Iterator[str]:
+def _block_setting_warnings(study: Study) -> Iterator[str]:
     """Yield warnings about B/H, friction, amplitude and density of a study."""
     vertices = study.body is not None and study.body.vertices is not None
-    own = round(reference_element_size(study.scene)[1], 10)
+    own = round(reference_height_and_b_over_h(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (
             f"b_over_h: {_format_first_three_numbers(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
             f"{_format_first_three_numbers([1 / one for one in shapes])}"
         )
-    yield from _doubtful_friction("friction", study.friction)
+    yield from _friction_warnings("friction", study.friction)
     factors = [one for one in study.amplitude if one > LARGEST_AMPLITUDE]
     if factors:
         yield (
             f"amplitude: {_format_first_three_numbers(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give "
             "factors on each record, 1 for the record as it is"
         )
-    yield from _doubtful_density("density", study.density)
+    yield from _density_warnings("density", study.density)
 
 
-def _doubtful_friction(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
+def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
     """Yield a warning about friction coefficients that are implausibly large."""
     doubtful = [one for one in frictions if one > LARGEST_FRICTION]
     if doubtful:
@@ -81,7 +81,7 @@ def _doubtful_friction(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
         yield f"{key}: {_format_first_three_numbers(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
 
 
-def _doubtful_density(key: str, density: float) -> Iterator[str]:
+def _density_warnings(key: str, density: float) -> Iterator[str]:
     """Yield a warning about an implausible density."""
     low, high = DENSITIES
     if not low <= density <= high:
@@ -90,7 +90,7 @@ def _doubtful_density(key: str, density: float) -> Iterator[str]:
         yield f"{key}: {density:g} kg/m³ outside {low:,.0f} to {high:,.0f} kg/m³{cause}"
 
 
-def _doubtful_site(key: str, site: Site) -> Iterator[str]:
+def _soil_layer_warnings(key: str, site: Site) -> Iterator[str]:
     """Yield warnings about the soil of a site."""
     below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
     for name, one in [*below, ("rock", site.rock)]:
@@ -98,19 +98,19 @@ def _doubtful_site(key: str, site: Site) -> Iterator[str]:
         if velocity < SLOWEST_SOIL:
             instead = f"km/s? Give {1000 * velocity:g}" if 1000 * velocity <= 1e4 else "another unit?"
             yield f"{key}.{name}.velocity_m_s: {velocity:g} m/s below {SLOWEST_SOIL:g} m/s; {instead}"
-        yield from _doubtful_density(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
+        yield from _density_warnings(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
 
 
-def _doubtful_scene(key: str, scene: Scene) -> Iterator[str]:
+def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
     """Yield warnings about densities and frictions of a scene."""
     for name, material in scene.materials.items():
-        yield from _doubtful_density(f"{key}.materials.{name}.density", material.density)
+        yield from _density_warnings(f"{key}.materials.{name}.density", material.density)
     for number, law in enumerate(scene.contacts):
         if law.friction is not None:
-            yield from _doubtful_friction(f"{key}.contacts.{number}.friction", (law.friction,))
+            yield from _friction_warnings(f"{key}.contacts.{number}.friction", (law.friction,))
 
 
-def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
+def _population_range_warnings(study: Study, population: Population) -> Iterator[str]:
     """Yield a warning if much of a population lies outside the heights, B/H or frictions of the study.
 
     Such stones take the nearest value. Sizes are uniformly distributed, so quantiles represent the stones.
@@ -118,7 +118,7 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
     quantile = (np.arange(50) + 0.5) / 50
 
     def values_at_quantiles(uniform_range: UniformRange) -> FloatArray:
-        """Return the values of a uniform distribution at evenly spaced quantiles."""
+        """Return the 50 values of a uniform distribution at the evenly spaced `quantile`."""
         return np.asarray(uniform_range.low + (uniform_range.high - uniform_range.low) * quantile)
 
     width, height = values_at_quantiles(population.width), values_at_quantiles(population.height)
@@ -138,6 +138,6 @@ def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
 
 
 def _format_first_three_numbers(numbers: list[float]) -> str:
-    """Return the first three values as text, and the number of further ones."""
+    """Return one text that lists the first three numbers and says how many more there are."""
     more = f" and {len(numbers) - 3} more" if len(numbers) > 3 else ""
     return ", ".join(f"{one:.3g}" for one in numbers[:3]) + more

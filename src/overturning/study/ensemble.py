@@ -88,7 +88,7 @@ class EnsembleMembers:
         """Select a subset of the ensemble members."""
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
-    def batches(self, batch_size: int) -> list[NDArray[np.intp]]:
+    def member_number_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
         """Return the numbers of the members in running order, in batches with half from each Sobol sequence."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = batch_size // SCRAMBLES
@@ -122,7 +122,7 @@ COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
 _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...)))  # type: ignore[call-overload]
 
 
-def draw_members(settings: Ensemble) -> EnsembleMembers:
+def draw_member_changes(settings: Ensemble) -> EnsembleMembers:
     """Draw the parameter changes of all members from two differently scrambled Sobol sequences (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
@@ -148,7 +148,7 @@ def select_ensemble_cells(
     dimension_count: int = 4,
     fall_azimuth_deg: FloatArray | None = None,
 ) -> NDArray[np.bool_]:
-    """Return True for the cells in which the ensemble is run: those near a change of outcome, shape (a, h, b, …).
+    """Return True for the cells, shape of the grid, in which the ensemble is run: those near a change of outcome.
 
     These are all cells with `run_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along B/H
     of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
@@ -184,7 +184,7 @@ def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[Floa
     return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
-def probabilities_converged(member_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
+def fall_probabilities_converged(member_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
     """True for cells whose fall probabilities are accurate enough without further members, shape (cells,).
 
     For every element the intervals (`wilson_interval`) of both probabilities (fall to +1 and to −1) are within
@@ -222,9 +222,9 @@ class CellEnsemble:
     model: Model
     members: EnsembleMembers
     everywhere: bool = True  # run all cells, not only those near a change of outcome
-    widest: float = 0.0  # half-width for `probabilities_converged`; 0: every cell gets all members
+    widest: float = 0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
 
-    def run_cells(
+    def run_members_of_cells(
         self,
         motion: Motion,
         grid: Grid,
@@ -232,7 +232,7 @@ class CellEnsemble:
         run_cases: Runner,
         progress: Progress | None = None,
     ) -> tuple[Arrays, int]:
-        """Run the ensemble members of all cells, and return the ensemble variables and the number of block steps.
+        """Run the ensemble members of all cells, and return the ensemble variables and the number of steps × stones.
 
         `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells
         that are copied from others by symmetry; these are not run. `run_cases` runs the cases of members. The
@@ -258,15 +258,15 @@ class CellEnsemble:
             flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full((len(cells), members.size), np.nan)
             of_group = progress_of_subtask(progress, done / work, (done + len(cells)) / work)
-            block_steps += self._run_batches(grid, cells, run_cases, flags, azimuth, of_group)
-            found = self.model.summarise_ensemble(flags, azimuth - members.azimuth_deg, members.scramble)
+            block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
+            found = self.model.ensemble_variables_of_cells(flags, azimuth - members.azimuth_deg, members.scramble)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
-        self._copy_symmetric_cells(grid, arrays, marked)
+        self._fill_copied_cells(grid, arrays, marked)
         return arrays, block_steps
 
-    def _run_batches(
+    def _fill_member_outcomes(
         self,
         grid: Grid,
         cells: NDArray[np.int64],
@@ -275,8 +275,8 @@ class CellEnsemble:
         fall_azimuth_deg: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Fill in flags and (3-D) fall azimuths of members, in batches until cells converge; return block steps."""
-        batches, block_steps = self.members.batches(BATCH), 0
+        """Fill in flags and 3-D fall azimuths of members, by batches until cells converge; return steps × stones."""
+        batches, block_steps = self.members.member_number_batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
             of_batch = progress_of_subtask(progress, index / len(batches), (index + 1) / len(batches))
@@ -288,7 +288,7 @@ class CellEnsemble:
             member_flags[unsettled[:, None], batch] = new
             if (towards := getattr(results, "fall_azimuth", None)) is not None:
                 fall_azimuth_deg[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
-            unsettled = unsettled[~probabilities_converged(member_flags[unsettled], self.widest)]
+            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.widest)]
             if unsettled.size == 0:
                 break
         if progress:
@@ -296,7 +296,7 @@ class CellEnsemble:
         return block_steps
 
     def _member_cases(self, grid: Grid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
-        """Create the cases of all members of the cells; members of a cell are contiguous."""
+        """Return the cases of all `members` in `cells`; the members of a cell follow each other."""
         direction, *rest = (
             grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
@@ -316,9 +316,9 @@ class CellEnsemble:
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
-    def _copy_symmetric_cells(self, grid: Grid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Copy ensemble variables, in place, to cells marked as copies from the cells that are the same by symmetry."""
-        source = self.model.computed_cells(grid).cell
+    def _fill_copied_cells(self, grid: Grid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
+        """Fill in the ensemble variables of the cells marked in `copied_cells` from cells equal by symmetry."""
+        source = self.model.computed_cell_of_each_direction(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()

@@ -40,7 +40,7 @@ class Figures(StrictModel):
 
     @field_validator("formats")
     @classmethod
-    def _sort_formats(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
+    def _sort_file_formats(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
         """Return the file formats of figures in a fixed order."""
         return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
 

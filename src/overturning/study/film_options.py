@@ -16,7 +16,7 @@ from overturning.study.scenes import (
     variant_contact,
     variant_model,
     variant_settings,
-    variant_uses_vertical,
+    variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
 from overturning.study.sections import Records, Simulation
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def film_options(cube: "xr.Dataset") -> dict[str, Any]:
-    """Return options of `overturning one` for all cells of a cube, and the sizes that this command expects.
+def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
+    """Return the options with which `overturning one` films cells of a cube, and the stone sizes it expects.
 
     Returns
     -------
@@ -40,22 +40,22 @@ def film_options(cube: "xr.Dataset") -> dict[str, Any]:
         empty: dict[str, Any] = {"options": [], "heights": [], "ratios": [], "friction": True, "pulses": {}}
         return {"missing": "the cube belongs to no study", **empty}
     study, variant = study_of_cube(cube), str(cube.attrs["variant"])
-    missing, options = _motion_options(study, variant)
-    own_missing, own_options = _model_options(study, variant)
+    missing, options = _motion_obstacles_and_options(study, variant)
+    own_missing, own_options = _model_obstacles_and_options(study, variant)
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
     height, ratio = (np.asarray(cube[name].to_numpy(), np.float64) for name in ("height", "b_over_h"))
     return {
         "missing": "; ".join(missing + own_missing),
         "options": options + own_options,
-        "heights": [round(float(one), 9) for one in sizes.scene_heights(height)],
-        "ratios": [round(float(one), 9) for one in sizes.scene_b_over_h(ratio, ratio)],
-        "friction": not isinstance(model, PlanarModel) or model.scene.sweeps_friction,
+        "heights": [round(float(one), 9) for one in sizes.to_scene_heights(height)],
+        "ratios": [round(float(one), 9) for one in sizes.to_scene_b_over_h(ratio, ratio)],
+        "friction": not isinstance(model, PlanarModel) or model.scene.varies_friction,
         "pulses": dict(study.records.pulses),
     }
 
 
-def _motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return why no command can film the cells, because of the motion or its processing, and its options."""
+def _motion_obstacles_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+    """Return why `overturning one` cannot apply the motion of the cells, and options for this motion."""
     own = variant_settings(study, variant)
     missing = []
     if study.processing is not None:
@@ -64,15 +64,15 @@ def _motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
         missing.append("the motion goes through soil")
     if study.simulation.model_copy(update={"vertical": True}) != Simulation():
         missing.append("the study has numerical settings of its own")
-    options = [] if variant_uses_vertical(study, variant) else ["--no-vertical"]
+    options = [] if variant_uses_vertical_motion(study, variant) else ["--no-vertical"]
     for name in ("table", "folder"):
         if (given := getattr(study.records, name)) != Records.model_fields[name].default:
             options += [f"--{name}", shlex.quote(given)]
     return missing, options
 
 
-def _model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return why no command can film the cells, because of the model, and options for scene, body and contact."""
+def _model_obstacles_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+    """Return why `overturning one` cannot simulate the model of the cells, and options for this model."""
     contact = variant_contact(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
@@ -84,7 +84,7 @@ def _model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
         return missing, [*options, "--body", *([] if plan == "rectangle" else ["--plan", str(plan)])]
     scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
-        known = _is_loaded_by_name(scene)
+        known = _scene_file_holds_same_scene(scene)
         return [] if known else ["the scene is no file of config/scenes"], ["--scene", scene.name]
     options += [] if study.density == GRANITE_DENSITY else ["--density", f"{study.density:g}"]
     options += [] if contact.damping is None else ["--damping", f"{contact.damping:g}"]
@@ -92,8 +92,8 @@ def _model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     return missing, options
 
 
-def _is_loaded_by_name(scene: Scene) -> bool:
-    """True if the scene file with the name of a scene holds the same scene."""
+def _scene_file_holds_same_scene(scene: Scene) -> bool:
+    """True if the scene file that bears the name of `scene` holds an equal scene."""
     with suppress(OverturningError):
         return load_scene(scene.name) == scene
     return False

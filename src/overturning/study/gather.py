@@ -14,13 +14,13 @@ from overturning.dem.simulate import critical_angle_coordinate
 from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import Grid
-from overturning.model.variables import INT8_MISSING, Variable
+from overturning.model.variables import INT8_MISSING, OutcomeVariable
 from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, record_source_and_processing
 from overturning.study.load import study_without_absolute_paths
-from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
+from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
 from overturning.study.parts import open_part, record_and_variant_of_part
 from overturning.study.scenes import (
     NOMINAL,
@@ -28,10 +28,10 @@ from overturning.study.scenes import (
     variant_grid,
     variant_model,
     variant_size_note,
-    variant_uses_vertical,
+    variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
-from overturning.study.sweep import cube_variables
+from overturning.study.sweep import cube_variables_of_study
 
 CONVENTIONS = "CF-1.11"
 RECORD_COORDINATES = (
@@ -57,7 +57,7 @@ def merge_parts(
     from netCDF4 import Dataset
 
     refuse_duplicate_records(records)
-    grid, variables = variant_grid(study, variant), cube_variables(study)
+    grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
     for part in part_paths:
         name, of_variant = record_and_variant_of_part(part)
@@ -65,23 +65,23 @@ def merge_parts(
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
         of_record[name].append(part)
     with atomic_write(cube_path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
-        describe_cube(cube, study, records, variant)
+        create_cube_structure(cube, study, records, variant)
         cube.block_steps = 0
         whole = [_copy_parts_of_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())]
         if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
             raise ResultError(
                 f"{cube_path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
-        cube.content_sha256 = content_hash(cube, variables)
+        cube.content_sha256 = outcome_content_hash(cube, variables)
 
 
-def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
+def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
     """Create dimensions, coordinates, attributes and variables (all missing) of a cube in an open netCDF4 file."""
     model, grid = variant_model(study, variant), variant_grid(study, variant)
-    cube.setncatts(_cube_attributes(study, records, variant))
+    cube.setncatts(_global_cube_attributes(study, records, variant))
     cube.createDimension("record", len(records))
-    _add_record_coordinates(cube, records, variant_uses_vertical(study, variant))
-    add_grid(cube, grid)
+    _add_record_coordinates(cube, records, variant_uses_vertical_motion(study, variant))
+    add_grid_dimensions(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
@@ -93,15 +93,15 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)
         angles[:] = values
-    for variable in cube_variables(study):
-        names = ("element_name",) if "element" in grid.variable_dimensions(variable) else ()
+    for variable in cube_variables_of_study(study):
+        names = ("element_name",) if "element" in grid.cube_dimensions_of_variable(variable) else ()
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
 def _copy_parts_of_record(
-    part_paths: Sequence[Path], cube: Any, record_index: int, grid: Grid, variables: Sequence[Variable]
+    part_paths: Sequence[Path], cube: Any, record_index: int, grid: Grid, variables: Sequence[OutcomeVariable]
 ) -> bool:
-    """Copy the parts of a record, one variable at a time, and add their block steps; False if a cell is missing."""
+    """Copy a record's parts into a cube and add their time steps × stones; False if a cell is in no part."""
     with ExitStack() as stack:
         parts = [stack.enter_context(open_part(path, grid, variables)) for path in part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
@@ -111,9 +111,9 @@ def _copy_parts_of_record(
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)
         for variable in variables:
-            cells = np.full(grid.variable_shape(variable), variable.fill_value, variable.dtype)
+            cells = np.full(grid.cube_shape_of_variable(variable), variable.fill_value_in_file, variable.dtype)
             for part in parts:
-                part.copy_variable(variable.name, cells)
+                part.copy_variable_into(variable.name, cells)
             cube[variable.name][record_index] = cells
     return True
 
@@ -167,7 +167,7 @@ def _add_station_coordinates(add_record_coordinate: Callable[..., None], records
             add_record_coordinate(f"{where}_{name}", "f8", values, np.nan, **said)
 
 
-def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
+def _global_cube_attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
     """Return the global attributes of the cube of a variant."""
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}

@@ -15,7 +15,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record
-from overturning.study.scenes import to_direction_values
+from overturning.study.scenes import integer_or_float_directions
 from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
@@ -26,7 +26,7 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 """Frequencies of the smoothed Fourier spectra, Hz, 20 per decade."""
 
 
-def write_intensity(study: Study, records: Sequence[Record], output_path: Path) -> None:
+def write_intensity_measures(study: Study, records: Sequence[Record], output_path: Path) -> None:
     """Write the intensity measures of all processed records, in the order of the cube, along the study's azimuths.
 
     The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
@@ -35,7 +35,7 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
     """
     import xarray as xr
 
-    azimuth = to_direction_values(study.azimuth.expand_azimuths())
+    azimuth = integer_or_float_directions(study.azimuth.expand_azimuths())
     measures = [intensity_dataset_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(
@@ -48,7 +48,7 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
         ),
     )
     own = study.population.period if study.population else ()
-    table = table.assign(_record_measures(records, np.unique([*SPECTRUM_PERIODS, *own])))
+    table = table.assign(_azimuth_independent_measures(records, np.unique([*SPECTRUM_PERIODS, *own])))
     table.attrs = {"Conventions": "CF-1.11", "title": f"{study.title or study.name}: intensity by azimuth"}
     # CF forbids a fill value for coordinates.
     for name in table.coords:
@@ -57,7 +57,7 @@ def write_intensity(study: Study, records: Sequence[Record], output_path: Path) 
         table.to_netcdf(part, engine="netcdf4")
 
 
-def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
+def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
     """Compute measures that do not depend on azimuth, one value or spectrum per record; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
@@ -112,7 +112,7 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
 
 
 def _smoothed_fourier_amplitude(acceleration: FloatArray, sampling_interval: float) -> FloatArray:
-    """Compute Fourier amplitudes at `FREQUENCIES`, m/s, smoothed after Konno & Ohmachi; NaN above Nyquist's."""
+    """Return smoothed (Konno & Ohmachi) Fourier amplitudes at `FREQUENCIES`, m/s; NaN above the Nyquist frequency."""
     frequency, amplitude = fourier_amplitude_spectrum(acceleration, sampling_interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)

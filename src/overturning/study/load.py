@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 
 
 def load_study(path: Path) -> Study:
-    """Read and check a study file.
+    """Return the checked study of a study file.
 
     A `ConfigError` is raised if the file cannot be read, or names file, key, value and remedy of each fault.
     """
-    return check_study(read_study(path), str(path))
+    return study_from_content(read_study_content(path), str(path))
 
 
-def read_study(path: Path) -> dict[str, Any]:
+def read_study_content(path: Path) -> dict[str, Any]:
     """Read keys and values of a study file without validation; a `ConfigError` if it cannot be read."""
     return read_yaml_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
 
 
-def check_study(content: Mapping[str, Any], study_file: str) -> Study:
-    """Validate the content of a study file; raises a ConfigError with the file name and one line per wrong key."""
+def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
+    """Return the study that the content of a study file describes; a ConfigError has one line per wrong key."""
     try:
         return Study.model_validate(dict(content))
     except ValidationError as error:
@@ -64,12 +64,12 @@ def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dic
     return {name: table[name] for name in study.records.use}
 
 
-def load_study_from_text(file_or_json: str) -> Study:
+def load_study_from_file_or_json(file_or_json: str) -> Study:
     """Load a study from a file name or from JSON text; for errors see `load_study`."""
     if not file_or_json.lstrip().startswith("{"):
         return load_study(Path(file_or_json))
     try:
-        return check_study(json.loads(file_or_json), "--study")
+        return study_from_content(json.loads(file_or_json), "--study")
     except json.JSONDecodeError as error:
         raise ConfigError(
             f"--study: not valid JSON ({error.msg} at character {error.pos}); give a file or its content"

@@ -21,7 +21,7 @@ _PLANAR_ONLY: Final = {
 """Keys that a study with the 3-D model refuses, with the reason."""
 
 
-def incompatible_settings(study: Any) -> Iterator[str]:
+def incompatible_setting_messages(study: Any) -> Iterator[str]:
     """Yield a message, starting with the key, for each incompatible combination of settings of a `Study`."""
     named = [name for name, variant in study.variants.items() if variant.scene is not None]
     if named and (study.body is not None or "scene" not in study.model_fields_set):
@@ -91,7 +91,7 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
     for where, contact in contacts.items():
         if contact.stiffness != "auto" or contact.damping is not None:
             yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
-    if not body.shape().has_free_slenderness and study.ensemble.b_over_h not in (
+    if not body.body_shape().slenderness_is_parameter and study.ensemble.b_over_h not in (
         0.0,
         Ensemble.model_fields["b_over_h"].default,
     ):
@@ -139,7 +139,7 @@ def _scene_conflicts(study: Any, contacts: dict[str, ContactSettings]) -> Iterat
             yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
     if own and study.population is not None:
         yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"
-    swept = any(scene.sweeps_friction for scene in scenes.values())
+    swept = any(scene.varies_friction for scene in scenes.values())
     if not swept and study.friction != type(study).model_fields["friction"].default:
         yield "friction: the scene has coefficients of its own; leave it out"
     if "" in own and study.density != GRANITE_DENSITY:

@@ -11,7 +11,7 @@ import numpy as np
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
 from overturning.model.grid import AXES, Grid
-from overturning.model.variables import Variable
+from overturning.model.variables import OutcomeVariable
 
 
 def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_checksum: bool = False) -> Any:
@@ -35,7 +35,7 @@ def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_c
 def add_coordinate(
     file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill_value: Any = None, **attributes: Any
 ) -> None:
-    """Create a coordinate variable along a dimension, with the fill value for None, in an open netCDF4 file."""
+    """Create a coordinate variable in an open netCDF4 file; entries of `values` that are None get the fill value."""
     variable = file.createVariable(name, dtype, (dimension,), fill_value=fill_value)
     variable.setncatts(attributes)
     variable.set_auto_maskandscale(False)
@@ -43,8 +43,8 @@ def add_coordinate(
         variable[index] = fill_value if value is None else value
 
 
-def add_grid(file: Any, grid: Grid) -> None:
-    """Create the dimensions of a grid with their coordinate variables; elements have numbers and names."""
+def add_grid_dimensions(file: Any, grid: Grid) -> None:
+    """Create a grid's dimensions and coordinates in an open netCDF4 file; elements have numbers and names."""
     for name, values in grid.rows.items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **AXES[name])
@@ -64,17 +64,17 @@ CHUNK: Final = 1 << 20
 """Number of values in a chunk of a file (and in a dask chunk), unless a single direction has more."""
 
 
-def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return the chunk shape for one record: the whole grid, or as many directions as fit into `CHUNK` values."""
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
-def add_variable(file: Any, variable: Variable, grid: Grid, *leading_dimensions: str) -> Any:
+def add_variable(file: Any, variable: OutcomeVariable, grid: Grid, *leading_dimensions: str) -> Any:
     """Create an outcome variable with dimensions `leading_dimensions` and those of a grid; all values are missing."""
-    dimensions = (*leading_dimensions, *grid.variable_dimensions(variable))
-    own = chunk_shape(grid.variable_shape(variable)[1 if grid.amplitude else 0 :])
+    dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
+    own = chunk_shape_of_variable(grid.cube_shape_of_variable(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
-        variable.name, variable.dtype, dimensions, fill_value=variable.fill_value,
+        variable.name, variable.dtype, dimensions, fill_value=variable.fill_value_in_file,
         zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,
     )  # fmt: skip
     created.setncatts(variable.cf_attributes)
@@ -82,7 +82,7 @@ def add_variable(file: Any, variable: Variable, grid: Grid, *leading_dimensions:
     return created
 
 
-def content_hash(file: Any, variables: Sequence[Variable]) -> str:
+def outcome_content_hash(file: Any, variables: Sequence[OutcomeVariable]) -> str:
     """Return the SHA-256 of names and values of the outcome variables of an open netCDF4 file."""
     digest = hashlib.sha256()
     for variable in variables:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import Grid
-from overturning.model.variables import VARIABLES, Variable
-from overturning.study.netcdf import add_grid, add_variable, open_netcdf_unscaled
+from overturning.model.variables import VARIABLES, OutcomeVariable
+from overturning.study.netcdf import add_grid_dimensions, add_variable, open_netcdf_unscaled
 from overturning.study.scenes import NOMINAL, variant_model
 from overturning.study.schema import Study
 
@@ -45,12 +45,12 @@ _REMEDY: Final = "run again to recreate it"
 
 
 def part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
-    """Return the path of a part in a folder, such as ``rinaldi.3-of-8.nc``."""
+    """Return the path of a chunk's part file in a folder, such as ``rinaldi.3-of-8.nc``."""
     return folder / f"{record_id}.{chunk}.nc"
 
 
 def part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
-    """Return the paths of all parts of records."""
+    """Return the paths of the part files of all chunks of the records, in a folder."""
     all_chunks = [SweepChunk(number, chunk_count) for number in range(1, chunk_count + 1)]
     return [part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
@@ -65,7 +65,7 @@ def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NO
     name = grid.dimension_names[0]
     directions = grid[name]
     group = np.arange(directions.size)
-    for index, others in enumerate(variant_model(study, variant).computed_cells(grid).cell):
+    for index, others in enumerate(variant_model(study, variant).computed_cell_of_each_direction(grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
@@ -77,27 +77,27 @@ def write_part(
     grid: Grid,
     outcome_arrays: dict[str, NDArray[Any]],
     attributes: dict[str, str | int],
-    variables: tuple[Variable, ...] = VARIABLES,
+    variables: tuple[OutcomeVariable, ...] = VARIABLES,
 ) -> None:
     """Write the outcomes on a piece of a grid to a part file; an empty piece has attributes only."""
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
-        if grid.size:
-            add_grid(file, grid)
+        if grid.case_count:
+            add_grid_dimensions(file, grid)
             for variable in variables:
                 add_variable(file, variable, grid)[:] = variable.encode(outcome_arrays[variable.name])
         file.setncatts(attributes)
 
 
-class OpenPart(NamedTuple):
+class OpenSweepPart(NamedTuple):
     """Open file with a part of a sweep, whose cells belong to the grid of the study."""
 
     file: Any  # netCDF4 dataset without masking and scaling
     places: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
 
-    def copy_variable(self, variable_name: str, grid_array: NDArray[Any]) -> None:
-        """Copy the values of a variable to their positions in an array for the whole grid."""
+    def copy_variable_into(self, variable_name: str, grid_array: NDArray[Any]) -> None:
+        """Copy this part's values of a variable to their positions in `grid_array`, which is for the whole grid."""
         if self.places[0].size:
             where: tuple[Any, ...] = np.ix_(*self.places)
             grid_array[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
@@ -106,24 +106,24 @@ class OpenPart(NamedTuple):
 
 
 def record_and_variant_of_part(path: Path) -> tuple[str, str]:
-    """Read record and variant of a part; a `ResultError` if it cannot be read."""
+    """Return the record id and variant of a part file; a `ResultError` if the file cannot be read."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
-def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[OpenPart]:
+def open_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenSweepPart]:
     """Open a part and check that its cells belong to a grid; a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
-            yield OpenPart(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
+            yield OpenSweepPart(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return
-        if wrong := _find_mismatch(file, grid, variables):
+        if wrong := _first_mismatch_with_grid(file, grid, variables):
             raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
-        yield OpenPart(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
+        yield OpenSweepPart(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
 
 
-def _find_mismatch(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
+def _first_mismatch_with_grid(file: Any, grid: Grid, variables: Sequence[OutcomeVariable]) -> str:
     """Return the first difference between an open part and a grid; "" if the part belongs to the grid."""
     factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
     needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]

@@ -23,7 +23,7 @@ from overturning.study.scenes import (
     numerics_of_study,
     variant_model,
     variant_names,
-    variant_uses_vertical,
+    variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
@@ -56,7 +56,7 @@ _PACKAGED = ("fema-p695", "synthetic")
 
 
 @dataclass(frozen=True)
-class StudySize:
+class StudySizeEstimate:
     """Size of a study: number of cases, and estimated processor time, memory and disk space."""
 
     records: int
@@ -66,7 +66,7 @@ class StudySize:
     disk_bytes: float
 
     @property
-    def reading_bytes(self) -> float:
+    def cube_reading_memory_bytes(self) -> float:
         """Memory for reading the whole cube record by record, bytes."""
         return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
@@ -75,18 +75,19 @@ class StudySize:
         total = f"{self.records} record{plural} × {self.cases:,} cases = {self.records * self.cases:,}"
         memory, disk = _format_bytes(self.memory_bytes), _format_bytes(self.disk_bytes)
         return (
-            f"{total}; about {format_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
+            f"{total}; about {format_duration(self.processor_s)} of processor time, {memory} of memory, {disk} of "
+            "results"
         )
 
 
-def job_seconds(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
+def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """Return the expected processor time of a job of each workflow rule, s, accurate to a factor of about two.
 
     ``record_figures`` is the time per record. A sweep is one job per record, variant and chunk.
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
-    cases = study.cases_per_record * _CASE_S * variant_model(study).relative_cost * runs
+    cases = study.cases_per_record * _CASE_S * variant_model(study).case_cost_over_block_cost * runs
     seconds = {
         "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.8 + cases / chunks_per_record,
@@ -97,12 +98,14 @@ def job_seconds(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     return {rule: round(one, 1) for rule, one in seconds.items()}
 
 
-def estimate_size(study: Study, chunks_per_record: int = 1) -> StudySize:
+def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEstimate:
     """Estimate the size of a study whose records are divided into chunks, to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
-    elements, scales = len(variant_model(study).elements), len(study.amplitude)
+    elements, scales = len(variant_model(study).free_element_names), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
-    work = sum(jobs.get(rule, 1) * seconds for rule, seconds in job_seconds(study, chunks_per_record).items())
+    work = sum(
+        jobs.get(rule, 1) * seconds for rule, seconds in expected_job_seconds_by_rule(study, chunks_per_record).items()
+    )
     cells = study.cases_per_record / chunks_per_record
     memory = (
         _BASE_MEMORY
@@ -111,17 +114,20 @@ def estimate_size(study: Study, chunks_per_record: int = 1) -> StudySize:
     )
     cells_on_disk = study.cases_per_record * scales * _CELL_ON_DISK * elements * variants
     disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk)
-    return StudySize(records, study.cases_per_record, work, memory, disk)
+    return StudySizeEstimate(records, study.cases_per_record, work, memory, disk)
 
 
 def explorer_fits_single_page(study: Study) -> bool:
     """True if the explorer page of a study holds all cells in a single file."""
-    return len(study.records.use) * study.cases_per_record * len(variant_model(study).elements) <= MAX_CELLS_PER_PAGE
+    return (
+        len(study.records.use) * study.cases_per_record * len(variant_model(study).free_element_names)
+        <= MAX_CELLS_PER_PAGE
+    )
 
 
-def check_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySize:
+def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySizeEstimate:
     """Return the estimated size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
-    size = estimate_size(study, chunks_per_record)
+    size = estimate_study_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
@@ -146,7 +152,7 @@ def _closest_existing_folder(folder: Path) -> Path:
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
-def check_packages(study: Study, study_file: str) -> None:
+def check_optional_packages(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if an optional package that a study needs is not installed, or lacks a soil curve."""
     from overturning.motion.soil import check_soil_layer_curves
 
@@ -190,7 +196,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
     return entries, files
 
 
-def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
+def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Read and process records as a run does, and plan cases; a `ConfigError` names what cannot be read or computed.
 
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
@@ -224,7 +230,7 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
     return (*(f"earthquakes: {note}" for note in assign_records_to_earthquakes(records).notes), *notes)
 
 
-def can_compute_alignment(record_rows: Iterable[RecordEntry]) -> bool:
+def can_compute_fault_alignment(record_rows: Iterable[RecordEntry]) -> bool:
     """True if the alignment of falls with fault normals can be computed: a record has a fault strike.
 
     Its records are those with a velocity pulse if the others are their control, otherwise all records.
@@ -237,7 +243,7 @@ def can_compute_alignment(record_rows: Iterable[RecordEntry]) -> bool:
 
 def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Return a note if the primary statistic cannot be computed for the records of a study, else an empty tuple."""
-    if study.primary.statistic != "alignment" or can_compute_alignment(record_rows.values()):
+    if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_rows.values()):
         return ()
     return (
         "primary.statistic: alignment has no answer: no record that it is of has a fault_strike_deg in "
@@ -258,9 +264,9 @@ def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
     for variant in variant_names(study):
         sizes, of = SizeConversion.for_variant(study, variant), "" if variant == NOMINAL else f"variant {variant}: "
         try:
-            ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
+            ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
-            cases = Cases(0.0, sizes.scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
+            cases = Cases(0.0, sizes.to_scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
             plan_simulation(variant_model(study, variant), still, cases, numerics_of_study(study))
         except ArgumentError as error:
             raise ConfigError(f"study {study.name!r}: {of}{error}") from None
@@ -279,7 +285,9 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
     factor = max(study.amplitude)
     shaking = factor * np.hypot(record.north, record.east)
-    applied = {variant_uses_vertical(study, variant) and record.up is not None for variant in variant_names(study)}
+    applied = {
+        variant_uses_vertical_motion(study, variant) and record.up is not None for variant in variant_names(study)
+    }
     weights = [STANDARD_GRAVITY + (factor * record.up if up and record.up is not None else 0.0) for up in applied]
     return all(bool((shaking <= weight * threshold).all()) for weight in weights)
 
@@ -290,8 +298,8 @@ def _format_faults(faults: list[str]) -> str:
     return "\n       ".join([*faults[:MAX_LISTED_FAULTS], *more])
 
 
-def format_time(seconds: float) -> str:
-    """Format a time in the largest unit of which it has two or more, such as "12 min"."""
+def format_duration(seconds: float) -> str:
+    """Return a duration as text, in the largest unit of which it has two or more, such as "12 min"."""
     units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"))
     return next(
         (f"{seconds / unit:,.0f} {name}" for unit, name in units if seconds >= 2 * unit), f"{max(seconds, 1):.0f} s"

@@ -14,10 +14,16 @@ from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
-from overturning.study.netcdf import content_hash, open_netcdf_unscaled
+from overturning.study.netcdf import open_netcdf_unscaled, outcome_content_hash
 from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
-from overturning.study.sweep import create_ensemble, cube_variables, member_runner, scale_motion, simulate_variant
+from overturning.study.sweep import (
+    create_cell_ensemble,
+    cube_variables_of_study,
+    member_case_runner,
+    scale_motion,
+    simulate_variant,
+)
 
 
 @dataclass
@@ -39,7 +45,7 @@ class RecheckResult:
 def recheck(
     cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
 ) -> RecheckResult:
-    """Run a random sample of the cells of a cube again; the default folder of motions is ``motion`` next to it.
+    """Rerun a random sample of a cube's cells, and compare; the default `motion_folder` is next to the cube.
 
     An `ArgumentError` is raised if `cell_count` is below 1, a `ResultError` if the cube or a motion is missing, or if
     the cube is only a part of the cube of its study.
@@ -49,7 +55,7 @@ def recheck(
     with open_cube(cube_path, amplitude=None) as cube:
         study, variant = study_of_cube(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
-        grid, variables = variant_grid(study, variant), cube_variables(study)
+        grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
         whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
         if any(cube.sizes.get(name) != row.size or not np.allclose(cube[name], row) for name, row in whole.items()):
             raise ResultError(f"{cube_path}: a part of its study's cube; recheck the cube that the run made")
@@ -59,20 +65,20 @@ def recheck(
     shape = (len(names), len(scales), *grid.shape)
 
     @cache
-    def variant_motion(record_id: str) -> Motion:
+    def stored_motion_of_record(record_id: str) -> Motion:
         """Return the stored motion of a record for the variant of the cube."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
         return motion_for_variant(study, read_record_from_motion_file(of_record), variant)
 
     with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
-        result = RecheckResult(prod(shape), content_hash(file, variables) == file.content_sha256)
+        result = RecheckResult(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
         chosen = np.sort(generator.choice(result.of, size=min(cell_count, result.of), replace=False))
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
             cell = (index, *((scale,) if grid.amplitude else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
-            motion = scale_motion(variant_motion(names[index]), scales[scale])
+            motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
             again = _recompute_cell(motion, grid, place, study, variant, with_ensemble)
             result.ensemble_cells += with_ensemble
             result.cells += 1
@@ -89,15 +95,17 @@ def recheck(
 def _recompute_cell(
     motion: Motion, grid: Grid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    """Simulate a cell, and the cell it is a copy of by symmetry if there is one; return its variables by name."""
-    sources = variant_model(study, variant).computed_cells(grid).cell[cell_position[0]]
+    """Simulate a cell, with the cell of which it is a symmetric copy if any; return the cell's variables by name."""
+    sources = variant_model(study, variant).computed_cell_of_each_direction(grid).cell[cell_position[0]]
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
     rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
     few = grid.replace_values(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerics_of_study(study))
     if with_ensemble:
-        run = member_runner(study, variant, motion, numerics_of_study(study))
-        arrays |= create_ensemble(study, variant, run_all_cells=True).run_cells(motion, few, arrays, run)[0]
+        run = member_case_runner(study, variant, motion, numerics_of_study(study))
+        arrays |= create_cell_ensemble(study, variant, run_all_cells=True).run_members_of_cells(
+            motion, few, arrays, run
+        )[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in COUNTS}

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
-from overturning.study.convergence import read_convergence
+from overturning.study.convergence import read_convergence_result
 from overturning.study.ensemble import EnsembleMembers
 from overturning.study.evaluation import FORMATS
 from overturning.study.netcdf import open_netcdf_unscaled
@@ -26,7 +26,7 @@ DAMAGED: Final = "damaged or gone, is made again: "
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": EnsembleMembers.read_csv,
-    "convergence.json": read_convergence,
+    "convergence.json": read_convergence_result,
 }
 _RECORD_FILES: Final = (
     *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),

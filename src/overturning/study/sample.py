@@ -7,9 +7,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.body import MIN_AGREEMENT, direction_weight
+from overturning.model.body import MIN_AGREEMENT, cell_weight_in_direction_statistics
 from overturning.model.planes import PlanarModel
-from overturning.study.answers import CaseOutcomes, empty_outcomes
+from overturning.study.answers import CaseOutcomes, empty_case_outcomes
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
@@ -37,7 +37,9 @@ class CellSample:
     at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
     divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
     apart: NDArray[np.bool_]  # divided, or falls to both sides (3-D: agreement < `MIN_AGREEMENT`), same shape
-    weight: NDArray[np.float64]  # weight of a fall in direction statistics (`direction_weight`), shape (n,)
+    weight: NDArray[
+        np.float64
+    ]  # weight of a fall in direction statistics (`cell_weight_in_direction_statistics`), shape (n,)
     computed: int  # number of cases of the study that were computed, not copied by symmetry
     block_steps: int  # of the whole study
 
@@ -45,7 +47,7 @@ class CellSample:
 def choose_random_cells(
     settings: Verification, record_count: int, computed_cells: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose distinct cells of a study at random, and return their records, shape (n,), and indices, shape (n, dims).
+    """Return n distinct cells at random: position of the record, shape (n,), and indices in the grid, shape (n, dims).
 
     The first cells of the choice are a random choice, too. `computed_cells` has the shape of the grid and holds for
     every record; cells that are False are copies of others by symmetry and are not chosen.
@@ -56,7 +58,7 @@ def choose_random_cells(
     return order // len(cells), cells[order % len(cells)]
 
 
-def rigid_limit_applies(study: Study) -> NDArray[np.bool_]:
+def mask_of_cells_with_rigid_limit(study: Study) -> NDArray[np.bool_]:
     """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
     model, grid = variant_model(study), variant_grid(study)
     if not (isinstance(model, PlanarModel) and model.scene.is_single_block):
@@ -67,7 +69,9 @@ def rigid_limit_applies(study: Study) -> NDArray[np.bool_]:
     return np.broadcast_to(holds, grid.shape)
 
 
-def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.bool_] | None = None) -> CellSample:
+def read_cell_sample(
+    cube: Path, settings: Verification, candidate_cells: NDArray[np.bool_] | None = None
+) -> CellSample:
     """Choose cells of a cube and read their outcomes; a ResultError if the cube cannot be read.
 
     Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
@@ -81,36 +85,38 @@ def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.
         record, index = choose_random_cells(settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
-        def read_chosen_cells(variable_name: str) -> NDArray[Any]:
-            """Read values of the chosen cells, shape (n, elements or 1); one record is in memory at a time."""
+        def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
+            """Return a variable at the n chosen cells, shape (n, elements or 1), reading one record at a time."""
             of = [file[variable_name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
-        overturned = read_chosen_cells("overturned")
-        answers = empty_outcomes(*overturned.shape)
+        overturned = values_of_chosen_cells("overturned")
+        answers = empty_case_outcomes(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
-            answers["azimuth"] = read_chosen_cells("fall_azimuth")[:, 0]
+            answers["azimuth"] = values_of_chosen_cells("fall_azimuth")[:, 0]
         falls = np.zeros(overturned.shape, np.float32)
-        falls += sum(read_chosen_cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
-        divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), read_chosen_cells("status")[:, 0] == 1
+        falls += sum(values_of_chosen_cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
+        divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), values_of_chosen_cells("status")[:, 0] == 1
         apart = divided.copy()
         if "probability_towards" in file.variables:
-            towards = read_chosen_cells("probability_towards")
+            towards = values_of_chosen_cells("probability_towards")
             apart |= (towards > _ROUNDING) & (towards < 1 - _ROUNDING)
         weight = np.ones(record.size)
         if "fall_north" in file.variables:
-            parts = [read_chosen_cells(name) for name in ("fall_north", "fall_east")]
+            parts = [values_of_chosen_cells(name) for name in ("fall_north", "fall_east")]
             apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
-            weight = direction_weight(falls, parts[0], parts[1], read_chosen_cells("members"))[:, 0]
+            weight = cell_weight_in_direction_statistics(falls, parts[0], parts[1], values_of_chosen_cells("members"))[
+                :, 0
+            ]
         cases = records * int(computed.sum())
         return CellSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
-def read_rigid_sample(cube: Path, study: Study) -> CellSample | None:
+def read_rigid_block_sample(cube: Path, study: Study) -> CellSample | None:
     """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
-    among = rigid_limit_applies(study)
+    among = mask_of_cells_with_rigid_limit(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None
-    return read_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_RIGID_CELLS}), among)
+    return read_cell_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_RIGID_CELLS}), among)

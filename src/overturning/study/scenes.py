@@ -13,7 +13,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -62,7 +62,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
         return PlanarModel(variant_scene(study, variant))
     contact = variant_contact(study, variant)
     ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
-    return Body(study.body.shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
+    return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
 def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
@@ -72,12 +72,12 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspects, "friction": study.friction,
     }  # fmt: skip
     rows = {name: np.array(values[name], np.float64) for name in model.case_dims}
-    element = model.elements if len(model.elements) > 1 else ()
+    element = model.free_element_names if len(model.free_element_names) > 1 else ()
     amplitude = study.amplitude if len(study.amplitude) > 1 else ()
-    return Grid({model.direction: to_direction_values(study.directions)} | rows, element, amplitude)
+    return Grid({model.direction: integer_or_float_directions(study.directions)} | rows, element, amplitude)
 
 
-def to_direction_values(directions_deg: Sequence[float]) -> NDArray[Any]:
+def integer_or_float_directions(directions_deg: Sequence[float]) -> NDArray[Any]:
     """Convert directions to int16 if all are integers, otherwise to float64."""
     given = np.array(directions_deg, np.float64)
     return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given
@@ -85,7 +85,7 @@ def to_direction_values(directions_deg: Sequence[float]) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class SizeConversion:
-    """Conversion of heights and B/H of a study to those of the reference element in the scene of a variant."""
+    """Conversion of heights and B/H of a study to height and B/H of the reference element in a variant's scene."""
 
     factor: float = 1.0  # on the study's heights
     own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
@@ -97,16 +97,16 @@ class SizeConversion:
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
-        own_height, own_ratio = reference_element_size(scene)
-        factor = own_height / reference_element_size(study.scene)[0]
+        own_height, own_ratio = reference_height_and_b_over_h(scene)
+        factor = own_height / reference_height_and_b_over_h(study.scene)[0]
         return cls(factor, own_ratio if scene.reference_name != study.scene.reference_name else None)
 
-    def scene_heights(self, height: FloatArray) -> FloatArray:
+    def to_scene_heights(self, height: FloatArray) -> FloatArray:
         """Convert heights of the study to those of the reference element of the scene, m."""
         return height if self.factor == 1.0 else np.round(height * self.factor, 10)
 
-    def scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
-        """Convert B/H of the study, each near a nominal one, to those of the reference element of the scene."""
+    def to_scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
+        """Convert the study's B/H, each near one of `nominal_b_over_h`, to B/H of the scene's reference element."""
         if self.own_ratio is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
             b_over_h = self.own_ratio * (
@@ -116,7 +116,7 @@ class SizeConversion:
 
 
 def variant_size_note(study: Study, variant: str) -> str:
-    """Return a note on height and B/H of a variant whose stone differs from the study's; "" if they are the same."""
+    """Return a note on height and B/H of a variant whose stone differs from the study's; "" if it does not differ."""
     sizes = SizeConversion.for_variant(study, variant)
     own, stone = study.scene.reference_name, variant_scene(study, variant).reference_name
     said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
@@ -131,7 +131,7 @@ def numerics_of_study(study: Study, threads: int = 1, progress: Progress | None 
     return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
-def variant_uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
+def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL) -> bool:
     """True if a variant applies the vertical motion of records that have one."""
     own = variant_settings(study, variant).vertical
     return study.simulation.vertical if own is None else own
@@ -139,4 +139,4 @@ def variant_uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
 
 def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
     """Return the input motion of a record for a variant; without vertical component if the variant omits it."""
-    return Motion.of(record if variant_uses_vertical(study, variant) else replace(record, up=None))
+    return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

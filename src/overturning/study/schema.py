@@ -14,17 +14,17 @@ from pydantic import (
     model_validator,
 )
 
-from overturning.model.cases import HIGHEST, LOWEST, checked_height
+from overturning.model.cases import HIGHEST, LOWEST, checked_stone_height
 from overturning.model.contact import ContactSettings
 from overturning.model.element import Name
-from overturning.model.geometry import reference_element_size
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
 from overturning.records.site import Site
 from overturning.records.steps import Steps
 from overturning.settings import Ensemble, Population
 from overturning.study.evaluation import Asks, Crate, Figures, Language, Primary, Published, Survey
-from overturning.study.misfits import incompatible_settings
+from overturning.study.misfits import incompatible_setting_messages
 from overturning.study.sections import (
     BodySettings,
     Orientations,
@@ -40,7 +40,7 @@ from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
-Height = Annotated[Metre, AfterValidator(checked_height), Field(ge=LOWEST, le=HIGHEST)]
+Height = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST, le=HIGHEST)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
 
@@ -147,7 +147,7 @@ class Study(StrictModel):
             filled["scene"] = Scene.model_validate(load_scene_by_name(content["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
-        height, b_over_h = reference_element_size(filled["scene"])
+        height, b_over_h = reference_height_and_b_over_h(filled["scene"])
         filled.setdefault("height", [round(height, 10)])
         filled.setdefault("b_over_h", [round(b_over_h, 10)])
         filled.setdefault("ensemble", {"members": 0})
@@ -157,14 +157,14 @@ class Study(StrictModel):
     def _fill_sizes_from_body(content: dict[str, Any]) -> dict[str, Any]:
         """Fill in height and B/H that are not given, from the vertices of a 3-D body."""
         try:
-            shape = BodySettings.model_validate(content["body"]).shape()
+            shape = BodySettings.model_validate(content["body"]).body_shape()
         except ValidationError:
             return content  # said where the body stands
-        if not shape.has_free_slenderness:
+        if not shape.slenderness_is_parameter:
             own = round(shape.solid(1.0, 1.0, 1.0).b_over_h, 10)
             if list(content.setdefault("b_over_h", [own])) != [own]:
                 raise ValueError("b_over_h: the body of these vertices has its own; leave it out")
-            content.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
+            content.setdefault("height", [round(getattr(shape, "unscaled_height", 1.0), 10)])
         return content
 
     @field_validator("amplitude")
@@ -202,7 +202,7 @@ class Study(StrictModel):
     @model_validator(mode="after")
     def _check_compatibility(self) -> Self:
         """Raise a ValueError for the first incompatible combination of settings."""
-        if wrong := next(incompatible_settings(self), ""):
+        if wrong := next(incompatible_setting_messages(self), ""):
             raise ValueError(wrong)
         return self
 

@@ -160,10 +160,10 @@ class BodySettings(StrictModel):
             return data
         if data.get("vertices") is not None:
             raise ValueError("vertices and mesh are both given; keep one")
-        from overturning.model.mesh import read_mesh
+        from overturning.model.mesh import read_mesh_polyhedron
 
         try:
-            read = read_mesh(str(data["mesh"]))
+            read = read_mesh_polyhedron(str(data["mesh"]))
         except OverturningError as error:
             raise ValueError(f"mesh: {error}") from None
         return {key: value for key, value in data.items() if key != "mesh"} | {
@@ -174,21 +174,21 @@ class BodySettings(StrictModel):
     def _check_shape(self) -> Self:
         """Raise a ValueError if the shape of the body is invalid or does not fit its other settings."""
         try:
-            shape = self.shape()
+            shape = self.body_shape()
         except ArgumentError as error:
             raise ValueError(str(error).removeprefix("body: ")) from None
         if self.vertices is not None and self.plan != "rectangle":
             raise ValueError(f"plan {self.plan}: the body has vertices of its own; keep one of them")
-        if not shape.has_free_aspect and self.aspect != (1.0,):
+        if not shape.aspect_is_parameter and self.aspect != (1.0,):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self
 
-    def shape(self) -> "Shape":
+    def body_shape(self) -> "Shape":
         """Return the shape of the body; an `ArgumentError` if it is invalid."""
         # Imported lazily: 2-D studies do not need it.
-        from overturning.model.shapes import Polyhedron, as_shape
+        from overturning.model.shapes import Polyhedron, shape_from_name_or_sides
 
-        return as_shape(self.plan if self.vertices is None else Polyhedron(self.vertices))
+        return shape_from_name_or_sides(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
 
 class Orientations(StrictModel):
@@ -211,14 +211,14 @@ class Orientations(StrictModel):
         A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
         if the start does not lie below the step.
         """
-        from overturning.model.shapes import orientation_grid
+        from overturning.model.shapes import orientations_over_period_deg
 
-        shape = body.shape()
+        shape = body.body_shape()
         try:
             # The step must fit the symmetry of each aspect.
             for aspect in body.aspect:
-                orientation_grid(self.step, shape, aspect)
-            grid = orientation_grid(self.step, shape, body.aspect)
+                orientations_over_period_deg(self.step, shape, aspect)
+            grid = orientations_over_period_deg(self.step, shape, body.aspect)
         except ArgumentError as error:
             raise ValueError(str(error)) from None
         if self.start >= self.step:

@@ -15,12 +15,12 @@ from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
 from overturning.records.store import round_to_stored_precision
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import draw_members
+from overturning.study.ensemble import draw_member_changes
 from overturning.study.gather import merge_parts
-from overturning.study.load import check_study, record_table_rows
+from overturning.study.load import record_table_rows, study_from_content
 from overturning.study.scenes import numerics_of_study
 from overturning.study.schema import Study
-from overturning.study.sweep import sweep_record
+from overturning.study.sweep import sweep_cases_of_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,7 +52,7 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
 
 
 def write_table(cube: "xr.Dataset", path: Path) -> int:
-    """Write the cases of a cube to a .csv or .parquet file, one record at a time, and return their number.
+    """Write the cases of a cube to a .csv or .parquet file, one record at a time; return the number of cases.
 
     A MissingDataError is raised if pyarrow, which Parquet needs, is not installed.
     """
@@ -80,7 +80,7 @@ def write_table(cube: "xr.Dataset", path: Path) -> int:
 def run_study(
     records: Sequence[Record | Motion | str], threads: int = 1, client: Any = None, **keys: Any
 ) -> "xr.Dataset":
-    """Run a study of a few records and return its cube, with its ensemble: the same numbers as the workflow's.
+    """Run a study of a few records, with the ensemble, and return the cube: the same numbers as in a workflow.
 
     Parameters
     ----------
@@ -107,30 +107,30 @@ def run_study(
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, two have the
         same samples, or there are variants.
     """
-    given = _check_records(records)
+    given = _checked_records_and_ids(records)
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
     settings = {"name": "study", **keys, "records": {"use": names}}
-    study = check_study(settings, "run_study")
+    study = study_from_content(settings, "run_study")
     if study.variants:
         raise ConfigError(
             "run_study: variants: one cube is returned, that of the study itself; run each as a study of its own"
         )
-    used = _process_records(given, study)
+    used = _read_and_process_records(given, study)
     refuse_duplicate_records(used)
     numerics = numerics_of_study(study, threads, client=client)
-    members = draw_members(study.ensemble) if study.ensemble.members else None
+    members = draw_member_changes(study.ensemble) if study.ensemble.members else None
     with tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
-            sweep_record(study, record, part, members=members, numerics=numerics)
+            sweep_cases_of_record(study, record, part, members=members, numerics=numerics)
         merge_parts(study, used, parts, Path(name) / "cube.nc")
         with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()
 
 
-def _check_records(records: Sequence[Record | Motion | str]) -> list[Record | str]:
-    """Return records and ids, with a name for each motion; an ArgumentError if `records` is no list of such."""
+def _checked_records_and_ids(records: Sequence[Record | Motion | str]) -> list[Record | str]:
+    """Return records and ids, each motion as a named record; an ArgumentError if `records` is not a list of these."""
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
     others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]
@@ -139,7 +139,7 @@ def _check_records(records: Sequence[Record | Motion | str]) -> list[Record | st
     return [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
 
 
-def _process_records(records_or_ids: Sequence[Record | str], study: Study) -> list[Record]:
+def _read_and_process_records(records_or_ids: Sequence[Record | str], study: Study) -> list[Record]:
     """Return the records of a study: ids are read from the record table; all get the soil of the study's site."""
     asked = [record for record in records_or_ids if isinstance(record, str)]
     if study.processing is not None and len(asked) < len(records_or_ids):

@@ -13,8 +13,8 @@ _KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2", ".yaml"}
 
 
 @cache
-def source_hash(*folders_and_files: str) -> str:
-    """Return a hash of folders and files of the package, and of its top-level modules.
+def package_source_hash(*folders_and_files: str) -> str:
+    """Return a hash of the named folders and files of the package, and of all its top-level modules.
 
     Parameters
     ----------

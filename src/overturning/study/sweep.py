@@ -14,10 +14,10 @@ from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.results import COUNTS, CaseResults
-from overturning.model.variables import Variable
+from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import CellEnsemble, EnsembleMembers, Runner, draw_members, progress_of_subtask
+from overturning.study.ensemble import CellEnsemble, EnsembleMembers, Runner, draw_member_changes, progress_of_subtask
 from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_part
 from overturning.study.scenes import (
     NOMINAL,
@@ -33,24 +33,24 @@ NOMINAL_SHARE = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
 
-def cube_variables(study: Study) -> tuple[Variable, ...]:
+def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
     """Return the variables of the cube of a study: outcome variables, and those of the ensemble if there is one."""
     model = variant_model(study)
     return (
         *model.variables,
-        *model.additional_study_variables,
+        *model.study_variables_besides_outcomes,
         *(model.ensemble_variables if study.ensemble.members else ()),
     )
 
 
-def create_ensemble(
+def create_cell_ensemble(
     study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
 ) -> CellEnsemble:
-    """Create the ensemble of a variant, with given members or new ones; `run_all_cells` runs all cells."""
+    """Return the ensemble of a variant, with given or newly drawn members, for all cells if `run_all_cells`."""
     settings = study.ensemble
     run_all_cells = run_all_cells or settings.where == "everywhere"
     return CellEnsemble(
-        variant_model(study, variant), members or draw_members(settings), run_all_cells, settings.half_width
+        variant_model(study, variant), members or draw_member_changes(settings), run_all_cells, settings.half_width
     )
 
 
@@ -63,7 +63,7 @@ def simulate_variant(
     this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
     """
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
-    sized = grid.replace_values(height=sizes.scene_heights(grid["height"]))
+    sized = grid.replace_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.own_ratio is None:
         return simulate_with_face_planes(model, motion, sized, numerics)
     arrays = simulate_with_face_planes(
@@ -73,21 +73,21 @@ def simulate_variant(
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 
 
-def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
-    """Return a function that runs member cases of a variant from cases with heights and B/H of the study."""
+def member_case_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
+    """Return a function that runs the member cases of a variant, given with heights and B/H of the study's stone."""
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> CaseResults:
         """Run member cases, with sizes converted to those of the scene of the variant."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
-        ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
-        sized = replace(cases, height=sizes.scene_heights(height), b_over_h=ratio)
+        ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
+        sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
         return run(model, motion, sized, replace(numerics, progress=progress))
 
     return run_members
 
 
-def sweep_record(
+def sweep_cases_of_record(
     study: Study,
     record: Record,
     output_path: Path,
@@ -108,7 +108,7 @@ def sweep_record(
         motion_for_variant(study, record, variant),
     )
     attributes = {"record_id": record.record_id, "variant": variant}
-    if not grid.size:
+    if not grid.case_count:
         write_part(output_path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerics_of_study(study)
@@ -123,13 +123,16 @@ def sweep_record(
     block_steps = sum(int(np.sum(one["block_steps"])) for one in answers)
     outcome = answers[factors.index(1.0)]
     if study.ensemble.members:
-        ensemble, runner = create_ensemble(study, variant, members), member_runner(study, variant, motion, numerics)
-        spread, more = ensemble.run_cells(motion, grid, outcome, runner, reports[-1])
+        ensemble, runner = (
+            create_cell_ensemble(study, variant, members),
+            member_case_runner(study, variant, motion, numerics),
+        )
+        spread, more = ensemble.run_members_of_cells(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
     if grid.amplitude:
-        outcome = _stack_amplitudes(answers, cube_variables(study), outcome)
-    write_part(output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables(study))
+        outcome = _stack_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
+    write_part(output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study))
 
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
@@ -137,13 +140,13 @@ def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
     return motion if amplitude_factor == 1.0 else motion.times(amplitude_factor)
 
 
-def _stack_amplitudes(
+def _stack_outcomes_of_amplitudes(
     outcomes_by_amplitude: list[dict[str, NDArray[Any]]],
-    variables: tuple[Variable, ...],
+    variables: tuple[OutcomeVariable, ...],
     nominal_outcome: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
-    """Stack the outcomes of all amplitudes along a first dimension; ensemble variables are missing except at 1."""
-    unknown = {one.name: 0 if one.name == "members" else one.missing_value for one in variables}
+    """Stack outcomes along a first dimension, the amplitude; ensemble variables are missing except at amplitude 1."""
+    unknown = {one.name: 0 if one.name == "members" else one.missing_value_in_memory for one in variables}
     missing = {name: np.full_like(nominal_outcome[name], value) for name, value in unknown.items()}
     return {
         name: np.stack([one.get(name, absent) for one in outcomes_by_amplitude]) for name, absent in missing.items()

@@ -65,7 +65,7 @@ class AzimuthRange(StrictModel):
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
-def _to_list(value: Any) -> Any:
+def _to_value_list(value: Any) -> Any:
     """Convert a range or a single value to a list; a list is returned unchanged."""
     if isinstance(value, dict):
         return Range.model_validate(value).expand_values()
@@ -82,5 +82,5 @@ def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 _Value = TypeVar("_Value", bound=float)
-Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_list), AfterValidator(_sort_unique_values)]
+Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_value_list), AfterValidator(_sort_unique_values)]
 """Values as a study gives them: one, a list, or start, stop and step."""

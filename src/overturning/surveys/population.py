@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of
+from overturning.model.falls import model_of_cube
 from overturning.model.model import StoneOutcomes
 from overturning.settings import Population, UniformRange
 from overturning.statistics.by_record import load_records
@@ -136,7 +136,7 @@ def outcomes_of_stones(record_cube: xr.Dataset, stones: DrawnStones) -> StoneOut
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return model_of(record_cube).square_stone_outcomes(record_cube, stones.face, cells)
+    return model_of_cube(record_cube).square_stone_outcomes(record_cube, stones.face, cells)
 
 
 def outcome_rates_by_amplitude(
@@ -210,7 +210,7 @@ def population_rates_by_record(cube: xr.Dataset, population: Population) -> xr.D
         numbers of stones.
     """
     stones = draw_stones(population)
-    classes, reads = stones.stone_class_masks(), model_of(cube).reads_outcomes
+    classes, reads = stones.stone_class_masks(), model_of_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_stones(load_records(cube, record, reads), stones)

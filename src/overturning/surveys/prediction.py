@@ -7,9 +7,9 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.edges import edge_probabilities
-from overturning.model.planes import fall_probability, plane_weight
-from overturning.model.symmetry import FULL_TURN, nearest_cells
+from overturning.model.edges import fall_probability_over_each_edge
+from overturning.model.planes import circle_share_of_planes, fall_probability_to_either_side
+from overturning.model.symmetry import FULL_TURN, nearest_computed_cells
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.stones import BACKGROUND, Stone
@@ -49,14 +49,14 @@ class SiteFallPrediction:
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
         self.azimuth: FloatArray = fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64)
-        self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, divide_gaps=True)
+        self.share: FloatArray = circle_share_of_planes(self.azimuth, FULL_TURN, divide_gaps=True)
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
         self._fall_probabilities: dict[str, FloatArray] = {}
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
         site = add_opposite_azimuths(site)
-        p = fall_probability(site).transpose(*dims)
+        p = fall_probability_to_either_side(site).transpose(*dims)
         self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
         times = site["overturning_time"].transpose(*dims) if "overturning_time" in site else p["towards"] * math.nan
         blocks = [
@@ -81,7 +81,7 @@ class SiteFallPrediction:
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         lines = by_azimuth.reshape(self.plane.size, -1).T
         p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
-        cell = nearest_cells(self.plane, azimuth_deg, FULL_TURN).cell
+        cell = nearest_computed_cells(self.plane, azimuth_deg, FULL_TURN).cell
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
@@ -93,7 +93,7 @@ class SiteFallPrediction:
 
     def nearest_azimuth_index(self, azimuth_deg: float) -> int:
         """Return the position, in the azimuths of the cube, of the one nearest to `azimuth_deg`."""
-        return int(nearest_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
+        return int(nearest_computed_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
         """Return the probabilities that a falling stone's azimuth lies in each sector, shape (sectors,).
@@ -158,9 +158,9 @@ class SiteFallPrediction:
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
         with its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
-        ensemble's neighbourhood; where the stone would fall in both, `edge_probabilities` divides the probability
-        between the two edges. Rolling on a corner is left out: only the 3-D model has it (Contento, Zulli & Di Egidio
-        2013, doi 10.5772/54863).
+        ensemble's neighbourhood; where the stone would fall in both, `fall_probability_over_each_edge` divides the
+        probability between the two edges. Rolling on a corner is left out: only the 3-D model has it (Contento, Zulli &
+        Di Egidio 2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         model = self._fall_side_probabilities_without_background(
@@ -193,7 +193,7 @@ class SiteFallPrediction:
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
         p = np.where(known, p, 0.0)
-        over = edge_probabilities(np.minimum(p.sum(axis=1), 1.0), np.array([times for _, times in planes]))
+        over = fall_probability_over_each_edge(np.minimum(p.sum(axis=1), 1.0), np.array([times for _, times in planes]))
         model = [1 - over.sum(axis=0)]
         for ends, falls in zip(p, over, strict=True):
             both = ends.sum(axis=0)

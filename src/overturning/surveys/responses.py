@@ -21,7 +21,7 @@ from overturning.errors import REASON_SEPARATOR, ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.settings import Population
-from overturning.study.sources import source_hash
+from overturning.study.sources import package_source_hash
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stones import Stone
 
@@ -315,7 +315,7 @@ def load_or_compute_outcomes(
 @cache
 def _response_source_hash() -> str:
     """Return the hash of the source files that determine simulated outcomes."""
-    return source_hash("dem", "model", "motion", "surveys/responses.py")
+    return package_source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
 def simulate_outcomes_at_nodes(

@@ -11,7 +11,7 @@ from typing import Annotated, Final
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
 from overturning.errors import RecordError
-from overturning.model.cases import checked_height
+from overturning.model.cases import checked_stone_height
 from overturning.tables import read_rows
 
 OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -125,7 +125,7 @@ class SurveyRow(BaseModel):
     b_over_h_side: _Slenderness = math.nan
     face_azimuth_deg: _Degrees = math.nan
     magnetic_declination_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
-    height_m: Annotated[float, AfterValidator(checked_height)] = math.nan
+    height_m: Annotated[float, AfterValidator(checked_stone_height)] = math.nan
     round: Annotated[bool, BeforeValidator(_parse_yes_or_no)] = False
 
     @model_validator(mode="after")

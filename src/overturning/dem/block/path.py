@@ -36,7 +36,7 @@ def convert_block_trajectory(
         time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2
     )
     # The origin of the kernel is the middle of the upper side of the ground.
-    origin = np.array([ground.x, float(ground.points[:, 1].max())])
+    origin = np.array([ground.x, float(ground.vertices_in_scene[:, 1].max())])
     poses[:, 1, :2] += origin
     names = (block.element.name, ground.element.name)
     return PlanarTrajectory(

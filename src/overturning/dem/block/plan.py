@@ -121,7 +121,7 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.size, law.friction)
     amplitude, tilt = np.asarray(cases.amplitude), np.asarray(cases.initial_tilt)
     width = ratio * height
-    normal, tangential, dashpot = law.contact.constants_per_mass(width, height, density)
+    normal, tangential, dashpot = law.springs_and_dashpots.stiffness_and_damping_per_mass(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
     row, ground = motion_rows_and_base_accelerations(motion, cases)
     check_stiffness_precision(normal, height, 0.0)

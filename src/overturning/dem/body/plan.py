@@ -116,7 +116,7 @@ class BodySimulationPlan(SimulationPlan):
         """Convert the rows that the kernel recorded for the only case to its trajectory."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
-        return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.outline(*size))
+        return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
 def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodySimulationPlan:
@@ -127,9 +127,12 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
     made = [shape.solid(*(float(value) for value in size)) for size in sizes]
-    laws = np.array([contact.constants_per_mass(body) for body in made])
+    laws = np.array([contact.stiffness_and_damping_per_mass(body) for body in made])
     modes = np.array([largest_unit_spring_eigenvalue(body) for body in made])
-    foot, reach = np.array([body.centre_height for body in made]), np.array([body.min_edge_distance for body in made])
+    foot, reach = (
+        np.array([body.centre_height for body in made]),
+        np.array([body.min_base_edge_distance for body in made]),
+    )
     base = made[0].base
     check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
@@ -193,7 +196,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: Numerics) -> None
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
-    if not model.shape.has_free_aspect and (np.asarray(cases.aspect) != 1.0).any():
+    if not model.shape.aspect_is_parameter and (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
     start = model.start
     if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:
@@ -217,7 +220,9 @@ def _rest_thresholds(
         np.array([function(body) for body in solids])
         for function in (smallest_unit_spring_eigenvalue, vertex_unloading_limits)
     )
-    ratio = np.array([body.min_edge_distance for body in solids]) / np.array([body.centre_height for body in solids])
+    ratio = np.array([body.min_base_edge_distance for body in solids]) / np.array(
+        [body.centre_height for body in solids]
+    )
     stiffer = np.maximum(laws[solid_indices, 0], laws[solid_indices, 1])
     rings = dynamic_overshoot_bound(
         (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
@@ -312,16 +317,19 @@ def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
     for index, body in enumerate(solids):
         points[index, :count, :3] = body.points
         if body.radius == 0.0:
-            points[index, : body.base, 3:5], points[index, : body.base, 5] = body.edge_normals, body.edge_distances
+            points[index, : body.base, 3:5], points[index, : body.base, 5] = (
+                body.base_edge_normals,
+                body.base_edge_distances,
+            )
         for name, at in pairs.items():
-            table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
-        foot, reach = body.centre_height, body.min_edge_distance
+            table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia_per_mass[at], body.inertia[at]
+        foot, reach = body.centre_height, body.min_base_edge_distance
         # If the angle of fall depends on the direction, the body may lie on its new face on springs: allow for that.
         fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),
-            "ends": body.lowest_vertex_rise_share,
+            "ends": body.lowest_vertex_tolerance_share,
         }  # fmt: skip
         for name, value in values.items():
             table[index][name] = value

@@ -256,18 +256,19 @@ def initialise_lane(
 
 
 @njit(**INNER)
-def angular_momentum(inverse_inertia: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector) -> Vector:
+def angular_momentum(inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector) -> Vector:
     """Return the angular momentum of a body per mass, m²/s, in space.
 
-    `inverse_inertia` is in the axes of the body, 1/m², and `angular_velocity` in space, rad/s.
+    `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in space, rad/s.
     """
-    a = inverse_inertia
+    a = inverse_inertia_per_mass
     cofactors = SymmetricMatrix(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
     )  # fmt: skip
     inverse = 1.0 / (
-        (inverse_inertia.xx * cofactors.xx + inverse_inertia.xy * cofactors.xy) + inverse_inertia.xz * cofactors.xz
+        (inverse_inertia_per_mass.xx * cofactors.xx + inverse_inertia_per_mass.xy * cofactors.xy)
+        + inverse_inertia_per_mass.xz * cofactors.xz
     )
     return matrix_times_vector(
         body_axes,

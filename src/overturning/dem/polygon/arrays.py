@@ -13,7 +13,7 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
-from overturning.model.geometry import WIDE_GROUND, PlacedElement, pieces_of_pairs, shared_segment_ends
+from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_segment_ends, placed_pieces_of_pairs
 
 
 class SceneCaseColumns(NamedTuple):
@@ -129,7 +129,7 @@ class SceneArrays(NamedTuple):
     sizes: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
     shapes: FloatArray
-    """Faces of each piece, see `Polygon.faces`, shape (variants, pieces, vertices, 12)."""
+    """Faces of each piece, see `Polygon.face_table`, shape (variants, pieces, vertices, 12)."""
     elements: NDArray[np.void]
     """Termination rules of elements, of type `ELEMENT`, shape (variants, elements)."""
     limits: NDArray[np.void]
@@ -141,13 +141,13 @@ class SceneArrays(NamedTuple):
 def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     """Return the kernel's arrays for the variants of a scene; in all variants the same elements can touch."""
     one = prepared_scenes[0]
-    first = np.cumsum([0, *(len(item.shape.parts) for item in one.placed)]).tolist()
+    first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.placed)]).tolist()
     layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
     sizes = np.array(one.vertex_counts, np.int64)
     shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
     for v, prepared in enumerate(prepared_scenes):
-        for index, part in enumerate(part for item in prepared.placed for part in item.shape.parts):
-            shapes[v, index, : sizes[index]] = part.faces
+        for index, part in enumerate(part for item in prepared.placed for part in item.shape.convex_parts):
+            shapes[v, index, : sizes[index]] = part.face_table
     return SceneArrays(
         initial=np.stack([initial_state_rows(item) for item in prepared_scenes]),
         layout=np.array(layout, np.int64).reshape(-1, 4),
@@ -168,7 +168,7 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
         dx, dz, turn = prepared_scene.displacement[index]
         # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
         pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
-        free = (0.0, 0.0, 0.0, 0.0) if item.fixed else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
+        free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared_scene.support[index]], prepared_scene.base[index]
         home = k.RestPose(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
@@ -204,7 +204,7 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
     )
     pairs = []
     for index, (pair, (a, b)) in enumerate(
-        zip(prepared_scene.pairs, pieces_of_pairs(placed, prepared_scene.pairs), strict=True)
+        zip(prepared_scene.pairs, placed_pieces_of_pairs(placed, prepared_scene.pairs), strict=True)
     ):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
@@ -246,8 +246,8 @@ def uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b:
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
     """
-    heaviest = max(item.mass for item in elements if not item.fixed)
-    return all(elements[n].fixed or elements[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
+    heaviest = max(item.mass for item in elements if not item.is_driven_or_held)
+    return all(elements[n].is_driven_or_held or elements[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
 
 
 def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
@@ -263,7 +263,7 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
         and ground.element.kind == "driven"
         and stone.element.kind == "free"
         and max(fall_rotations(stone)) < 0.5 * np.pi
-        and abs(float(stone.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * stone.size
+        and abs(float(stone.vertices_in_scene[:, 1].min() - ground.vertices_in_scene[:, 1].max())) <= 1e-9 * stone.size
         and ground.shape.width
         > WIDE_GROUND * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
@@ -271,8 +271,11 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
 
 def _contact_vertex_is_of_first(first_element: PlacedElement, second_element: PlacedElement, end_number: int) -> bool:
     """True if the contact vertex at an end (0 or 1) of the segment that two elements share belongs to the first one."""
-    point = shared_segment_ends(first_element, second_element)[end_number].point
-    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.points) < 1e-9 * first_element.size)
+    point = contact_segment_ends(first_element, second_element)[end_number].point
+    return bool(
+        min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
+        < 1e-9 * first_element.size
+    )
 
 
 def fall_rotations(element: PlacedElement) -> tuple[float, float]:
@@ -281,7 +284,7 @@ def fall_rotations(element: PlacedElement) -> tuple[float, float]:
     These are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
-    back, on = element.fallen_rotations
+    back, on = element.fallen_rotations_rad
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 
@@ -290,7 +293,7 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
     return np.array(
         [
             (
-                not item.fixed,
+                not item.is_driven_or_held,
                 *fall_rotations(item),
                 *prepared_scene.tips[k],
                 *prepared_scene.support_and_stack_base(k),

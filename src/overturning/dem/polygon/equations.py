@@ -112,7 +112,7 @@ of_submatrix: Final = create_window_slicer(SIZE)
 @njit(**INLINE)
 def scale_by_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
     """Multiply the rows of submatrix `p` by a factor and the inverse mass or moment of inertia of their element."""
-    m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
+    m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia_per_mass
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
 
@@ -229,9 +229,9 @@ def add_predicted_forces(
     """Return the right-hand sides of both elements of a pair, with the predicted contact forces of the pair added."""
     m, i, n, k = (
         half_step_time * inertia_a.inverse_mass,
-        half_step_time * inertia_a.inverse_inertia,
+        half_step_time * inertia_a.inverse_inertia_per_mass,
         half_step_time * inertia_b.inverse_mass,
-        half_step_time * inertia_b.inverse_inertia,
+        half_step_time * inertia_b.inverse_inertia_per_mass,
     )
     return (
         PlanarVector(

@@ -81,7 +81,7 @@ def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray)
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
-        on, by = sorted((pair.a, pair.b), key=lambda k: (placed[k].fixed, -k))
+        on, by = sorted((pair.a, pair.b), key=lambda k: (placed[k].is_driven_or_held, -k))
         if on == pair.b:
             force[:, 2 * index : 2 * index + 2] *= -1.0
         contacts += 2 * [(placed[on].element.name, placed[by].element.name)]

@@ -20,13 +20,13 @@ from overturning.dem.polygon.statics import (
     touching_ends_at_rest,
 )
 from overturning.model.geometry import (
-    ElementPair,
+    ContactSegmentEnd,
+    ConvexPiecePair,
     PlacedElement,
-    SharedSegmentEnd,
-    element_pairs,
+    convex_piece_pairs_that_can_touch,
+    first_placement_error,
     ground_name,
     place_elements,
-    placement_error,
 )
 from overturning.model.scene import Scene
 
@@ -37,7 +37,7 @@ class PreparedScene:
 
     scene: Scene
     placed: list[PlacedElement]
-    pairs: list[ElementPair]  # elements, or their convex pieces, that can meet
+    pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
     laws: ContactLaws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
     loaded: list[LoadedContactEnd]  # ends that carry load at rest
@@ -59,12 +59,12 @@ class PreparedScene:
     @property
     def free_elements(self) -> NDArray[np.int64]:
         """Indices of the free elements."""
-        return np.array([k for k, item in enumerate(self.placed) if not item.fixed], dtype=np.int64)
+        return np.array([k for k, item in enumerate(self.placed) if not item.is_driven_or_held], dtype=np.int64)
 
     @property
     def vertex_counts(self) -> list[int]:
         """Numbers of vertices of all convex pieces."""
-        return [len(part.vertices) for item in self.placed for part in item.shape.parts]
+        return [len(part.vertices) for item in self.placed for part in item.shape.convex_parts]
 
     @property
     def alpha(self) -> FloatArray:
@@ -109,12 +109,12 @@ class PreparedScene:
     @property
     def height(self) -> float:
         """Highest level of the free elements, m."""
-        return max(float(self.placed[k].points[:, 1].max()) for k in self.free_elements)
+        return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_elements)
 
     @property
     def radius(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
-        low = min(float(self.placed[k].points[:, 1].min()) for k in self.free_elements)
+        low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_elements)
         wide = max(self.placed[k].shape.width for k in self.free_elements)
         return 0.5 * float(np.sqrt((self.height - low) ** 2 + wide**2))
 
@@ -130,7 +130,7 @@ class PreparedScene:
     def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
         """Return the index of the support of an element, and of the held element below its stack (−1 if none)."""
         last = element_index
-        while not self.placed[last].fixed and self.support[last] != last:
+        while not self.placed[last].is_driven_or_held and self.support[last] != last:
             last = int(self.support[last])
         return int(self.support[element_index]), last if self.placed[last].element.kind == "held" else -1
 
@@ -154,7 +154,7 @@ class PreparedScene:
 def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> PreparedScene:
     """Prepare a scene, with the height (m) and B/H of its reference element, by default those of the scene file."""
     placed = place_elements(scene, height, b_over_h)
-    pairs = element_pairs(placed)
+    pairs = convex_piece_pairs_that_can_touch(placed)
     joints = touching_ends_at_rest(placed, pairs)
     laws = compute_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
@@ -177,7 +177,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *largest_eigenvalues(placed, pairs, joints, laws), smallest_eigenvalue(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
-        [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not placement_error(placed),
+        [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not first_placement_error(placed),
     )  # fmt: skip
 
 
@@ -201,10 +201,10 @@ Elements = list[PlacedElement]
 
 def smallest_element_side(elements: Elements) -> float:
     """Return the smaller side of the smallest free element, m."""
-    return min(item.size for item in elements if not item.fixed)
+    return min(item.size for item in elements if not item.is_driven_or_held)
 
 
-Supports = dict[int, dict[int, list[SharedSegmentEnd]]]
+Supports = dict[int, dict[int, list[ContactSegmentEnd]]]
 """Loaded ends, by the element that stands on them and the element that carries it."""
 
 MAX_PARALLEL_SINE: Final = 0.05
@@ -214,19 +214,19 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedContactEnd]) -> Supports:
+def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedContactEnd]) -> Supports:
     """Return, for each free element, the elements that carry it at rest, with the loaded contact ends."""
     result: Supports = {}
     for index, _, end, _, _ in loaded_ends:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
-        if not elements[upper].fixed and abs(end.normal[1]) > 1e-3:
+        if not elements[upper].is_driven_or_held and abs(end.normal[1]) > 1e-3:
             result.setdefault(upper, {}).setdefault(lower, []).append(end)
     return result
 
 
 def _find_freely_standing_elements(
-    elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedContactEnd]
+    elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedContactEnd]
 ) -> NDArray[np.bool_]:
     """Return a mask of the elements whose loads at rest all have parallel normals, so that they stand freely.
 
@@ -242,7 +242,9 @@ def _find_freely_standing_elements(
         directions = np.array(found).reshape(-1, 2)
         across = np.outer(directions[:, 0], directions[:, 1])
         result[k] = (
-            not elements[k].fixed and len(found) > 0 and bool((np.abs(across - across.T) < MAX_PARALLEL_SINE).all())
+            not elements[k].is_driven_or_held
+            and len(found) > 0
+            and bool((np.abs(across - across.T) < MAX_PARALLEL_SINE).all())
         )
     return result
 
@@ -255,13 +257,13 @@ def _tipping_properties(
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
     for k, item in enumerate(elements):
-        if item.fixed:
+        if item.is_driven_or_held:
             continue
         ends = [(lower, end.point) for lower, all_ends in supports.get(k, {}).items() for end in all_ends]
         rests = bool(ends)
         if not ends:  # no support at rest: take the lowest vertices instead
-            low = item.points[:, 1].min()
-            ends = [(k, (float(x), float(z))) for x, z in item.points if z < low + 0.01 * item.size]
+            low = item.vertices_in_scene[:, 1].min()
+            ends = [(k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < low + 0.01 * item.size]
         support[k] = ends[0][0]
         base[k] = np.mean([point for _, point in ends], axis=0)
         reach, lift = [], []
@@ -275,7 +277,7 @@ def _tipping_properties(
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
-            critical[k], least = min(item.fallen_rotations) if rests else max(min(reach), MIN_TIPPING_ANGLE), 0.0
+            critical[k], least = min(item.fallen_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE), 0.0
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.size)
     return tips, critical, barrier, support, base
 
@@ -296,7 +298,7 @@ def _rocking_thresholds(elements: Elements, supports: Supports) -> tuple[float, 
         Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
         no closed form then.
     """
-    free = [k for k, item in enumerate(elements) if not item.fixed]
+    free = [k for k, item in enumerate(elements) if not item.is_driven_or_held]
     if any(len(supports.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
     threshold = np.inf

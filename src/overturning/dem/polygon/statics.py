@@ -10,9 +10,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import (
-    ElementPair,
+    ContactSegmentEnd,
+    ConvexPiecePair,
     PlacedElement,
-    SharedSegmentEnd,
     TouchingSegmentEnd,
     touching_segment_ends,
 )
@@ -30,7 +30,7 @@ class LoadedContactEnd(NamedTuple):
 
     pair: int
     side: int
-    end: SharedSegmentEnd
+    end: ContactSegmentEnd
     approach: float
     slip: float
 
@@ -56,19 +56,19 @@ class ContactLaws:
 
 def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
     """Return the slice of each free element in the vector of displacements (x, z, clockwise rotation), by index."""
-    free = [i for i, item in enumerate(elements) if not item.fixed]
+    free = [i for i, item in enumerate(elements) if not item.is_driven_or_held]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
 def touching_ends_at_rest(
-    elements: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0
+    elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
 ) -> list[TouchingEndDerivatives]:
     """Return the contact ends that touch at rest; see `overturning.model.geometry.touching_segment_ends`."""
     return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 
 def _add_displacement_derivatives(
-    elements: list[PlacedElement], pairs: list[ElementPair], ends: list[TouchingSegmentEnd]
+    elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingSegmentEnd]
 ) -> list[TouchingEndDerivatives]:
     """Return touching ends with the derivatives of their approach and slip by the displacements of the elements."""
     return [
@@ -80,7 +80,7 @@ def _add_displacement_derivatives(
 def supporting_ends(
     scene: Scene,
     elements: list[PlacedElement],
-    pairs: list[ElementPair],
+    pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingEndDerivatives],
     loaded_ends: list[LoadedContactEnd],
 ) -> list[LoadedContactEnd]:
@@ -93,7 +93,7 @@ def supporting_ends(
     if len(flush) == len(end_derivatives) and (loaded_ends or not end_derivatives):
         return loaded_ends
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
-    leaning = {k for k, item in enumerate(elements) if not item.fixed and upper.count(k) < ENDS_PER_FACE}
+    leaning = {k for k, item in enumerate(elements) if not item.is_driven_or_held and upper.count(k) < ENDS_PER_FACE}
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
         for k, item in enumerate(elements)
@@ -101,7 +101,7 @@ def supporting_ends(
     ones = np.ones(len(pairs))
     # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
     for items, tangential in ((elements, ones), (elements, 0.0 * ones), (held, ones)):
-        free = {k for k, item in enumerate(items) if not item.fixed}
+        free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
         found = (
             static_equilibrium(scene, items, _add_displacement_derivatives(items, pairs, ends), ones, tangential)
@@ -114,7 +114,7 @@ def supporting_ends(
 
 
 def _end_displacement_derivatives(
-    elements: list[PlacedElement], pair: ElementPair, shared_end: SharedSegmentEnd
+    elements: list[PlacedElement], pair: ConvexPiecePair, shared_end: ContactSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of an end's approach and slip by all displacements, shape (3 · free elements,) each."""
     number = _displacement_slices(elements)
@@ -182,7 +182,10 @@ def static_equilibrium(
 
 
 def compute_contact_laws(
-    scene: Scene, elements: list[PlacedElement], pairs: list[ElementPair], end_derivatives: list[TouchingEndDerivatives]
+    scene: Scene,
+    elements: list[PlacedElement],
+    pairs: list[ConvexPiecePair],
+    end_derivatives: list[TouchingEndDerivatives],
 ) -> ContactLaws:
     """Compute springs, dashpots and friction of each pair; stiffness "auto" follows from its load at rest.
 
@@ -209,7 +212,7 @@ def compute_contact_laws(
     for index, pair in enumerate(pairs):
         a, b = elements[pair.a], elements[pair.b]
         law = scene.contact_law(a.element, b.element)
-        free = [item for item in (a, b) if not item.fixed]
+        free = [item for item in (a, b) if not item.is_driven_or_held]
         depth = min(a.element.depth, b.element.depth)
         lightest = min(free, key=lambda item: item.mass)
         weight = carried[index]
@@ -233,7 +236,7 @@ def compute_contact_laws(
 
 def largest_eigenvalues(
     elements: list[PlacedElement],
-    pairs: list[ElementPair],
+    pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingEndDerivatives],
     pair_laws: ContactLaws,
 ) -> tuple[float, float]:
@@ -248,7 +251,7 @@ def largest_eigenvalues(
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
-            for item in (elements[k] for k in pair[:2] if not elements[k].fixed):
+            for item in (elements[k] for k in pair[:2] if not elements[k].is_driven_or_held):
                 radius = float((item.shape.vertices**2).sum(axis=1).max())
                 compliance += 1.0 / item.mass + radius / item.inertia
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
@@ -267,5 +270,5 @@ def smallest_eigenvalue(
 
 def _inverse_root_masses(elements: list[PlacedElement]) -> FloatArray:
     """Return 1/√m (kg) or 1/√I (kg m²) for each displacement of a free element, shape (3 · free elements,)."""
-    free = [item for item in elements if not item.fixed]
+    free = [item for item in elements if not item.is_driven_or_held]
     return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

@@ -31,9 +31,9 @@ from overturning.cli import app, main
 from overturning.commands import declared
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
-from overturning.figures.explore import explorer_data
-from overturning.figures.ground import fourier_spectrum, response_spectrum
-from overturning.figures.write import has_overlapping_text, parse_font
+from overturning.figures.explore import explorer_page_data
+from overturning.figures.ground import response_spectra_along_azimuths, smoothed_fourier_spectra
+from overturning.figures.write import has_cut_or_overlapping_text, parse_font_family_and_size
 from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
@@ -177,7 +177,7 @@ def test_saved_part_of_a_cube_keeps_its_meaning(tmp_path: Path) -> None:
 def test_record_is_accepted_in_place_of_a_motion() -> None:
     record, azimuth = pulse(), [0.0, 30.0]
     motion = Motion.of(record)
-    for draw in (fourier_spectrum, response_spectrum):
+    for draw in (smoothed_fourier_spectra, response_spectra_along_azimuths):
         np.testing.assert_allclose(draw(record, azimuth)[1], draw(motion, azimuth)[1], rtol=0, atol=1e-12)
     assert intensity_dataset_by_azimuth(record, azimuth).equals(intensity_dataset_by_azimuth(motion, azimuth))
     cases = overturning.Cases([0.0], 0.6, 0.2, 1.0)
@@ -228,7 +228,7 @@ def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
     (folder / "study.yaml").write_text(json.dumps(said))
     beside = cube.copy()
     beside.encoding["source"] = str(folder / "cube.nc")
-    both = explorer_data(beside), explorer_data(cube, study=study_from_content(said, "said"))
+    both = explorer_page_data(beside), explorer_page_data(cube, study=study_from_content(said, "said"))
     assert [cube["friction"][data["shown"]["friction"]].item() for data in both] == [friction, friction]
     return block_of(overturning.plot.polar(beside, "b"))
 
@@ -367,7 +367,7 @@ def test_labels_that_overlap_at_a_width_are_told() -> None:
         axes.set_yticks([])
         axes.set_xlim(0.0, 1.0)
         FigureCanvasAgg(figure).draw()
-        assert has_overlapping_text(figure) == told
+        assert has_cut_or_overlapping_text(figure) == told
 
 
 def test_a_figure_for_a_paper_has_no_title_and_the_font_that_is_asked_for(cube_file: Path, tmp_path: Path) -> None:
@@ -388,9 +388,9 @@ def test_a_figure_for_a_paper_has_no_title_and_the_font_that_is_asked_for(cube_f
     [("8", (None, 8.0)), ("DejaVu Serif", ("DejaVu Serif", None)), ("DejaVu Serif 7.5", ("DejaVu Serif", 7.5))],
 )
 def test_a_font_is_a_size_a_family_or_both(font: str, expected: tuple[str | None, float | None]) -> None:
-    assert parse_font(font) == expected
+    assert parse_font_family_and_size(font) == expected
     file = str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSansMono.ttf")
-    assert parse_font(f"{file} 9") == ("DejaVu Sans Mono", 9.0)
+    assert parse_font_family_and_size(f"{file} 9") == ("DejaVu Sans Mono", 9.0)
 
 
 @pytest.mark.parametrize(

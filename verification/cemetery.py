@@ -14,8 +14,16 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
-from overturning.figures.style import FALLS, INK, SERIES, add_title_and_legend, create_panel_grid, label_axes, style
-from overturning.figures.write import save
+from overturning.figures.style import (
+    FALLS,
+    INK,
+    SERIES,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+    project_style,
+)
+from overturning.figures.write import save_figure_files
 from overturning.findings.causes import skill_of_published_criteria
 from overturning.findings.population import population_findings
 from overturning.findings.results import StudyResults, open_study_results
@@ -100,7 +108,7 @@ def rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
 def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
     """Draw stated fall rates as bars, and computed ones as points below them."""
     near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
-    with style():
+    with project_style():
         figure, panels = create_panel_grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
         axes: Any = panels[0, 0]
         for place, row in enumerate(near[::-1], 1):
@@ -117,7 +125,7 @@ def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         axes.grid(True, axis="x")
         label_axes(axes, "fall rate, %", "")
         add_title_and_legend(figure, "Published and computed fall rates in the near field")
-        save(figure, path)
+        save_figure_files(figure, path)
 
 
 def compare_fall_rates(results: StudyResults) -> str:

@@ -19,7 +19,7 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
 
 
-def create_dataset(
+def create_xarray_dataset(
     variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, tuple[Any, ...]], attributes: Mapping[str, Any]
 ) -> "xr.Dataset":
     """Create an xarray dataset from tuples of dimensions, array and optionally attributes, without importing dask.

@@ -59,36 +59,36 @@ def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -
     return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
 
 
-def suggest_keywords(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
-    """Decorate a function or class to raise an ArgumentError with the closest keyword if a keyword is unknown.
+def suggest_closest_keyword(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
+    """Return a decorator that makes a function or class refuse an unknown keyword and name the closest one.
 
     `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """
 
-    def decorate(target: Decorated) -> Decorated:
-        """Return a function or class that checks its keywords before it is called."""
-        if isinstance(target, type):
-            target.__init__ = decorate(target.__init__)  # type: ignore[misc]
-            return target
-        own = signature(target).parameters.values()
+    def check_keywords_of(function_or_class: Decorated) -> Decorated:
+        """Return a function or class that refuses unknown keywords when it is called."""
+        if isinstance(function_or_class, type):
+            function_or_class.__init__ = check_keywords_of(function_or_class.__init__)  # type: ignore[misc]
+            return function_or_class
+        own = signature(function_or_class).parameters.values()
         several = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
         known = [one.name for one in own if one.kind not in several and one.name not in ("self", "cls")]
         for more in further_keywords:
             known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
 
-        @wraps(target)
+        @wraps(function_or_class)
         def call_with_known_keywords(*arguments: Any, **keywords: Any) -> Any:
             for name in keywords.keys() - known:
-                whose = target.__qualname__.removesuffix(".__init__")
+                whose = function_or_class.__qualname__.removesuffix(".__init__")
                 raise ArgumentError(f"{name}: no keyword of {whose}; {closest_name_hint(name, known)}")
-            return target(*arguments, **keywords)
+            return function_or_class(*arguments, **keywords)
 
         return cast(Decorated, call_with_known_keywords)
 
-    return decorate
+    return check_keywords_of
 
 
-class RefusalReasons:
+class RecordRefusalReasons:
     """Collector of the reasons for which several checks refuse a record, so that they are reported together."""
 
     def __init__(self) -> None:

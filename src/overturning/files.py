@@ -127,18 +127,18 @@ def checksum_matches(path: Path) -> bool | None:
     return end[len(_MARK) : -1] == digest.hexdigest().encode()
 
 
-def find_project_file(path: Path) -> Path:
+def find_project_file(relative_path: Path) -> Path:
     """Find a project file, such as ``config/records.tsv``, in the working folder or else in the package.
 
     A wheel contains the project files inside the package, a checkout has them around it.
     """
-    if path.exists() or path.is_absolute():
-        return path
-    here = next((root / path for root in project_folders() if (root / path).exists()), None)
-    return path if here is None else here
+    if relative_path.exists() or relative_path.is_absolute():
+        return relative_path
+    here = next((root / relative_path for root in project_file_folders() if (root / relative_path).exists()), None)
+    return relative_path if here is None else here
 
 
-def project_folders() -> list[Path]:
+def project_file_folders() -> list[Path]:
     """Return the folders that may contain the project files: inside the package (wheel) and around it (checkout)."""
     package = Path(__file__).resolve().parent
     return [package / "project", package.parents[1]]
@@ -158,7 +158,7 @@ def path_without_absolute_folder(path_text: str) -> str:
 
 
 @cache
-def _strict_yaml_loader() -> Any:
+def _strict_yaml_loader_class() -> Any:
     """Return a safe YAML loader that refuses duplicate keys and ambiguous numbers instead of guessing."""
     import yaml
 
@@ -214,7 +214,7 @@ def read_yaml_mapping(
             raise ConfigError(
                 f"{path}: larger than {MOST_SETTINGS} bytes; a {file_description} is smaller: {documentation_hint}"
             )
-        data = yaml.load(path.read_text(encoding="utf-8-sig"), _strict_yaml_loader())
+        data = yaml.load(path.read_text(encoding="utf-8-sig"), _strict_yaml_loader_class())
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
     except ConfigError:

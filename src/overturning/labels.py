@@ -32,8 +32,8 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
     return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
 
 
-def variant_label(cube: "xr.Dataset") -> list[str]:
-    """Return the label of the variant of a cube, as a list of one text.
+def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
+    """Return a list with the name of the variant of a cube, such as ["variant soil"], for titles.
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
@@ -45,7 +45,7 @@ def variant_label(cube: "xr.Dataset") -> list[str]:
 
 
 def element_size_note(cube: "xr.Dataset") -> str:
-    """Return a note that names the stone to which H and B/H of a cube belong; "" if its outcomes are of this stone."""
+    """Return a note on whose sizes H and B/H of a cube are; "" if they belong to the stone of its outcomes."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).reference_name
     if element_name_of_cube(cube) != reference:
@@ -58,8 +58,8 @@ def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
     return list(parse_json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 
-def azimuth_gap_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
-    """Return the azimuth ranges that were not simulated, degrees; empty for a full circle."""
+def unsimulated_azimuth_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
+    """Return start and end, degrees, of the azimuth ranges that a cube leaves out; empty for a full circle."""
     if "azimuth" not in cube.dims:
         return []
     period = azimuth_period_of_cube_deg(cube)
@@ -69,6 +69,6 @@ def azimuth_gap_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
     return [(begin, end) for begin, end, missing in ranges if missing]
 
 
-def azimuth_gap_label(cube: "xr.Dataset") -> str:
-    """Return the azimuth ranges that were not simulated, such as "between 90° and 180°"; "" for a full circle."""
-    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in azimuth_gap_ranges(cube))
+def unsimulated_azimuth_label(cube: "xr.Dataset") -> str:
+    """Return the azimuth ranges that a cube leaves out as text: "between 90° and 180°"; "" for a full circle."""
+    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in unsimulated_azimuth_ranges(cube))

@@ -11,7 +11,7 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
-from overturning.errors import ArgumentError, MissingDataError, suggest_keywords
+from overturning.errors import ArgumentError, MissingDataError, suggest_closest_keyword
 from overturning.motion.motion import Accelerogram
 
 if TYPE_CHECKING:
@@ -39,24 +39,24 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-def _with_project_style(draw: DrawFunction) -> DrawFunction:
+def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
     """Return a function that draws with the project's Matplotlib settings."""
 
-    @suggest_keywords()
-    @wraps(draw)
+    @suggest_closest_keyword()
+    @wraps(draw_figure)
     def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
-        from overturning.figures.style import style
+        from overturning.figures.style import project_style
 
-        with style():
-            return draw(*arguments, **keywords)
+        with project_style():
+            return draw_figure(*arguments, **keywords)
 
     return cast(DrawFunction, draw_with_project_style)
 
 
-def _register_cube_figure(draw: DrawFunction) -> DrawFunction:
+def _register_cube_figure(draw_figure: DrawFunction) -> DrawFunction:
     """Register a function that draws a kind of figure from a cube, with the project style."""
-    KINDS[draw.__name__] = _with_project_style(draw)
-    return cast(DrawFunction, KINDS[draw.__name__])
+    KINDS[draw_figure.__name__] = _with_project_style(draw_figure)
+    return cast(DrawFunction, KINDS[draw_figure.__name__])
 
 
 @_register_cube_figure
@@ -82,24 +82,24 @@ def _draw_fall_map(
     figure_kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None
 ) -> "Figure":
     """Draw maps of falls under one record, or of one block under several records on one scale."""
-    from overturning.figures.content import check_outcomes
-    from overturning.figures.maps import map_figure
-    from overturning.figures.polar_map import plane_map_figure
+    from overturning.figures.content import check_has_outcomes
+    from overturning.figures.maps import fall_map_figure
+    from overturning.figures.polar_map import azimuth_map_figure
 
     names = [record] if record is None or isinstance(record, str) else list(record)
     several = [_select_record(cube, name) for name in names]
     for one in several:
-        check_outcomes(one, figure_kind)
+        check_has_outcomes(one, figure_kind)
     first = several[0]
     if len(several) == 1:
-        return map_figure(
+        return fall_map_figure(
             first,
             _record_title(first) + _scene_and_element_line(first) if title is None else title,
             _peak_velocity_by_azimuth(first),
         )
     _check_has_direction(cube, "azimuth", f"{figure_kind} of several records")
     own = (_record_title(first, ()) + _scene_and_element_line(first)).strip() if title is None else title
-    return plane_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
+    return azimuth_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
 
 
 def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
@@ -111,52 +111,54 @@ def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
 
 
 def _scene_and_element_line(cube: "xr.Dataset") -> str:
-    """Return scene and element as an additional line of a title; empty for a cube that belongs to no study."""
-    from overturning.figures.record import scene_element_label
+    """Return scene and element of a cube as an additional line of a title; "" for a cube that belongs to no study."""
+    from overturning.figures.record import scene_and_element_title_line
 
-    return scene_element_label(cube) if "study" in cube.attrs else ""
+    return scene_and_element_title_line(cube) if "study" in cube.attrs else ""
 
 
 @_register_cube_figure
 def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw the largest B/H that falls under one record, by azimuth of the motion (2-D cubes only)."""
-    from overturning.figures.boundary import boundary_figure
-    from overturning.figures.content import check_falls
+    from overturning.figures.boundary import overturning_boundary_figure
+    from overturning.figures.content import check_has_falls
     from overturning.statistics import boundary as statistics
 
     one = _select_record(cube, record)
     _check_has_direction(one, "azimuth", "boundary")
-    check_falls(one, "boundary")
+    check_has_falls(one, "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.overturning_boundary_by_azimuth(one).assign_attrs(one.attrs)
-    return boundary_figure(bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_line(one))
+    return overturning_boundary_figure(
+        bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_line(one)
+    )
 
 
 @_register_cube_figure
 def rose(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
-    from overturning.figures.content import check_falls
-    from overturning.figures.rose import rose_figure
+    from overturning.figures.content import check_has_falls
+    from overturning.figures.rose import fall_roses_by_group_figure
     from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
 
-    def draw_rose(sorted_cube: "xr.Dataset") -> "Figure":
-        check_falls(sorted_cube, "rose")
-        return rose_figure(
+    def draw_fall_rose(sorted_cube: "xr.Dataset") -> "Figure":
+        check_has_falls(sorted_cube, "rose")
+        return fall_roses_by_group_figure(
             sorted_cube, {name: summarise_fall_axes(found) for name, found in fall_axes_by_group(sorted_cube).items()}
         )
 
-    return _figure_of_all_records(cube, draw_rose)
+    return _figure_of_all_records(cube, draw_fall_rose)
 
 
 @_register_cube_figure
 def earthquakes(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall directions, from north, for each earthquake."""
-    from overturning.figures.content import check_falls
-    from overturning.figures.rose import earthquake_roses_figure
+    from overturning.figures.content import check_has_falls
+    from overturning.figures.rose import fall_roses_by_earthquake_figure
 
     def draw_earthquake_roses(sorted_cube: "xr.Dataset") -> "Figure":
-        check_falls(sorted_cube, "earthquakes")
-        return earthquake_roses_figure(sorted_cube)
+        check_has_falls(sorted_cube, "earthquakes")
+        return fall_roses_by_earthquake_figure(sorted_cube)
 
     return _figure_of_all_records(cube, draw_earthquake_roses)
 
@@ -164,32 +166,32 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
 @_register_cube_figure
 def axes(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
-    from overturning.figures.alignment import earthquake_alignment_figure
-    from overturning.figures.content import check_axes
+    from overturning.figures.alignment import fall_alignment_by_earthquake_figure
+    from overturning.figures.content import check_has_falls_and_fault_normal
     from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
 
     def draw_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
         groups = fall_axes_by_group(sorted_cube)
         summaries = {name: summarise_fall_axes(found) for name, found in groups.items()}
-        check_axes(sorted_cube, groups)
-        return earthquake_alignment_figure(groups, summaries)
+        check_has_falls_and_fault_normal(sorted_cube, groups)
+        return fall_alignment_by_earthquake_figure(groups, summaries)
 
     return _figure_of_all_records(cube, draw_alignment_by_earthquake)
 
 
 @_register_cube_figure
 def follow(cube: "xr.Dataset") -> "Figure":
-    """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion, by B/H."""
-    from overturning.figures.alignment import alignment_by_b_over_h_figure
-    from overturning.figures.content import check_alignments
+    """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion against B/H."""
+    from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
+    from overturning.figures.content import check_has_fall_alignment
     from overturning.statistics.earthquakes import fall_alignment_with_references
 
     _check_has_direction(cube, "orientation", "follow")
 
     def draw_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
         found = fall_alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
-        check_alignments(sorted_cube, found)
-        return alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
+        check_has_fall_alignment(sorted_cube, found)
+        return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
     return _figure_of_all_records(cube, draw_alignment_by_b_over_h)
 
@@ -197,7 +199,7 @@ def follow(cube: "xr.Dataset") -> "Figure":
 @_register_cube_figure
 def plane(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
-    from overturning.figures.content import check_plane
+    from overturning.figures.content import check_has_outcomes_and_motion
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.labels import element_size_note
     from overturning.statistics.logistic import fit_logistic_overturning_model
@@ -206,7 +208,7 @@ def plane(cube: "xr.Dataset") -> "Figure":
         if other := element_size_note(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _intensity_measures(sorted_cube)
-        check_plane(sorted_cube, measures)
+        check_has_outcomes_and_motion(sorted_cube, measures)
         fit = fit_logistic_overturning_model(sorted_cube, measures)
         return intensity_plane_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
@@ -217,13 +219,13 @@ def plane(cube: "xr.Dataset") -> "Figure":
 @_register_cube_figure
 def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw PGA and PGV of a record by azimuth."""
-    from overturning.figures.content import check_motion
-    from overturning.figures.ground import intensity_figure
+    from overturning.figures.content import check_ground_moves
+    from overturning.figures.ground import pga_and_pgv_figure
 
     one = _select_record(cube, record)
     measures = _intensity_measures(one).isel(record=0)
-    check_motion(float(measures["pga"].max()), "intensity")
-    return intensity_figure(measures, float(one["fault_normal"]), _record_title(one))
+    check_ground_moves(float(measures["pga"].max()), "intensity")
+    return pga_and_pgv_figure(measures, float(one["fault_normal"]), _record_title(one))
 
 
 @_register_cube_figure
@@ -243,7 +245,7 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
     """Draw time histories and spectra of a motion or record, or of a cube's record before and after processing."""
     import xarray as xr
 
-    from overturning.figures.history import history_figure
+    from overturning.figures.history import record_history_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
     from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
@@ -251,7 +253,7 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
     if isinstance(motion, xr.Dataset):
         path = _motion_file_path(_select_record(motion, record))
         used = read_record_from_motion_file(path)
-        return history_figure(
+        return record_history_figure(
             read_unprocessed_record_from_motion_file(path) or used, _check_motion_not_zero(used, "history")
         )
     if record is not None:
@@ -259,17 +261,17 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
             f"record: {record!r}; it chooses a record of a cube, not of a motion or record: leave it out"
         )
     one = _check_motion_not_zero(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
-    return history_figure(one, one)
+    return record_history_figure(one, one)
 
 
 @_with_project_style
 def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: str = "") -> "Figure":
     """Draw Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
-    from overturning.figures.ground import spectra_figure
+    from overturning.figures.ground import fourier_and_response_spectra_figure
     from overturning.motion.direction import checked_azimuths
     from overturning.motion.motion import as_motion
 
-    return spectra_figure(
+    return fourier_and_response_spectra_figure(
         _check_motion_not_zero(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title
     )
 
@@ -279,12 +281,12 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
     """Draw rotation, slip and uplift against time of 2-D trajectories (`overturning.trajectory`), a column each."""
     import xarray as xr
 
-    from overturning.figures.response import response_figure
+    from overturning.figures.response import rotation_slip_and_uplift_figure
 
     several = [paths] if isinstance(paths, xr.Dataset) else paths
     if any("kind" not in path for path in several):
         raise ArgumentError("response: a 3-D trajectory; overturning one --body --response draws its axis")
-    return response_figure(several, title)
+    return rotation_slip_and_uplift_figure(several, title)
 
 
 def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
@@ -304,7 +306,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
 
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    """Return the part of a cube under one record, sorted for figures and in memory."""
+    """Return the outcomes of a cube under one record, loaded into memory and sorted for figures."""
     from overturning.study.cube import record_position, sort_cube_for_figures
 
     number = record_position(cube, record)
@@ -316,19 +318,19 @@ def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
 
 def _check_motion_not_zero(motion: AnyMotion, figure_kind: str) -> AnyMotion:
     """Return a motion or record unchanged; raise an ArgumentError if the ground does not move."""
-    from overturning.figures.content import check_motion
+    from overturning.figures.content import check_ground_moves
 
-    check_motion(max(float(abs(one).max()) for one in (motion.north, motion.east)), figure_kind)
+    check_ground_moves(max(float(abs(one).max()) for one in (motion.north, motion.east)), figure_kind)
     return motion
 
 
 def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("station", "event")) -> str:
     """Return a title with coordinates of the record, and with variant and amplitude factor if they are not nominal."""
-    from overturning.labels import variant_label
+    from overturning.labels import variant_label_as_list
 
     times = [f"motion × {_amplitude_factor(cube):g}"] if _amplitude_factor(cube) != 1.0 else []
     return ", ".join(
-        [*filter(None, (str(cube[name].item()) for name in coordinate_names)), *variant_label(cube), *times]
+        [*filter(None, (str(cube[name].item()) for name in coordinate_names)), *variant_label_as_list(cube), *times]
     )
 
 
@@ -337,10 +339,10 @@ def _amplitude_factor(cube: "xr.Dataset") -> float:
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
-def _check_has_direction(cube: "xr.Dataset", direction: str, figure_kind: str) -> None:
+def _check_has_direction(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
     """Raise an ArgumentError if a cube lacks the direction that a kind of figure needs."""
-    if direction not in cube.coords:
-        raise ArgumentError(f"{figure_kind}: a cube without {direction} has no such figure; choose another kind")
+    if coordinate_name not in cube.coords:
+        raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
 
 
 def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:

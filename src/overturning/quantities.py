@@ -38,16 +38,16 @@ def parse_quantity(value: object, unit: str) -> float:
     return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
 
 
-def _number_in_unit(unit: str) -> tuple[Any, Any]:
-    """Return a validator that reads a number in `unit`, and a field that has the unit in the schema."""
+def _unit_validator_and_schema_field(unit: str) -> tuple[Any, Any]:
+    """Return annotations for a pydantic field: a validator that converts to `unit`, and the unit for the schema."""
     read = BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str)
     return read, Field(json_schema_extra={"unit": unit})
 
 
-Metre = Annotated[float, *_number_in_unit("m")]
-Second = Annotated[float, *_number_in_unit("s")]
-Density = Annotated[float, *_number_in_unit("kg/m³")]
-Degree = Annotated[float, *_number_in_unit("°")]
-Stiffness = Annotated[float, *_number_in_unit("N/m")]
-Damping = Annotated[float, *_number_in_unit("N·s/m")]
-Radian = Annotated[float, *_number_in_unit("rad")]
+Metre = Annotated[float, *_unit_validator_and_schema_field("m")]
+Second = Annotated[float, *_unit_validator_and_schema_field("s")]
+Density = Annotated[float, *_unit_validator_and_schema_field("kg/m³")]
+Degree = Annotated[float, *_unit_validator_and_schema_field("°")]
+Stiffness = Annotated[float, *_unit_validator_and_schema_field("N/m")]
+Damping = Annotated[float, *_unit_validator_and_schema_field("N·s/m")]
+Radian = Annotated[float, *_unit_validator_and_schema_field("rad")]

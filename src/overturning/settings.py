@@ -37,7 +37,7 @@ class Ensemble(StrictModel):
 
     @field_validator("members")
     @classmethod
-    def _check_even(cls, members: int) -> int:
+    def _check_member_count_is_even(cls, members: int) -> int:
         """Raise a ValueError if the number of ensemble members is odd."""
         if members % 2:
             raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
@@ -89,7 +89,7 @@ class Population(StrictModel):
     seed: int = Field(default=1, ge=0, description="seed of the draw")
 
     @model_validator(mode="after")
-    def _check_face_spread(self) -> Self:
+    def _check_face_spread_has_face(self) -> Self:
         """Raise a ValueError if a spread of face azimuths is given without a face azimuth."""
         if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
             raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")

@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 
 
 def write_result(result: Any, path: Path, *, indent: int | None = 1) -> None:
-    """Write a result, or a list of results of one class, as JSON; without ``indent`` in one line."""
+    """Write a dataclass or pydantic model, or a list of one class, as JSON; in one line if `indent` is None."""
     kind: Any = list[type(result[0])] if isinstance(result, list) and result else type(result)  # type: ignore[misc]
     write_text(path, TypeAdapter(kind).dump_json(result, indent=indent).decode() + "\n")
 

@@ -18,7 +18,7 @@ MOST_BYTES = 20_000_000
 Row = TypeVar("Row", bound=BaseModel)
 
 
-def read_rows(
+def read_table_rows(
     path: Path,
     row_model: type[Row],
     *,
@@ -47,7 +47,7 @@ def read_rows(
         Function that receives the name of an unknown column and returns the reason to refuse the table, or "" to ignore
         the column. By default unknown columns are refused.
     """
-    lines = _numbered_lines(path, row_model, error_class, table_kind)
+    lines = _numbered_table_lines(path, row_model, error_class, table_kind)
     cells_of = []
     for number, line in lines:
         try:
@@ -82,10 +82,10 @@ def read_rows(
         yield number, row
 
 
-def _numbered_lines(
+def _numbered_table_lines(
     path: Path, row_model: type[BaseModel], error_class: type[OverturningError], table_kind: str
 ) -> list[tuple[int, str]]:
-    """Return the numbered lines of a table that are neither empty nor comments; an error if there is none."""
+    """Return number and text of the lines of a table without comments and empty lines; an error if none is left."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise error_class(
@@ -107,7 +107,7 @@ def _numbered_lines(
 
 
 def _other_delimiter(header_line: str, expected_delimiter: str) -> str:
-    """Return the separator found in the header line of a table that lacks the expected one; "" if there is none."""
+    """Return the first separator in a header line other than the expected one; "" if there is none."""
     return next((one for one in _NAMES if one != expected_delimiter and one in header_line.strip()), "")
 
 

@@ -37,13 +37,13 @@ Details = dict[str, Any]
 
 
 def _value_count_text(error_details: Details, min_or_max: str) -> str:
-    """Return the allowed number of values of a list, or of keys; `min_or_max` is ``min`` or ``max``."""
+    """Return a text such as "3 values": the smallest or largest allowed length of a list (``min`` or ``max``)."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} value{'' if number == 1 else 's'}"
 
 
 def _character_count_text(error_details: Details, min_or_max: str) -> str:
-    """Return the allowed number of characters of a text."""
+    """Return a text such as "3 characters": the smallest or largest allowed length of a text (``min`` or ``max``)."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} character{'' if number == 1 else 's'}"
 
@@ -56,7 +56,7 @@ def _allowed_values_text(error_details: Details, given_value: Any) -> str:
 
 
 def _unknown_union_tag_text(error_details: Details) -> str:
-    """Return a message for an unknown form of a setting, with the closest known form."""
+    """Return a message for an unknown value of the key that selects the form of a setting, with the closest value."""
     known = re.findall(r"'([^']*)'", error_details["expected_tags"])
     hint = closest_name_hint(error_details["tag"], known)
     return f"unknown {error_details['discriminator'].strip(chr(39))} {error_details['tag']!r}; {hint}"
@@ -94,9 +94,9 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-def format_validation_error(fault: Any) -> str:
-    """Return a message with the fault of a value and the expected value, for one error of a ValidationError."""
-    kind, details, given = fault["type"], fault.get("ctx", {}), fault.get("input")
+def format_validation_error(error_entry: Any) -> str:
+    """Return a message for one entry of a pydantic ValidationError: what is wrong and what is expected."""
+    kind, details, given = error_entry["type"], error_entry.get("ctx", {}), error_entry.get("input")
     if kind == "string_pattern_mismatch":
         return _allowed_characters_text(details["pattern"])
     if kind in LISTS:
@@ -104,15 +104,17 @@ def format_validation_error(fault: Any) -> str:
         return f"a list is needed: [{given}]" if single else "a list is needed, as in [first, second]"
     if kind in ("string_type", "string_sub_type", "string_unicode"):
         return "a text is needed" + ("; put it in quotes" if isinstance(given, bool | int | float) else "")
-    if kind == "missing" and fault["loc"] and isinstance(fault["loc"][-1], int):
+    if kind == "missing" and error_entry["loc"] and isinstance(error_entry["loc"][-1], int):
         return "a value is missing here"
     if kind in _OF_DETAILS:
         return _OF_DETAILS[kind](details, given)
-    return _WORDS.get(kind, str(fault["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be"))
+    return _WORDS.get(
+        kind, str(error_entry["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be")
+    )
 
 
 def _allowed_characters_text(pattern: str) -> str:
-    """Return a message with the characters that a pattern of this package allows."""
+    """Return a message with the characters that a regular expression of a setting allows."""
     if "[0-9a-f]" in pattern:
         return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
     if r"\S" in pattern:
@@ -121,12 +123,12 @@ def _allowed_characters_text(pattern: str) -> str:
     return f"only small letters, digits{signs} are allowed, a letter or digit first"
 
 
-def _without_length_errors(errors: Sequence[Any]) -> list[Any]:
-    """Return validation errors without "too short" for lists that are too short only because a value is invalid."""
-    places = [tuple(fault["loc"]) for fault in errors]
+def _without_length_errors(error_entries: Sequence[Any]) -> list[Any]:
+    """Return the entries of a ValidationError without "too short" for lists that contain an invalid value."""
+    places = [tuple(fault["loc"]) for fault in error_entries]
     return [
         fault
-        for fault, place in zip(errors, places, strict=True)
+        for fault, place in zip(error_entries, places, strict=True)
         if fault["type"] != "too_short" or not any(other[: len(place)] == place != other for other in places)
     ]
 
@@ -134,7 +136,7 @@ def _without_length_errors(errors: Sequence[Any]) -> list[Any]:
 Steps = list[int | str]
 
 
-def describe_faults(
+def describe_invalid_keys(
     error: ValidationError, root_model: Any, rename_keys: Callable[[Steps], Steps] = list, file_description: str = ""
 ) -> list[str]:
     """Return a line for each invalid key of a file: the key, its value and the expected value.
@@ -152,7 +154,7 @@ def describe_faults(
     """
     found: dict[tuple[str, str], list[str]] = {}
     for fault in _without_length_errors(error.errors()):
-        steps, forms = _locate_fault(fault, root_model)
+        steps, forms = _key_path_and_models_of_error(fault, root_model)
         given, kind = fault["input"], fault["type"]
         message = format_validation_error(fault)
         if kind == "extra_forbidden":
@@ -162,10 +164,10 @@ def describe_faults(
             message = _mapping_form_hint(steps, forms, given)
         elif kind == "literal_error" and forms:
             message += f", or keys with values: {', '.join(forms[0].model_fields)}"
-        odd = kind == "extra_forbidden" and not _is_key(str(steps[-1]))  # not even similar to a key
-        key = short_value(steps[-1]) if odd else ".".join(map(str, rename_keys(steps))) or file_description
+        odd = kind == "extra_forbidden" and not _is_file_key(str(steps[-1]))  # not even similar to a key
+        key = short_text_of_value(steps[-1]) if odd else ".".join(map(str, rename_keys(steps))) or file_description
         quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")
-        messages = found.setdefault((_shorten_text(key), "" if quiet else f"{short_value(given)} – "), [])
+        messages = found.setdefault((_shorten_text(key), "" if quiet else f"{short_text_of_value(given)} – "), [])
         messages += [message] if message not in messages else []
     # A value that fits no member of a union has one message per member.
     return [f"{f'{key}: ' if key else ''}{given}{'; or '.join(texts)}" for (key, given), texts in found.items()]
@@ -174,50 +176,50 @@ def describe_faults(
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def raise_argument_errors(model: type[Model]) -> type[Model]:
-    """Decorate a model for use in Python: its constructor accepts positional values and raises ArgumentErrors.
+def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Model]:
+    """Return a pydantic model whose constructor accepts positional values and raises ArgumentErrors.
 
     An unknown keyword is answered with the closest one. Values that are validated as a part of another model, or by
     `model_validate`, raise pydantic's errors as usual. Subclasses inherit the constructor.
     """
-    construct = model.__init__
+    construct = model_class.__init__
 
     @wraps(construct)
-    def init(self: Model, *arguments: Any, **keywords: Any) -> None:
+    def init_with_argument_errors(self: Model, *arguments: Any, **keywords: Any) -> None:
         known = type(self).model_fields
         for name in keywords.keys() - known.keys():
             raise ArgumentError(f"{name}: no keyword of {type(self).__qualname__}; {closest_name_hint(name, known)}")
         try:
             construct(self, **dict(zip(known, arguments, strict=False)), **keywords)
         except ValidationError as error:
-            raise ArgumentError(REASON_SEPARATOR.join(describe_faults(error, type(self)))) from None
+            raise ArgumentError(REASON_SEPARATOR.join(describe_invalid_keys(error, type(self)))) from None
 
-    model.__init__ = init  # type: ignore[method-assign, assignment]
+    model_class.__init__ = init_with_argument_errors  # type: ignore[method-assign, assignment]
     # For help: the fields with their plain types, as parameters that may be positional.
-    kinds, place = get_type_hints(model), Parameter.POSITIONAL_OR_KEYWORD
-    fields = model.model_fields.items()
+    kinds, place = get_type_hints(model_class), Parameter.POSITIONAL_OR_KEYWORD
+    fields = model_class.model_fields.items()
     parameters = [Parameter(name, place, default=field.default, annotation=kinds[name]) for name, field in fields]
-    model.__signature__ = Signature(parameters)
-    return model
+    model_class.__signature__ = Signature(parameters)
+    return model_class
 
 
-def _locate_fault(fault: Any, root_model: Any) -> tuple[Steps, list[type[BaseModel]]]:
+def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[Steps, list[type[BaseModel]]]:
     """Return the key path of a wrong value, and the pydantic models to which its last key belongs or leads.
 
     Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
     steps: Steps = []
     forms = _models_in_annotation(root_model)
-    for place, part in enumerate(fault["loc"]):
-        last = place == len(fault["loc"]) - 1
-        if isinstance(part, int) or (last and fault["type"] == "extra_forbidden"):
+    for place, part in enumerate(error_entry["loc"]):
+        last = place == len(error_entry["loc"]) - 1
+        if isinstance(part, int) or (last and error_entry["type"] == "extra_forbidden"):
             steps.append(part)
         elif owner := next((form for form in forms if part in form.model_fields), None):
             steps.append(part)
             forms = _models_in_annotation(owner.model_fields[part].annotation)
         elif tagged := [form for form in forms if part in _union_tag_and_values([form])[1]]:
             forms = tagged
-        elif _is_key(part):
+        elif _is_file_key(part):
             steps.append(part)
     return steps, forms
 
@@ -238,7 +240,7 @@ def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str,
     return "", []
 
 
-def _is_key(location_part: str) -> bool:
+def _is_file_key(location_part: str) -> bool:
     """True if a part of an error location is a key of the file, not a name that pydantic adds."""
     members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
     return (
@@ -256,38 +258,38 @@ def _mapping_form_hint(key_path: Steps, union_models: Sequence[type[BaseModel]],
             return f"write {{{key}: {given_value}}}"
         return f"the key {key} is needed, one of {', '.join(known)}"
     fields = union_models[0].model_fields
-    first = _likely_key(fields, given_value)
+    first = _likely_key_of_value(fields, given_value)
     fits = isinstance(given_value, int | float) and not isinstance(given_value, bool)
     value = (
         f"{given_value:g}"
         if fits
-        else (short_value(given_value).strip('"') if isinstance(given_value, str) and given_value else "…")
+        else (short_text_of_value(given_value).strip('"') if isinstance(given_value, str) and given_value else "…")
     )
     name = f"{key_path[-1]}: " if key_path and isinstance(key_path[-1], str) else ""
     return f"it has keys of its own; write {name}{{{first}: {value}}}; known: {', '.join(fields)}"
 
 
-def _likely_key(fields: Mapping[str, Any], given_value: object) -> str:
+def _likely_key_of_value(model_fields: Mapping[str, Any], given_value: object) -> str:
     """Return the key that a value without a key probably belongs to: ``step``, or the first that accepts its type."""
     kinds = {int: (int, float), float: (float, int), str: (str,), list: (tuple,)}
-    if type(given_value) in (int, float) and "step" in fields:
+    if type(given_value) in (int, float) and "step" in model_fields:
         return "step"
-    for name, field in fields.items():
-        if any(kind in _plain_types(field.annotation) for kind in kinds.get(type(given_value), ())):
+    for name, field in model_fields.items():
+        if any(kind in _plain_python_types(field.annotation) for kind in kinds.get(type(given_value), ())):
             return name
-    return next(iter(fields))
+    return next(iter(model_fields))
 
 
-def _plain_types(annotation: Any) -> set[Any]:
+def _plain_python_types(annotation: Any) -> set[Any]:
     """Return the plain types in a type annotation: `tuple` for any list, `str` for a literal word."""
     if (origin := get_origin(annotation)) is tuple:
         return {tuple}
     if origin is Literal:
         return {type(word) for word in get_args(annotation)}
-    return {annotation, *(kind for part in get_args(annotation) for kind in _plain_types(part))}
+    return {annotation, *(kind for part in get_args(annotation) for kind in _plain_python_types(part))}
 
 
-def short_value(value: object) -> str:
+def short_text_of_value(value: object) -> str:
     """Return the text of a value for messages, shortened to 60 characters and three levels of nested lists."""
 
     def shorten_nested(nested_value: object, levels_left: int) -> object:

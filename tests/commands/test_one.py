@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from overturning.figures.film import Film
-from overturning.figures.style import format_short
+from overturning.figures.style import format_three_digits
 from overturning.report.filters import number
 from tests.expect import said
 
@@ -64,7 +64,7 @@ def test_rounded_zero_has_no_minus_sign(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(module, "trajectory", moved)
     text = run("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
-    assert format_short(-0.0) == "0"
+    assert format_three_digits(-0.0) == "0"
     assert number(-0.001) == "0.00"
 
 

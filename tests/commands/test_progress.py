@@ -10,7 +10,7 @@ def test_progress_prints_each_percent_at_most_once_a_second(
 ) -> None:
     clock = iter([0.0, 0.5, 1.2, 1.3, 3.0, 4.0])
     monkeypatch.setattr(workflow.time, "monotonic", lambda: next(clock))
-    progress = workflow._percent_progress()
+    progress = workflow._create_percent_progress_printer()
     for done in (10, 25, 26, 26, 500):
         progress(done, 1000)
     assert capsys.readouterr().err.splitlines() == ["2%", "50%"]

@@ -9,12 +9,12 @@ from matplotlib.text import Text
 from overturning.figures.answer import (
     COLOURS,
     DrawnEstimate,
-    alignment_figure,
-    contrast_figure,
+    alignment_with_references_figure,
     format_estimate,
-    references_figure,
+    overturned_share_contrast_figure,
+    sorted_fall_alignment_figure,
 )
-from overturning.figures.style import PAGE_WIDTH, style
+from overturning.figures.style import PAGE_WIDTH, project_style
 
 NAN = float("nan")
 
@@ -40,13 +40,13 @@ def alignments() -> Figure:
         "with a pulse": {"A": -0.4, "B": 0.7, "C": NAN, "D": 0.004},
         "without": {"B": -0.003, "E": 0.2},
     }
-    return alignment_figure(
+    return sorted_fall_alignment_figure(
         values, {"with a pulse": DrawnEstimate(0.1, -0.2, 0.4, 3), "without": DrawnEstimate(0.1, NAN, NAN, 2)}
     )
 
 
 def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
-    with style():
+    with project_style():
         left, right = alignments().axes
     plt.close("all")
     assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
@@ -69,12 +69,12 @@ def references() -> Figure:
         "normal": DrawnEstimate(NAN, NAN, NAN, 0),
     }
     control = {"peak velocity": DrawnEstimate(0.38, None, None, 7), "pulse": DrawnEstimate(-0.1, -0.3, 0.1, 7)}
-    return references_figure({"with": pulse, "without": control})
+    return alignment_with_references_figure({"with": pulse, "without": control})
 
 
 def test_references_are_dots_with_intervals_on_one_axis() -> None:
     """The order is that of the first group; a reference unknown in a group has no dot, and this is printed."""
-    with style():
+    with project_style():
         figure = references()
     (axes,) = figure.axes
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -98,13 +98,13 @@ def contrast() -> Figure:
         [DrawnEstimate(0.669), DrawnEstimate(0.9, 0.8, 0.95)],
     )
     rows = ["all cases", "B/H 0.1"]
-    return contrast_figure(
+    return overturned_share_contrast_figure(
         rows, {"with": one, "without": other}, [DrawnEstimate(-0.006), DrawnEstimate(0.1, 0.02, 0.15)]
     )
 
 
 def test_contrast_shows_both_rates_and_their_difference() -> None:
-    with style():
+    with project_style():
         left, right = contrast().axes
     plt.close("all")
     assert [x for x, _ in points(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
@@ -119,7 +119,7 @@ def test_contrast_shows_both_rates_and_their_difference() -> None:
 
 @pytest.mark.parametrize("draw", [alignments, references, contrast])
 def test_letters_are_7_points_at_the_printed_width(draw: object) -> None:
-    with style():
+    with project_style():
         figure = draw()  # type: ignore[operator]
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     plt.close("all")

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from overturning.figures import explore
-from overturning.figures.explore import explorer_data, write_explorer
+from overturning.figures.explore import explorer_page_data, write_explorer
 from overturning.study.load import study_from_content
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
@@ -87,7 +87,7 @@ def test_page_data_match_the_cube() -> None:
     runs = np.resize([share for n in (8, 16, 24) for share in np.arange(n + 1) / n], whole["overturned"].shape)
     whole["probability_towards"][:] = runs
     whole["probability_towards"][0, 1:4] = np.nan  # of neighbourhoods that were not run nothing is known
-    data = explorer_data(whole)
+    data = explorer_page_data(whole)
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
     np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
     time, towards = decoded(data, "time", "<u2", shape), decoded(data, "towards", "u1", shape)
@@ -99,7 +99,7 @@ def test_late_fall_in_a_long_record_keeps_its_time() -> None:
     """With a fixed time step of 0.01 s, 16 bits end at 655.34 s."""
     whole = cube()
     whole["overturning_time"][1] *= 180.0
-    data, shape = explorer_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)
+    data, shape = explorer_page_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)
     steps = [record["cells"]["timeStep"] for record in data["records"]]
     found = decoded(data, "time", "<u2", shape) * np.reshape(steps, (2, 1, 1, 1, 1))
     assert found[1].max(initial=0.0, where=np.isfinite(found[1])) > 3000.0
@@ -109,14 +109,14 @@ def test_late_fall_in_a_long_record_keeps_its_time() -> None:
 
 def test_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
     whole = space_cube()
-    data = explorer_data(whole)
+    data = explorer_page_data(whole)
     shape = whole["overturned"].shape
     np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
     np.testing.assert_allclose(decoded(data, "azimuth", "<u2", shape) * 0.01, whole["fall_azimuth"], atol=0.00501)
     np.testing.assert_allclose(decoded(data, "rotation", "<u2", shape) * 0.01, whole["peak_tilt"], atol=0.00501)
     assert data["rings"] == 3
     whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall, on one scale for all records
-    assert explorer_data(whole)["rings"] == 5
+    assert explorer_page_data(whole)["rings"] == 5
     assert (data["space"], data["degrees"]) == (True, [True])
 
 
@@ -124,9 +124,9 @@ def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
     both = xr.concat([cube(), cube()], "element").transpose(*DIMENSIONS, "element").assign_coords(element=["a", "b"])
     both["critical_angle"] = ("element", "b_over_h"), np.array([[0.1, 0.2, 0.3], [np.nan] * 3])
     both = both.isel(record=[0])
-    assert explorer_data(both.isel(element=[0]))["degrees"] == [False]
+    assert explorer_page_data(both.isel(element=[0]))["degrees"] == [False]
     both["peak_rotation"] *= 100.0
-    data = explorer_data(both.isel(element=[1]))
+    data = explorer_page_data(both.isel(element=[1]))
     assert data["degrees"] == [True]
     found = decoded(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS)) * data["steps"]["rotation"]
     np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
@@ -142,21 +142,21 @@ def test_page_opens_on_a_fall_in_every_run_among_falls_in_every_run() -> None:
         whole[name][:, 6, 0, 5] = 1.0
         whole[name][0, 4:7, 0, :2] = 1.0
     whole["probability_towards"][0, 4, 0, 0] = 0.9
-    data = explorer_data(whole)
+    data = explorer_page_data(whole)
     assert data["shown"]["record"] == 1
     assert data["records"][1]["clear"] == [0, 2]
     whole["probability_towards"][1, [11, 0, 1]] = np.nan  # nothing is known of runs that were not made
     whole["probability_away"][1, [11, 0, 1]] = np.nan
-    assert explorer_data(whole)["records"][1]["clear"] == [6, 5]
+    assert explorer_page_data(whole)["records"][1]["clear"] == [6, 5]
     whole["overturned"][:], whole["probability_towards"][:] = 0.0, 0.0
     whole["probability_towards"][0, 3, 0, 2] = 0.25  # nothing falls in every run: the likeliest fall
-    assert explorer_data(whole)["records"][0]["clear"] == [3, 2]
+    assert explorer_page_data(whole)["records"][0]["clear"] == [3, 2]
 
 
 def test_times_span_the_falls_of_each_record_and_gaps_are_not_computed() -> None:
     whole = cube(records=3)
     whole["overturning_time"][:] = whole["overturning_time"].where(whole["record"] != 2)
-    data = explorer_data(whole.isel(azimuth=[0, 1, 2]))
+    data = explorer_page_data(whole.isel(azimuth=[0, 1, 2]))
     for index in (0, 1):
         falls = whole["overturning_time"][index, :3].to_numpy()
         np.testing.assert_allclose(data["records"][index]["times"], [np.nanmin(falls), np.nanmax(falls)], atol=1e-6)
@@ -193,7 +193,7 @@ def test_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> 
 def test_a_large_cube_has_a_file_for_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
     write_explorer(cube(), tmp_path / "look.html")
-    page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_data(cube())
+    page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_page_data(cube())
     assert '"folder":"look-records"' in page
     assert '"cells"' not in page
     for index, record in enumerate(data["records"]):

@@ -12,9 +12,9 @@ import pytest
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, FilmPanel, free_body_extent, vertex_paths
+from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_movie import write_film_movie
-from overturning.figures.page import film_page, write_film_page
+from overturning.figures.page import film_page_html, write_film_page
 from tests.figures.films import BASE, block, two_panels
 
 
@@ -32,7 +32,7 @@ def test_poses_survive_packing() -> None:
 
 
 def test_positive_rotation_turns_towards_the_right() -> None:
-    standing, turned = vertex_paths(block(np.array([0.0, 0.3])))
+    standing, turned = vertex_positions_by_frame(block(np.array([0.0, 0.3])))
     assert standing[:, 1].min() == pytest.approx(0)
     assert turned[1] == pytest.approx([0.12, 0.0])  # it turns about its right lower corner
     assert turned[2, 0] > standing[2, 0]
@@ -40,7 +40,7 @@ def test_positive_rotation_turns_towards_the_right() -> None:
 
 
 def test_the_view_holds_all_free_bodies() -> None:
-    left, right, bottom, top = free_body_extent(two_panels())
+    left, right, bottom, top = extent_of_free_bodies(two_panels())
     assert left < -0.12
     assert 0.12 + 0.6 < right < 2, "the fallen block lies to the right of its corner, and the wide base does not count"
     assert bottom < 0 < 0.6 < top
@@ -103,5 +103,5 @@ def test_other_extensions_are_refused(tmp_path: Path) -> None:
 
 
 def test_record_name_cannot_end_the_script() -> None:
-    page = film_page(two_panels(duration=0.4, title="</script><script>window.hurt = 1</script>"))
+    page = film_page_html(two_panels(duration=0.4, title="</script><script>window.hurt = 1</script>"))
     assert "<script>window.hurt" not in page

@@ -10,13 +10,18 @@ import xarray as xr
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.film import free_body_extent, vertex_paths
+from overturning.figures.film import extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_movie import write_film_movie
 from overturning.figures.film_of_body import convex_hull_faces
-from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories, movement_interval, outcome_sentence
-from overturning.figures.page import film_page
-from overturning.figures.response import axis_figure
-from overturning.figures.style import style
+from overturning.figures.film_of_trajectory import (
+    AFTERMATH,
+    film_of_trajectories,
+    first_and_last_movement_times,
+    outcome_sentence,
+)
+from overturning.figures.page import film_page_html
+from overturning.figures.response import body_axis_figure
+from overturning.figures.style import project_style
 from overturning.model.scene import check_scene, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_record_table
@@ -51,11 +56,11 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
-    assert sorted(vertex_paths(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
+    assert sorted(vertex_positions_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
     turned = np.abs(stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
-    assert vertex_paths(body)[..., 1].min() > -0.01, "nothing sinks into the base"
+    assert vertex_positions_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
 def test_films_of_opposite_azimuths_mirror_each_other(motion: Motion) -> None:
@@ -66,7 +71,7 @@ def test_films_of_opposite_azimuths_mirror_each_other(motion: Motion) -> None:
 
 def test_film_without_movement_shows_the_peak_of_the_motion(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=90, **BLOCK)
-    assert movement_interval(path) is None
+    assert first_and_last_movement_times(path) is None
     assert outcome_sentence(path).startswith("stands")
     film = film_of_trajectories([path], motion, "nothing")
     assert film.frames > 10
@@ -75,9 +80,9 @@ def test_film_without_movement_shows_the_peak_of_the_motion(motion: Motion) -> N
 def test_panels_play_synchronously(motion: Motion) -> None:
     paths = [trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 90)]
     film = film_of_trajectories(paths, motion, "two")
-    assert film.end_time < 6  # it stops at the fall
+    assert film.last_frame_time < 6  # it stops at the fall
     assert [panel.title.split()[-1] for panel in film.panels] == ["N", "E"]
-    assert len(film_page(film).encode()) < 300_000
+    assert len(film_page_html(film).encode()) < 300_000
 
 
 def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion) -> None:
@@ -98,8 +103,8 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
-    left, right, _, _ = free_body_extent(film, moving=True)
-    seen = (vertex_paths(panel.bodies[1]) + panel.ground[:, None])[..., 0]
+    left, right, _, _ = extent_of_free_bodies(film, moving=True)
+    seen = (vertex_positions_by_frame(panel.bodies[1]) + panel.ground[:, None])[..., 0]
     assert left < seen.min() < seen.max() < right
 
 
@@ -111,8 +116,8 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     film = film_of_trajectories([path], motion, "stack")
     speed = np.hypot(path["velocity_x"], path["velocity_z"]).max("element")
     assert float(speed.interp(time=float(cut["time"][-1]))) > 0.1
-    assert float(speed.interp(time=film.end_time)) < 0.01
-    assert film.end_time < float(path["time"][-1]), "it stops when nothing moves"
+    assert float(speed.interp(time=film.last_frame_time)) < 0.01
+    assert film.last_frame_time < float(path["time"][-1]), "it stops when nothing moves"
 
 
 def test_two_settings_share_one_clock() -> None:
@@ -286,14 +291,14 @@ def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path:
 
 
 def test_axis_figure_shows_tilt_and_outcome(bodies: list, pulse: Motion) -> None:
-    with style():
-        figure = axis_figure(bodies[0], pulse, "title")
+    with project_style():
+        figure = body_axis_figure(bodies[0], pulse, "title")
         titles = [axes.get_title() for axes in figure.axes]
         line = next(line for line in figure.axes[0].lines if line.get_label() == "axis of the body")
     assert "falls towards" in titles[0]
     end = np.array([line.get_xdata()[-1], line.get_ydata()[-1]])
     assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=3)
     assert np.hypot(*end) > 80, "nearly lying"
-    deep = axis_figure(bodies[0].assign_attrs(aspect=0.5), pulse, "title").axes[0].lines[0]
+    deep = body_axis_figure(bodies[0].assign_attrs(aspect=0.5), pulse, "title").axes[0].lines[0]
     least = np.degrees(np.arctan(0.5 * bodies[0].attrs["b_over_h"]))  # over the edges of its narrower sides
     assert np.hypot(*deep.get_xydata().T) == pytest.approx(least)

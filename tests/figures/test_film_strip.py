@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from overturning.figures.film import Film, vertex_paths
-from overturning.figures.film_case import filmed_case
-from overturning.figures.film_strip import pose_at_frame, strip_figure, strip_times
-from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, case_title, length_text
-from overturning.figures.style import style
+from overturning.figures.film import Film, vertex_positions_by_frame
+from overturning.figures.film_case import film_title_facts
+from overturning.figures.film_strip import body_at_frame, strip_figure, strip_frame_times_and_captions
+from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
+from overturning.figures.style import project_style
 from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
@@ -23,16 +23,18 @@ def test_strip_has_the_times_of_uplift_and_fall() -> None:
     The other one rotates by 0.1 e⁻ᵗ sin 2πt: by 0.05 at 0.1 s.
     """
     film = two_panels()
-    times, names = strip_times(film)
+    times, names = strip_frame_times_and_captions(film)
     assert names == STRIP_MIXED, "the other block does not lie at the end"
-    assert times == pytest.approx([0.0, 0.1, 2.1, film.end_time], abs=0.021)
+    assert times == pytest.approx([0.0, 0.1, 2.1, film.last_frame_time], abs=0.021)
     alone = Film("falls", 0.0, 0.02, film.panels[:1])
-    assert strip_times(alone)[1] == STRIP
-    assert strip_times(alone)[0][1] == pytest.approx(1.0 + 1.5 * (0.05 / (math.pi / 2)) ** (1 / 3), abs=0.021)
+    assert strip_frame_times_and_captions(alone)[1] == STRIP
+    assert strip_frame_times_and_captions(alone)[0][1] == pytest.approx(
+        1.0 + 1.5 * (0.05 / (math.pi / 2)) ** (1 / 3), abs=0.021
+    )
 
 
 def test_strip_of_a_standing_stone_shows_its_largest_lean() -> None:
-    times, names = strip_times(Film("stands", 0.0, 0.02, two_panels().panels[1:]))
+    times, names = strip_frame_times_and_captions(Film("stands", 0.0, 0.02, two_panels().panels[1:]))
     assert names == STRIP_STANDING
     # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
     assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
@@ -40,20 +42,20 @@ def test_strip_of_a_standing_stone_shows_its_largest_lean() -> None:
 
 def test_strip_draws_each_panel_at_its_times() -> None:
     film = two_panels()
-    with style():
+    with project_style():
         figure = strip_figure(film)
     assert len(figure.axes) == 8
-    times, _ = strip_times(film)
+    times, _ = strip_frame_times_and_captions(film)
     for column, time in enumerate(times):
         drawn = figure.axes[column].patches[1].get_xy()[:-1]
-        body = pose_at_frame(film.panels[0].bodies[1], time / 0.02)
-        assert drawn == pytest.approx(vertex_paths(body)[0])
+        body = body_at_frame(film.panels[0].bodies[1], time / 0.02)
+        assert drawn == pytest.approx(vertex_positions_by_frame(body)[0])
     fallen = figure.axes[3].patches[1].get_xy()
     assert np.ptp(fallen[:, 1]) == pytest.approx(0.24), "it lies on its side"
 
 
 def test_lengths_have_units() -> None:
-    assert [length_text(one) for one in (0.18, 0.242, 1.0, 1.25)] == ["18 cm", "24.2 cm", "1 m", "1.25 m"]
+    assert [length_with_unit(one) for one in (0.18, 0.242, 1.0, 1.25)] == ["18 cm", "24.2 cm", "1 m", "1.25 m"]
 
 
 def test_titles_state_size_friction_and_direction() -> None:
@@ -63,11 +65,13 @@ def test_titles_state_size_friction_and_direction() -> None:
         (Body(shape_from_name_or_sides("circle")), "A round stone 18 cm across and 60 cm high"),
         (PlanarModel(gravestone()), "A stone 18 cm wide and 60 cm high"),
     ):
-        title = case_title(filmed_case(model, block, "Rinaldi", direction=30.0))
+        title = film_title_text(film_title_facts(model, block, "Rinaldi", direction=30.0))
         assert title.startswith(f"{size}, friction 0.7, ")
         assert "N30°E" in title
         assert title.endswith("Rinaldi" if isinstance(model, Body) else "N30°E")
-    deep = case_title(filmed_case(Body(shape_from_name_or_sides("rectangle")), block | {"aspect": 2.0}, "Rinaldi"))
+    deep = film_title_text(
+        film_title_facts(Body(shape_from_name_or_sides("rectangle")), block | {"aspect": 2.0}, "Rinaldi")
+    )
     assert deep.startswith("A stone 18 cm wide, 36 cm deep and 60 cm high")
-    stack = case_title(filmed_case(PlanarModel(load_scene("three-tier")), block, "Rinaldi"))
+    stack = film_title_text(film_title_facts(PlanarModel(load_scene("three-tier")), block, "Rinaldi"))
     assert "shaft 18 cm wide and 60 cm high" in stack

@@ -13,20 +13,20 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.alignment import earthquake_alignment_figure
+from overturning.figures.alignment import fall_alignment_by_earthquake_figure
 from overturning.figures.answer import DrawnEstimate
-from overturning.figures.boundary import boundary_figure
+from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
-from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
+from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
 from overturning.figures.intensity_plane import intensity_plane_figure, intensity_plane_points
-from overturning.figures.polar_map import plane_map_figure
-from overturning.figures.response import response_figure
-from overturning.figures.rose import rose_figure
+from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.response import rotation_slip_and_uplift_figure
+from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, site_map
-from overturning.figures.style import FALLS, PAGE_WIDTH, style
-from overturning.figures.survey import OCTANT, DrawnSurvey, survey_figure
-from overturning.figures.write import has_overlapping_text, save
+from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
+from overturning.figures.style import FALLS, PAGE_WIDTH, project_style
+from overturning.figures.survey import OCTANT, SurveyFigureData, survey_falls_figure
+from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -88,25 +88,28 @@ def hodograph() -> Figure:
 
 def axes() -> Figure:
     found = fall_axes_by_earthquake(cube())
-    return earthquake_alignment_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
+    return fall_alignment_by_earthquake_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
 
 
 def stations() -> Figure:
     known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
-    return site_map(
+    return earthquake_map_figure(
         [EarthquakeOnMap("Western $Tottori", [known, StationOnMap("S$1", 35.3, 133.2)], (35.27, 133.35), trace)]
     )
 
 
 def responses() -> Figure:
-    return response_figure(paths(), "A block")
+    return rotation_slip_and_uplift_figure(paths(), "A block")
 
 
 def test_missing_outcome_is_not_labelled_as_standing() -> None:
     one = paths()[0].copy()
     one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), np.nan * one["overturned"]
-    told = [response_figure([path], "A block").axes[0].get_title().partition(": ")[2] for path in (one, *paths())]
+    told = [
+        rotation_slip_and_uplift_figure([path], "A block").axes[0].get_title().partition(": ")[2]
+        for path in (one, *paths())
+    ]
     assert told == ["no outcome", *(outcome_sentence(path).split()[0].rstrip(";") for path in paths())]
 
 
@@ -121,8 +124,8 @@ OBSERVED, COMPUTED = np.array([0.0, 3, 1, 0, 0, 1, 0, 0]), np.array([0.5, 1.5, 2
 
 def survey(count: int = 1) -> Figure:
     share, computed = DrawnEstimate(0.6, 0.36, 0.81), DrawnEstimate(0.35, 0.2, 0.5)
-    one = DrawnSurvey("survey.csv, S$1", OBSERVED, COMPUTED, 41.0, 250.0, share, computed)
-    return survey_figure([one] * count)
+    one = SurveyFigureData("survey.csv, S$1", OBSERVED, COMPUTED, 41.0, 250.0, share, computed)
+    return survey_falls_figure([one] * count)
 
 
 @cache
@@ -131,11 +134,11 @@ def fit():  # type: ignore[no-untyped-def]
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "falls": lambda: plane_map_figure(cube()[["overturned"]].isel(record=0), "A <script>"),
-    "rose": lambda: rose_figure(cube()),
-    "intensity": lambda: intensity_figure(intensity().isel(record=0), 30.0, "A"),
-    "probability": lambda: plane_map_figure(cube().isel(record=0), "Station, earthquake"),
-    "boundary": lambda: boundary_figure(
+    "falls": lambda: azimuth_map_figure(cube()[["overturned"]].isel(record=0), "A <script>"),
+    "rose": lambda: fall_roses_by_group_figure(cube()),
+    "intensity": lambda: pga_and_pgv_figure(intensity().isel(record=0), 30.0, "A"),
+    "probability": lambda: azimuth_map_figure(cube().isel(record=0), "Station, earthquake"),
+    "boundary": lambda: overturning_boundary_figure(
         overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"
     ),
     "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
@@ -143,7 +146,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "axes": axes,
     "map": stations,
     "response": responses,
-    "spectra": lambda: spectra_figure(motion(), [0.0, 60.0], "StationOnMap"),
+    "spectra": lambda: fourier_and_response_spectra_figure(motion(), [0.0, 60.0], "StationOnMap"),
     "survey": survey,
     "surveys": lambda: survey(5),
 }
@@ -155,8 +158,8 @@ def test_figure_files_are_reproducible(name: str, tmp_path: Path) -> None:
     """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
-        with style():
-            save(FIGURES[name](), *(tmp_path / folder / file for file in files))
+        with project_style():
+            save_figure_files(FIGURES[name](), *(tmp_path / folder / file for file in files))
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
 
@@ -164,7 +167,7 @@ def test_figure_files_are_reproducible(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
 @pytest.mark.parametrize("name", FIGURES)
 def test_no_text_is_cut_off(name: str, factor: float) -> None:
-    with style():
+    with project_style():
         figure = FIGURES[name]()
         width, height = figure.get_size_inches()
         figure.set_size_inches(width * factor, height * factor)
@@ -185,8 +188,8 @@ def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
     cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
     found = overturning_boundary_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
-    with style():
-        figure = boundary_figure(found, 0.4, np.nan, "A")
+    with project_style():
+        figure = overturning_boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
         assert np.degrees(beyond.get_xdata()) == pytest.approx([30])
         assert "falls at the largest B/H of known outcome" in [
@@ -199,16 +202,16 @@ def test_the_band_of_a_boundary_is_named() -> None:
     found = overturning_boundary_by_azimuth(cube().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
-    with style():
+    with project_style():
         for one, named in ((wide, True), (alone, False)):
-            figure = boundary_figure(one, 0.4, 30.0, "A")
+            figure = overturning_boundary_figure(one, 0.4, 30.0, "A")
             assert ("band: between the two halves of the ensemble" in figure.get_suptitle()) == named
             plt.close(figure)
 
 
 def test_boundary_curves_close() -> None:
-    with style():
-        figure = boundary_figure(overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "A")
+    with project_style():
+        figure = overturning_boundary_figure(overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "A")
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
         for line in lines:
@@ -230,7 +233,7 @@ def test_fit_without_intervals_is_drawn() -> None:
         *[number] * 2,
         "no interval",
     )
-    with style():
+    with project_style():
         figure = intensity_plane_figure(cube(), intensity(), fit, 1.0)
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
@@ -253,7 +256,7 @@ def test_plane_points_match_cube_and_intensity() -> None:
 
 def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
     """Sectors and outline have areas in proportion to numbers, north up; shares and means are at their values."""
-    with style():
+    with project_style():
         figure = survey()
         rose, shares = figure.axes
         bars = [(bar.get_x() + bar.get_width() / 2, bar.get_height()) for bar in rose.patches]
@@ -277,8 +280,8 @@ def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
 
 def test_a_survey_without_a_direction_or_a_standing_stone_has_no_mark_of_them() -> None:
     nothing, unknown = np.zeros(8), DrawnEstimate(None)
-    with style():
-        figure = survey_figure([DrawnSurvey("a", nothing, nothing, None, None, unknown, DrawnEstimate(0.4))])
+    with project_style():
+        figure = survey_falls_figure([SurveyFigureData("a", nothing, nothing, None, None, unknown, DrawnEstimate(0.4))])
         rose, shares = figure.axes
         assert len(rose.lines) == 1
         assert [text.get_text() for text in rose.texts] == ["no fall in a\nknown direction"]
@@ -289,7 +292,7 @@ def test_a_survey_without_a_direction_or_a_standing_stone_has_no_mark_of_them() 
 
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])
 def test_text_is_legible_at_page_width(name: str) -> None:
-    with style():
+    with project_style():
         figure = FIGURES[name]()
         figure.canvas.draw()
         shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
@@ -299,7 +302,7 @@ def test_text_is_legible_at_page_width(name: str) -> None:
 
 
 def test_axes_of_the_hodograph_have_units() -> None:
-    with style():
+    with project_style():
         figure = hodograph()
         names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes]
         plt.close(figure)
@@ -309,8 +312,8 @@ def test_axes_of_the_hodograph_have_units() -> None:
 def test_response_shows_each_element_and_ends_with_the_path() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
-    with style():
-        figure = response_figure(
+    with project_style():
+        figure = rotation_slip_and_uplift_figure(
             [path], "A long title of a record, its earthquake and everything else there is to say of it"
         )
         figure.canvas.draw()
@@ -327,7 +330,7 @@ def test_slip_of_a_stone_on_others_is_relative_to_the_ground() -> None:
     """On slippery bases it slips by little of what it moves with these."""
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=0.2)
-    slips = response_figure([path], "A stack").axes[2]
+    slips = rotation_slip_and_uplift_figure([path], "A stack").axes[2]
     (drawn,) = (np.abs(line.get_ydata()).max() for line in slips.lines if line.get_label() == "shaft")
     assert drawn > 10 * 100 * float(path["peak_slip"].sel(element="shaft"))
     assert slips.get_ylabel() == "slip over ground, cm"
@@ -336,8 +339,8 @@ def test_slip_of_a_stone_on_others_is_relative_to_the_ground() -> None:
 def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
     figure = Figure(figsize=(4, 3))
     figure.add_axes((0.1, 0.1, 0.8, 0.8)).set_title("µ, φ")
-    with style():
-        save(figure, tmp_path / "small.pdf", width=2.0)
+    with project_style():
+        save_figure_files(figure, tmp_path / "small.pdf", width=2.0)
     page = (tmp_path / "small.pdf").read_bytes()
     assert re.search(rb"MediaBox ?\[ ?0 0 144 108\]", page), "2 by 1.5 inches of 72 points"
     assert b"DejaVuSans" in page, "letters are text in Matplotlib's font, no outlines"
@@ -345,7 +348,7 @@ def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
 
 def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     titled = load_scene("three-tier").model_copy(update={"title": "Two stacked stones beside a neighbour"})
-    with style():
+    with project_style():
         figure = scenes_figure([titled])
-        save(figure, tmp_path / "scene.svg")
-    assert not has_overlapping_text(figure)
+        save_figure_files(figure, tmp_path / "scene.svg")
+    assert not has_cut_or_overlapping_text(figure)

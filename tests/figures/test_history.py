@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.history import BINS, RESPONSE_PERIODS, history_figure, min_max_envelope, start_time_shift
-from overturning.figures.style import style
-from overturning.figures.write import save
+from overturning.figures.history import (
+    BINS,
+    RESPONSE_PERIODS,
+    min_max_envelope,
+    record_history_figure,
+    start_shift_from_unprocessed,
+)
+from overturning.figures.style import project_style
+from overturning.figures.write import save_figure_files
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
@@ -31,8 +37,8 @@ def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
     after = process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
     pages = [tmp_path / "a.svg", tmp_path / "b.svg"][: 1 + up]
     for page in pages:
-        with style():
-            save(history_figure(before, after), page)
+        with project_style():
+            save_figure_files(record_history_figure(before, after), page)
     text = pages[0].read_text(encoding="utf-8")
     assert text == pages[-1].read_text(encoding="utf-8")
     words = re.sub(r"<[^>]+>", " ", text)
@@ -56,9 +62,9 @@ def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
 
 
 def test_unprocessed_record_shows_one_line_and_no_removed_part(tmp_path):
-    with style():
+    with project_style():
         alone = raw()
-        save(history_figure(alone, alone), tmp_path / "a.svg")
+        save_figure_files(record_history_figure(alone, alone), tmp_path / "a.svg")
     words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
     assert "nothing done here" in words
     assert "before processing" not in words
@@ -70,8 +76,8 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
     pulse = np.sin(2 * np.pi * TIME) * (TIME < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
-    with style():
-        figure = history_figure(one, one)
+    with project_style():
+        figure = record_history_figure(one, one)
     (panel,) = [axes for axes in figure.axes if axes.get_xlabel() == "period, s"]
     lines = {line.get_label(): line.get_ydata() for line in panel.lines}
     assert list(lines) == ["RotD00", "RotD50", "RotD100"]
@@ -85,10 +91,10 @@ def test_response_spectra_from_intensity_file_match_computed_ones(tmp_path):
     one = raw()
     study = study_from_content({"name": "a", "records": {"use": [one.record_id]}, "azimuth": {"step": 90}}, "test")
     write_intensity_measures(study, [one], tmp_path / "i.nc")
-    with style(), xr.open_dataset(tmp_path / "i.nc") as measures:
+    with project_style(), xr.open_dataset(tmp_path / "i.nc") as measures:
         spectra = measures["psa_rotd"].isel(record=0).sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
         for page, given in (("a.svg", spectra), ("b.svg", None)):
-            save(history_figure(one, one, given), tmp_path / page)
+            save_figure_files(record_history_figure(one, one, given), tmp_path / page)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
@@ -103,6 +109,6 @@ def test_the_envelope_keeps_every_peak_and_the_order_of_time():
 
 def test_processed_samples_keep_their_times():
     done = process_record(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
-    assert start_time_shift(done) == pytest.approx(-15 + 20)
+    assert start_shift_from_unprocessed(done) == pytest.approx(-15 + 20)
     whole = process_record(raw(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])

@@ -11,23 +11,23 @@ import pytest
 from matplotlib.figure import Figure
 
 from overturning.figures.backwards import motion_posterior_figure
-from overturning.figures.fall_rate import fall_rate_figure
+from overturning.figures.fall_rate import overturned_fraction_figure
 from overturning.figures.film_movie import write_film_movie
 from overturning.figures.film_strip import strip_figure
-from overturning.figures.history import history_figure
-from overturning.figures.maps import map_figure
-from overturning.figures.page import film_page
-from overturning.figures.response import axis_figure
-from overturning.figures.rose import rose_figure
+from overturning.figures.history import record_history_figure
+from overturning.figures.maps import fall_map_figure
+from overturning.figures.page import film_page_html
+from overturning.figures.response import body_axis_figure
+from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.style import style
-from overturning.figures.svg_translation import break_lines, translate_svg
-from overturning.figures.write import save
+from overturning.figures.style import project_style
+from overturning.figures.svg_translation import break_lines_at_width, translate_svg
+from overturning.figures.write import save_figure_files
 from overturning.model.scene import gravestone
 from overturning.records.processing import Highpass, RemoveMean, process_record
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
-from overturning.translation.texts import MissingDataError, visible_language
+from overturning.translation.texts import MissingDataError, use_visible_language
 from tests.figures import test_answer_figures as answers
 from tests.figures.films import falling_body, two_panels
 from tests.figures.test_explore import space_cube
@@ -46,11 +46,11 @@ NAMES = {
 
 def processed() -> Figure:
     before = raw()
-    return history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
+    return record_history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
 
 
 def in_space() -> Figure:
-    return map_figure(space_cube().isel(record=0).drop_vars("station", errors="ignore"), "Station")
+    return fall_map_figure(space_cube().isel(record=0).drop_vars("station", errors="ignore"), "Station")
 
 
 def posterior() -> Figure:
@@ -62,7 +62,7 @@ def posterior() -> Figure:
 def rates() -> Figure:
     curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
     level = np.geomspace(10, 100, 12).reshape(4, 3)
-    return fall_rate_figure(level / 100, level, curve, 4.6 + level / 50)
+    return overturned_fraction_figure(level / 100, level, curve, 4.6 + level / 50)
 
 
 DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
@@ -70,10 +70,10 @@ DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "references": answers.references,
     "contrast": answers.contrast,
     "history": processed,
-    "history as read": lambda: history_figure(raw(), raw()),
-    "mean axis": lambda: rose_figure(cube(), {"all records": summary(20.0, 10.0)}),
+    "history as read": lambda: record_history_figure(raw(), raw()),
+    "mean axis": lambda: fall_roses_by_group_figure(cube(), {"all records": summary(20.0, 10.0)}),
     "map in space": in_space,
-    "axis": lambda: axis_figure(falling_body(motion()), motion(), "Station"),
+    "axis": lambda: body_axis_figure(falling_body(motion()), motion(), "Station"),
     "strip": lambda: strip_figure(two_panels()),
     "scenes": lambda: scenes_figure([gravestone()]),
     "posterior": posterior,
@@ -87,8 +87,8 @@ def svg_texts(svg: str) -> str:
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
-    with style():
-        save(DRAWN[name](), tmp_path / "en.svg")
+    with project_style():
+        save_figure_files(DRAWN[name](), tmp_path / "en.svg")
     english = (tmp_path / "en.svg").read_text(encoding="utf-8")
     japanese = translate_svg(english, "ja")
     assert not english_words(svg_texts(japanese)) - NAMES
@@ -100,34 +100,34 @@ def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
 
 
 def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
-    with style():
-        save(answers.contrast(), tmp_path / "en.svg")
-        with visible_language("ja"):
-            save(answers.contrast(), tmp_path / "ja.svg")
+    with project_style():
+        save_figure_files(answers.contrast(), tmp_path / "en.svg")
+        with use_visible_language("ja"):
+            save_figure_files(answers.contrast(), tmp_path / "ja.svg")
     english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
     assert japanese == translate_svg(english, "ja") != english
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf"])
 def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(texts, "installed_fonts", lambda _: [])
+    monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
-    with style(), visible_language("ja"):
+    with project_style(), use_visible_language("ja"):
         with pytest.raises(MissingDataError, match="install the Debian package fonts-noto-cjk"):
-            save(answers.contrast(), path)
+            save_figure_files(answers.contrast(), path)
         assert not path.exists()
-        save(answers.contrast(), tmp_path / "a.svg")  # the page needs none
+        save_figure_files(answers.contrast(), tmp_path / "a.svg")  # the page needs none
 
 
 def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: Path) -> None:
     from PIL import Image
 
-    if not texts.installed_fonts("ja"):
+    if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
-    with style():
-        save(answers.contrast(), tmp_path / "en.png")
-        with visible_language("ja"):
-            save(answers.contrast(), tmp_path / "ja.png", tmp_path / "ja.pdf")
+    with project_style():
+        save_figure_files(answers.contrast(), tmp_path / "en.png")
+        with use_visible_language("ja"):
+            save_figure_files(answers.contrast(), tmp_path / "ja.png", tmp_path / "ja.pdf")
     with Image.open(tmp_path / "en.png") as english, Image.open(tmp_path / "ja.png") as japanese:
         assert np.abs(np.subtract(english.size, japanese.size)).max() <= 1
     assert (tmp_path / "ja.pdf").read_bytes().startswith(b"%PDF")
@@ -147,27 +147,27 @@ def test_a_centred_text_stays_centred(tmp_path: Path) -> None:
 
 
 def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
-    assert break_lines(["転倒する墓石。N60°E へ"], 6.0, 5) == ["転倒する墓石。", "N60°E へ"]
-    assert break_lines(["あ" * 30], 10.0, 2) == ["あ" * 16, "あ" * 14]
+    assert break_lines_at_width(["転倒する墓石。N60°E へ"], 6.0, 5) == ["転倒する墓石。", "N60°E へ"]
+    assert break_lines_at_width(["あ" * 30], 10.0, 2) == ["あ" * 16, "あ" * 14]
 
 
 def test_a_film_page_is_japanese(tmp_path: Path) -> None:
     film = two_panels(title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake")
-    with visible_language("ja"):
-        page = film_page(film)
+    with use_visible_language("ja"):
+        page = film_page_html(film)
     data = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)[0])
     told = json.dumps([data["title"], data["words"], [(one["title"], one["outcome"]) for one in data["panels"]]])
     assert not english_words(re.sub(r'"\w+":', "", json.dumps(json.loads(told), ensure_ascii=False))) - NAMES
     assert '<html lang="ja">' in page
     assert not english_words(re.findall(r'<p class="film-note">(.*?)</p>', page)[-1])
-    assert '<html lang="en">' in film_page(film)
+    assert '<html lang="en">' in film_page_html(film)
 
 
 def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    if texts.installed_fonts("ja"):
-        with visible_language("ja"):
+    if texts.installed_fonts_of_language("ja"):
+        with use_visible_language("ja"):
             write_film_movie(two_panels(0.2), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
-    with visible_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
+    with use_visible_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
         write_film_movie(two_panels(0.2), tmp_path / "b.gif")

@@ -10,17 +10,17 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from overturning.figures.boundary import boundary_figure
-from overturning.figures.explore import explorer_data
-from overturning.figures.ground import intensity_figure
+from overturning.figures.boundary import overturning_boundary_figure
+from overturning.figures.explore import explorer_page_data
+from overturning.figures.ground import pga_and_pgv_figure
 from overturning.figures.polar_map import (
     PROBABILITY,
     azimuth_for_radius_labels,
+    azimuth_map_figure,
     half_probability_line,
-    plane_map_figure,
-    round_up_velocity,
+    round_up_rim_velocity,
 )
-from overturning.figures.style import MISSING, PAGE_WIDTH, style
+from overturning.figures.style import MISSING, PAGE_WIDTH, project_style
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from tests.figures.test_further_figures import cube as falls_towards_40
 
@@ -62,7 +62,7 @@ def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
 
 
 def drawn(made: Callable[[], Figure]) -> Figure:
-    with style():
+    with project_style():
         figure = made()
         figure.set_dpi(200)
         figure.canvas.draw()
@@ -77,7 +77,7 @@ def luminance(pixels: np.ndarray) -> np.ndarray:
 def test_a_cell_that_falls_to_the_other_side_does_not_look_like_one_that_stands() -> None:
     """20 to 50 % of the runs at 60° fall towards 240°, none towards 60°: white, where a standing cell is hatched."""
     for share in (0.2, 0.35, 0.4, 0.5):
-        figure = drawn(lambda share=share: plane_map_figure(block_cube(*mirrored((60, 1, 0.0, share))), "A"))
+        figure = drawn(lambda share=share: azimuth_map_figure(block_cube(*mirrored((60, 1, 0.0, share))), "A"))
         white, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 120, 0.4)
         opposite = cell_pixels(figure, 240, 0.4)
         plt.close(figure)
@@ -89,7 +89,7 @@ def test_a_cell_that_falls_to_the_other_side_does_not_look_like_one_that_stands(
 
 def test_white_grey_and_pale_differ_in_greyscale_print() -> None:
     cells = mirrored((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
-    figure = drawn(lambda: plane_map_figure(block_cube(*cells), "A"))
+    figure = drawn(lambda: azimuth_map_figure(block_cube(*cells), "A"))
     grey = {at: luminance(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
     white, pale, dark, stands = (grey[at].mean() for at in (60, 120, 0, 90))
@@ -106,7 +106,7 @@ def test_white_grey_and_pale_differ_in_greyscale_print() -> None:
 def test_a_case_that_falls_while_its_runs_stand_does_not_look_like_one_that_stands() -> None:
     flags = np.zeros((AZIMUTH.size, 3))
     flags[2, 1], flags[8, 1] = 1, -1
-    figure = drawn(lambda: plane_map_figure(block_cube(*mirrored(), flags), "A"))
+    figure = drawn(lambda: azimuth_map_figure(block_cube(*mirrored(), flags), "A"))
     fell, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 90, 0.4)
     plt.close(figure)
     assert luminance(fell).min() > 0.99
@@ -117,7 +117,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
     towards, away = mirrored()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
-    figure = drawn(lambda: plane_map_figure(block_cube(towards, away, flags), "A"))
+    figure = drawn(lambda: azimuth_map_figure(block_cube(towards, away, flags), "A"))
     unknown = cell_pixels(figure, 60, 0.4)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
@@ -129,7 +129,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
 def test_nothing_is_drawn_where_nothing_was_computed() -> None:
     """The hole is inside B/H 0.1; of azimuths 0° to 90° (and 180° to 270°) the others are blank."""
     part = block_cube(*mirrored()).isel(azimuth=slice(0, 4))
-    figure = drawn(lambda: plane_map_figure(part, "A"))
+    figure = drawn(lambda: azimuth_map_figure(part, "A"))
     assert luminance(cell_pixels(figure, 140, 0.4)).min() > 0.99
     assert luminance(cell_pixels(figure, 30, 0.4)).max() < 0.95
     assert luminance(cell_pixels(figure, 210, 0.4)).max() < 0.95, "the mirror image"
@@ -169,7 +169,7 @@ def test_line_of_half_encloses_the_cells_of_which_half_of_the_runs_fall() -> Non
 def test_line_of_half_counts_falls_to_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
-        figure = drawn(lambda away=away: plane_map_figure(block_cube(*mirrored((60, 1, 0.3, away))), "A"))
+        figure = drawn(lambda away=away: azimuth_map_figure(block_cube(*mirrored((60, 1, 0.3, away))), "A"))
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
         plt.close(figure)
         assert bool(pieces(black[0].get_data())) == inside
@@ -180,7 +180,7 @@ def test_map_shows_the_fall_at_its_azimuth() -> None:
     flags = np.sign(np.round(np.cos(np.radians(AZIMUTH - 30.0)), 3))[:, None] * np.ones(3)
     cube = block_cube(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
     for one in (cube, cube[["overturned"]]):
-        figure = drawn(lambda one=one: plane_map_figure(one, "A"))
+        figure = drawn(lambda one=one: azimuth_map_figure(one, "A"))
         axes = figure.axes[0]
         np.testing.assert_allclose(cell_pixels(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
         assert luminance(cell_pixels(figure, 210, 0.4)).min() > 0.99
@@ -196,7 +196,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
     cube = block_cube(*mirrored())
-    figure = drawn(lambda: plane_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
+    figure = drawn(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
         angle, radius = line.get_data()
@@ -206,14 +206,16 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "peak velocity by azimuth (rim: 100 cm/s)" in legend
-    assert [round_up_velocity(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx([0, 0.02, 0.6, 1.5, 2.0])
+    assert [round_up_rim_velocity(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx(
+        [0, 0.02, 0.6, 1.5, 2.0]
+    )
 
 
 def test_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record falls up to B/H 0.2 and the other up to 0.6; both maps end at the same B/H."""
     small, large = (block_cube(*mirrored((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
-    figure = drawn(lambda: plane_map_figure(named, "Two records"))
+    figure = drawn(lambda: azimuth_map_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
     assert [axes.get_title() for axes in maps] == ["near, E", "far, E"]
     assert len({axes.get_ylim() for axes in maps}) == 1
@@ -226,12 +228,12 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_what_differs_between_blocks_stands_above_their_maps() -> None:
     one = falls_towards_40().isel(record=0)
-    figure = drawn(lambda: plane_map_figure(one, "A"))
+    figure = drawn(lambda: azimuth_map_figure(one, "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:4]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m", "µ = 0.5, H = 1.2 m", "µ = 1, H = 1.2 m"]
     assert "µ" not in heading
-    figure = drawn(lambda: plane_map_figure(one.isel(friction=[1]), "A"))
+    figure = drawn(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:2]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["H = 0.6 m", "H = 1.2 m"]
@@ -242,7 +244,7 @@ def test_what_differs_between_blocks_stands_above_their_maps() -> None:
 def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
     """A figure wider than the page is printed smaller."""
     one = falls_towards_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
-    figure = drawn(lambda: plane_map_figure(one, "Station, earthquake"))
+    figure = drawn(lambda: azimuth_map_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
     plt.close(figure)
@@ -253,7 +255,7 @@ def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, i
 def test_arrow_of_the_radius_points_outward(free: float) -> None:
     """The arrow stands outside the rim at the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTH - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
-    figure = drawn(lambda: plane_map_figure(block_cube(towards, 0 * towards), "A"))
+    figure = drawn(lambda: azimuth_map_figure(block_cube(towards, 0 * towards), "A"))
     axes = figure.axes[0]
     (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
     assert axes.get_rlabel_position() == pytest.approx(free)
@@ -270,7 +272,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
-        figure = drawn(lambda cube=cube: plane_map_figure(cube, "A"))
+        figure = drawn(lambda cube=cube: azimuth_map_figure(cube, "A"))
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
         assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
@@ -284,7 +286,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
 @pytest.mark.parametrize("step", [1, 3])
 def test_cells_are_arcs_and_fill_the_page(step: int) -> None:
     one = block_cube(*mirrored((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
-    figure = drawn(lambda: plane_map_figure(one, "A"))
+    figure = drawn(lambda: azimuth_map_figure(one, "A"))
     axes = figure.axes[0]
     corners = axes.collections[0].get_coordinates()[0, :, 0]
     panel, width = axes.get_window_extent(), figure.get_figwidth()
@@ -297,8 +299,8 @@ def test_cells_are_arcs_and_fill_the_page(step: int) -> None:
 
 
 def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
-    with style():
-        figure = plane_map_figure(block_cube(*mirrored((0, 0, 0.9, 0.0))), "A")
+    with project_style():
+        figure = azimuth_map_figure(block_cube(*mirrored((0, 0, 0.9, 0.0))), "A")
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
     azimuth = np.arange(0.0, 360.0, 5.0)
@@ -321,16 +323,16 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
         {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
     )
     peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
-    figure = drawn(lambda: plane_map_figure(part, "A"))
+    figure = drawn(lambda: azimuth_map_figure(part, "A"))
     seen = {at: luminance(cell_pixels(figure, at, 0.2)).mean() for at in (8, 72, 98, 135, 172, 195, 225)}
     assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
     plt.close(figure)
     assert {at for at, grey in seen.items() if grey < 0.3} == {8, 72}
     assert luminance(cell_pixels(figure, 40, 0.4)).max() < 0.95
-    with style():
+    with project_style():
         for curves in (
-            intensity_figure(peaks, np.nan, "A"),
-            boundary_figure(overturning_boundary_by_azimuth(part), 0.4, np.nan, "A"),
+            pga_and_pgv_figure(peaks, np.nan, "A"),
+            overturning_boundary_figure(overturning_boundary_by_azimuth(part), 0.4, np.nan, "A"),
         ):
             theta, radius = curves.axes[0].lines[0].get_data()
             shown = np.isfinite(radius[:-1] + radius[1:])
@@ -340,7 +342,9 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
         band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
         assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
         alone = (
-            boundary_figure(overturning_boundary_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A").axes[0].lines[-1]
+            overturning_boundary_figure(overturning_boundary_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A")
+            .axes[0]
+            .lines[-1]
         )
         assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0])
         plt.close("all")
@@ -349,7 +353,7 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
 def test_innermost_ring_is_drawn_for_a_wide_spacing() -> None:
     """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
     ones = np.ones((AZIMUTH.size, 2))
-    figure = drawn(lambda: plane_map_figure(block_cube(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
+    figure = drawn(lambda: azimuth_map_figure(block_cube(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
     pixels = cell_pixels(figure, 60, 0.03)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
@@ -362,10 +366,10 @@ def test_map_includes_a_fall_whose_ensemble_stands() -> None:
     flags = np.zeros((AZIMUTH.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
     wide = block_cube(*mirrored((90, 0, 0.0, 0.5)), flags)
-    with style():
-        assert plane_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
+    with project_style():
+        assert azimuth_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")
     missing = dict.fromkeys(("peak_rotation", "overturning_time"), wide["overturned"] * np.nan)
     named = {name: ("record", ["a"]) for name in ("record_id", "station", "event")}
     cube = wide.assign(missing).expand_dims("record").assign_coords(named | {"fault_normal": ("record", [np.nan])})
-    assert explorer_data(cube)["rings"] == 3
+    assert explorer_page_data(cube)["rings"] == 3

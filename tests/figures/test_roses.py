@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.figures.rose import FALLS, axis_arcs, rose_figure
-from overturning.figures.style import INK, style
+from overturning.figures.rose import FALLS, axis_interval_arcs_deg, fall_roses_by_group_figure
+from overturning.figures.style import INK, project_style
 from overturning.statistics.bootstrap import EarthquakeMean
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
@@ -29,8 +29,8 @@ def summary(axis: float, half_width: float) -> FallAxisSummary:
 
 
 def drawn(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
-    with style():
-        figure = rose_figure(one, {"all records": summary(axis, half_width)})
+    with project_style():
+        figure = fall_roses_by_group_figure(one, {"all records": summary(axis, half_width)})
         figure.canvas.draw()
     plt.close(figure)
     return figure
@@ -99,7 +99,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
     axis: float, half_width: float, expected: list[tuple[float, float]]
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
-    assert sorted(axis_arcs(axis, half_width)) == expected
+    assert sorted(axis_interval_arcs_deg(axis, half_width)) == expected
     (panel, *_) = drawn(cube(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)

@@ -17,12 +17,12 @@ from overturning.figures.site_map import (
     MOST_SITES,
     EarthquakeOnMap,
     StationOnMap,
+    earthquake_map_figure,
+    earthquake_map_figures,
     earthquakes_on_map,
     local_east_north_km,
-    site_map,
-    site_maps,
 )
-from overturning.figures.style import style
+from overturning.figures.style import project_style
 from overturning.study.cube import open_cube
 from tests.study.small_study import cube_of, pulse, study
 
@@ -30,8 +30,8 @@ EPICENTRE = (35.0, 133.0)
 
 
 def drawn(*sites: EarthquakeOnMap) -> Figure:
-    with style():
-        figure = site_map(sites)
+    with project_style():
+        figure = earthquake_map_figure(sites)
         figure.canvas.draw()
         plt.close(figure)
     return figure
@@ -140,8 +140,8 @@ def test_each_name_is_nearest_to_its_station() -> None:
     ],
 )
 def test_places_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
-    with style(), pytest.raises(ArgumentError, match=words):
-        site_map([site])
+    with project_style(), pytest.raises(ArgumentError, match=words):
+        earthquake_map_figure([site])
     plt.close("all")
 
 
@@ -149,11 +149,13 @@ def test_many_earthquakes_are_on_several_figures() -> None:
     sites = [
         EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)
     ]
-    with style():
-        panels = [[axes.get_title() for axes in one.axes if axes.get_visible()] for one in site_maps(sites)]
+    with project_style():
+        panels = [
+            [axes.get_title() for axes in one.axes if axes.get_visible()] for one in earthquake_map_figures(sites)
+        ]
     plt.close("all")
     assert panels == [[str(number) for number in range(MOST_SITES)], [str(MOST_SITES)]]
-    assert list(site_maps([])) == []
+    assert list(earthquake_map_figures([])) == []
 
 
 @pytest.fixture

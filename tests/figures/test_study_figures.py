@@ -9,14 +9,14 @@ import xarray as xr
 
 from overturning import open_cube, plot
 from overturning.errors import ArgumentError
-from overturning.figures.cells import azimuth_edges, cell_edges, panel_rows_and_columns
-from overturning.figures.explore import explorer_data
-from overturning.figures.illustrative import block_label, block_trajectories
-from overturning.figures.maps import COLOURS, space_map_figure
-from overturning.figures.polar_map import plane_map_figure
-from overturning.figures.rose import rose_figure
-from overturning.figures.style import azimuths_inside_gaps, compass_name, style
-from overturning.figures.write import save
+from overturning.figures.cells import azimuth_cell_edges_rad, cell_edges, panel_row_and_column_counts
+from overturning.figures.explore import explorer_page_data
+from overturning.figures.illustrative import block_label, simulate_block_trajectories
+from overturning.figures.maps import COLOURS, orientation_map_figure
+from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.rose import fall_roses_by_group_figure
+from overturning.figures.style import azimuths_inside_unsimulated_gaps, compass_bearing, project_style
+from overturning.figures.write import save_figure_files
 from overturning.model.planes import relative_weight_of_azimuths
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
@@ -50,7 +50,7 @@ def cube() -> xr.Dataset:
 
 def test_cells_meet_half_way_and_cover_the_circle() -> None:
     np.testing.assert_allclose(cell_edges(np.array([0.1, 0.2, 0.4])), [0.05, 0.15, 0.3, 0.5])
-    edges = np.degrees(azimuth_edges(np.array([0.0, 90.0, 100.0, 270.0])))
+    edges = np.degrees(azimuth_cell_edges_rad(np.array([0.0, 90.0, 100.0, 270.0])))
     np.testing.assert_allclose(edges, [-45, 45, 95, 185, 315])
 
 
@@ -75,14 +75,14 @@ def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> N
 
 
 def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cube: xr.Dataset, tmp_path: Path) -> None:
-    with style():
+    with project_style():
         for name, odd in {
             "none": cube.assign(overturned=cube["overturned"] * 0),
             "unknown": cube.assign(overturned=cube["overturned"] * np.nan),
             "single": cube.isel(azimuth=[1], b_over_h=[0]),
         }.items():
-            save(plane_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
-            save(rose_figure(odd), tmp_path / f"rose-{name}.png")
+            save_figure_files(azimuth_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
+            save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png")
     assert len(list(tmp_path.iterdir())) == 6
 
 
@@ -90,7 +90,7 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
     ("heights", "frictions", "expected"), [(1, 1, (1, 1)), (2, 3, (2, 3)), (1, 5, (2, 3)), (4, 1, (2, 2))]
 )
 def test_a_row_has_at_most_three_panels(heights: int, frictions: int, expected: tuple[int, int]) -> None:
-    assert panel_rows_and_columns(heights, frictions) == expected
+    assert panel_row_and_column_counts(heights, frictions) == expected
 
 
 def test_bearings() -> None:
@@ -105,7 +105,7 @@ def test_bearings() -> None:
         360: "N",
         -30: "N30°W",
     }
-    assert {azimuth: compass_name(azimuth) for azimuth in names} == names
+    assert {azimuth: compass_bearing(azimuth) for azimuth in names} == names
 
 
 DEUTERANOPIA = np.array(
@@ -136,17 +136,17 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
     """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
-        np.testing.assert_allclose(np.sort(azimuths_inside_gaps(np.array(azimuth))), ends)
+        np.testing.assert_allclose(np.sort(azimuths_inside_unsimulated_gaps(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
-    assert azimuths_inside_gaps(full).size == azimuths_inside_gaps(full.repeat(2)).size == 0
+    assert azimuths_inside_unsimulated_gaps(full).size == azimuths_inside_unsimulated_gaps(full.repeat(2)).size == 0
 
 
 def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
     """The rose shows the falls of the heights and frictions in the maps, not of all."""
     whole = space_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])
-    with style():
-        around = space_map_figure(one, "A").axes[-1]
+    with project_style():
+        around = orientation_map_figure(one, "A").axes[-1]
         plt.close("all")
     shares = np.array([bar.get_height() ** 2 for bar in around.patches])
     falls = one["fall_azimuth"].to_numpy().ravel()
@@ -174,8 +174,8 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
             else:
                 assert [one.get_text() for one in plot.boundary(cube).legends[0].get_texts()][:2] == said
             assert plot.plane(cube).get_suptitle().endswith(said[-1])
-            titles = plot.polar(cube).get_suptitle(), explorer_data(cube)["title"]
+            titles = plot.polar(cube).get_suptitle(), explorer_page_data(cube)["title"]
             assert ["variant other" in title for title in titles] == [variant == "other"] * 2
     assert block_label(settings, block).endswith("m, µ of the scene")
-    (path,) = block_trajectories(settings, Motion.of(record), block, [0.0])
+    (path,) = simulate_block_trajectories(settings, Motion.of(record), block, [0.0])
     assert path.attrs["friction"] == 1.0, "which is not looked at"

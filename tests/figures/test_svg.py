@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from overturning.figures.style import DPI, add_title_and_legend, create_panel_grid, label_axes, make_compass, style
+from overturning.figures.style import (
+    DPI,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+    project_style,
+    turn_axes_into_compass,
+)
 from overturning.figures.svg import compact_svg
-from overturning.figures.write import save
+from overturning.figures.write import save_figure_files
 
 
 def drawn(path: Path, small: bool) -> str:
@@ -19,7 +26,7 @@ def drawn(path: Path, small: bool) -> str:
     import matplotlib.pyplot as plt
 
     random = np.random.Generator(np.random.PCG64(1))
-    with style():
+    with project_style():
         figure, axes = plt.subplots(1, 2)
         axes[0].loglog([1, 10, 1e4], [1e-3, 1, 1e3], marker="o", label="a < b & c")
         axes[1].scatter(*random.random((2, 50)), c=["#ff0000", "#00ff00"] * 25, linewidths=0, antialiaseds=False,
@@ -27,7 +34,7 @@ def drawn(path: Path, small: bool) -> str:
         axes[1].set_title("µ · H/B")
         axes[0].legend()
         if small:
-            save(figure, path)
+            save_figure_files(figure, path)
         else:
             figure.savefig(path, dpi=DPI)
             plt.close(figure)
@@ -70,10 +77,10 @@ def test_coordinates_are_rounded_but_factors_are_exact() -> None:
 
 def compasses(path: Path) -> bytes:
     """Draw two compasses and a panel with rotated texts, a legend, and axes with and without labels."""
-    with style():
+    with project_style():
         figure, panels = create_panel_grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:
-            make_compass(axes)
+            turn_axes_into_compass(axes)
             axes.plot([0.0, 1.0, 2.0], [1e-3, 2e-3, 3e-3], label="one")
             axes.set_title("two\nlines", fontsize=9)
         beside = figure.add_axes((0.7, 0.7, 0.2, 0.2))
@@ -81,7 +88,7 @@ def compasses(path: Path) -> bytes:
         label_axes(beside, "", "up")
         beside.annotate("turned", (10, 1), rotation=30, ha="right", rotation_mode="anchor")
         add_title_and_legend(figure, "Title", panels[0, 0])
-        save(figure, path)
+        save_figure_files(figure, path)
     return path.read_bytes()
 
 
@@ -94,9 +101,9 @@ def test_skipping_empty_axis_labels_changes_no_byte(kind: str, tmp_path: Path, m
 
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
 def test_figure_is_saved_outside_the_style_context(kind: str, tmp_path: Path) -> None:
-    with style():
+    with project_style():
         figure, panels = create_panel_grid(1, 1, 3.0, 3.0, polar=False)
         panels[0, 0].set_title("µ · φ")
-    save(figure, tmp_path / f"one.{kind}", width=2.0)
-    save(figure, tmp_path / f"two.{kind}")
+    save_figure_files(figure, tmp_path / f"one.{kind}", width=2.0)
+    save_figure_files(figure, tmp_path / f"two.{kind}")
     assert all((tmp_path / f"{name}.{kind}").stat().st_size > 0 for name in ("one", "two"))

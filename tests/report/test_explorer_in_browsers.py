@@ -13,7 +13,7 @@ import xarray as xr
 from matplotlib.colors import to_rgb
 
 from overturning.figures import explore, style
-from overturning.figures.explore import explorer_data, explorer_page
+from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.study.cube import open_cube
 from tests.expect import lacking
 from tests.figures.test_explore import cube, space_cube
@@ -199,17 +199,17 @@ def painted() -> xr.Dataset:
 def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -> dict[str, Any]:
     """Results of the scripts in each browser, by name."""
     with open_cube(hostile / "cube.nc", element=None) as opened:
-        command = explorer_page(explorer_data(opened))
-    plain = explorer_page(explorer_data(cube()), "report.html")
+        command = explorer_page_html(explorer_page_data(opened))
+    plain = explorer_page_html(explorer_page_data(cube()), "report.html")
     pages = {
         "sentences": (plain, SENTENCES),
         "pinning": (plain, PINNING),
         "keys": (plain, KEYS),
         "phone": (plain, PHONE),
         "contrast": (plain, CONTRAST),
-        "painted": (explorer_page(explorer_data(painted())), PAINTED),
-        "late": (explorer_page(explorer_data(late())), LATE),
-        "in space": (explorer_page(explorer_data(space_cube())), IN_SPACE),
+        "painted": (explorer_page_html(explorer_page_data(painted())), PAINTED),
+        "late": (explorer_page_html(explorer_page_data(late())), LATE),
+        "in space": (explorer_page_html(explorer_page_data(space_cube())), IN_SPACE),
         "command": (command, COMMAND),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -242,7 +242,7 @@ def test_sentences_match_the_cube(seen: dict[str, Any]) -> None:
 
 @pytest.mark.browser
 def test_a_click_pins_hovering_previews_and_escape_releases(seen: dict[str, Any]) -> None:
-    found, data = seen["pinning"], explorer_data(cube())
+    found, data = seen["pinning"], explorer_page_data(cube())
     _, b = data["records"][data["shown"]["record"]]["clear"]
     assert f"B/H = {data['b_over_h'][b]:g}: the block falls towards" in found["opening"][0]
     assert found["opening"][1] == "", "a page that was only opened has no cell in its address"
@@ -270,7 +270,7 @@ def test_an_address_shows_its_cell(seen: dict[str, Any]) -> None:
     assert "32" in doubts
     assert "lots" in doubts
     assert colour == "time"
-    _, shape = explorer_data(cube())["records"][1]["clear"]
+    _, shape = explorer_page_data(cube())["records"][1]["clear"]
     assert f"B/H = {cube()['b_over_h'].to_numpy()[shape]:g}: " in found["linked"][0], "its clear case"
     assert found["linked"][1] == ""
     assert found["changed"][:4] == ["1", "1", "0", "0"], "record, height, aspect, friction of the new address"
@@ -350,7 +350,7 @@ def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
 @pytest.mark.browser
 def test_the_explorer_in_space_matches_the_cube(seen: dict[str, Any]) -> None:
     whole, around = space_cube(), seen["in space"]
-    record = explorer_data(whole)["shown"]["record"]
+    record = explorer_page_data(whole)["shown"]["record"]
 
     def expected(orientation: int, ratio: int) -> str:
         fell = float(whole["overturned"][record, orientation, 0, ratio, 0, 1])

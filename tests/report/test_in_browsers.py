@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.figures.drawn_case import read_cases
+from overturning.figures.drawn_case import read_drawn_cases
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
-from overturning.figures.page import film_page
+from overturning.figures.page import film_page_html
 from overturning.motion.motion import Motion
 from tests.figures.films import falling_body, two_panels
 from tests.report.browsers import answers
@@ -104,10 +104,10 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = falling_body(motion)
     pages = {
-        "film": (film_page(two_panels(duration=1.2, title=NAME)), FILM),
-        "fall": (film_page(two_panels(forces=False)), FALL),
-        "three": (film_page(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
-        "space": (film_page(film_of_trajectories([path], motion, "title")), SPACE),
+        "film": (film_page_html(two_panels(duration=1.2, title=NAME)), FILM),
+        "fall": (film_page_html(two_panels(forces=False)), FALL),
+        "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
+        "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
         "report": (rendered[0], REPORT),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -163,7 +163,7 @@ def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], ho
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
     assert page["sorted"] == ["30", "2,000", "12,345"]
     assert page["opened"]
-    assert page["films"] == len(read_cases(hostile / "figures" / "illustrative")) >= 1
+    assert page["films"] == len(read_drawn_cases(hostile / "figures" / "illustrative")) >= 1
     assert page["title"] == BAD
     assert "hurt" not in page
     # On a phone only scrollable elements are wider than the screen.

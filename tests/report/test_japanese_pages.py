@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from overturning.figures.explore import explorer_data, explorer_page
+from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.report.write import write_report
-from overturning.translation.texts import visible_language
+from overturning.translation.texts import use_visible_language
 from tests.figures.test_explore import cube, space_cube
 from tests.figures.test_japanese_figures import svg_texts
 from tests.report.browsers import answers
@@ -62,9 +62,9 @@ NAMES = {"script", "window", "hurt", "none", "space", "report", "HTML", "html"}
 
 @pytest.mark.browser
 def test_the_explorer_has_no_english_word(tmp_path: Path) -> None:
-    with visible_language("ja"):
+    with use_visible_language("ja"):
         pages = {
-            name: (explorer_page(explorer_data(data), "report.html"), HELPERS + ALL_TEXTS)
+            name: (explorer_page_html(explorer_page_data(data), "report.html"), HELPERS + ALL_TEXTS)
             for name, data in (("2-D", cube()), ("part", painted()), ("3-D", space_cube()))
         }
     for name, found in answers("chromium", pages, tmp_path / "profile").items():

@@ -18,7 +18,14 @@ from overturning.findings.collect import Findings
 from overturning.findings.population import JMA_DEGREES
 from overturning.findings.surveys import SurveyCommandResults
 from overturning.model.status import Status
-from overturning.report.render import LANGUAGES, environment, label, parse_markdown, read_labels, render_markdown
+from overturning.report.render import (
+    LANGUAGES,
+    environment,
+    label,
+    parse_markdown,
+    read_label_translations,
+    render_markdown,
+)
 from overturning.report.terminal import paragraphs_of, plain_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
@@ -142,7 +149,7 @@ def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> Non
     def unfolded(data: Any) -> str:
         return "\n".join(paragraphs_of(parse_markdown(render_markdown(Findings.model_validate(data), language))))
 
-    labels, text = read_labels(language), unfolded(data)
+    labels, text = read_label_translations(language), unfolded(data)
     (line,) = (one for one in text.splitlines() if label(kinds[0], labels) in one)
     assert all(label(kind, labels) in line for kind in kinds)
     assert line.count("vale") == 3
@@ -162,7 +169,7 @@ def test_no_rule_is_called_best_unless_every_interval_excludes_0(language: str) 
     paragraphs = [one for one in text_of(Findings.model_validate(data), language).splitlines() if "−0.03" in one]
     assert len(paragraphs) == 1
     assert highest not in paragraphs[0]
-    names = [label(name, read_labels(language)) for name in ("West", "Ishiyama")]
+    names = [label(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
     assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
     data["criteria_scores"] |= {"best_criterion": "West", "not_shown_to_differ": []}
     assert highest in text_of(Findings.model_validate(data), language)
@@ -265,7 +272,7 @@ PROPER = {"other", "By hand", "Which way?", "vale"}
 def test_every_name_in_findings_by_hand_has_a_japanese_label() -> None:
     names = shown_labels() - PROPER
     assert len(names) >= 15
-    labels = read_labels("ja")
+    labels = read_label_translations("ja")
     assert [name for name in names if label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
     assert {*RULE_NAMES, *CRITERION_NAMES, *STATUS_NAMES, *(d for d, *_ in JMA_DEGREES if " " in d)} <= {*labels}
 

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.figures.illustrative import draw_illustrative_cases
 from overturning.figures.record import draw_record_figures
 from overturning.figures.study import draw_study_figures
-from overturning.figures.write import write_figure
+from overturning.figures.write import write_figure_in_study_formats
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.intensity import write_intensity_measures
@@ -51,7 +51,7 @@ def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **s
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
     draw_illustrative_cases(cube, motions, figures / "illustrative")
     if drawn:
-        write = partial(write_figure, settings.figures)
+        write = partial(write_figure_in_study_formats, settings.figures)
         draw_record_figures(cube, intensity, motions, figures, write)
         draw_study_figures(cube, intensity, figures, write)
     return folder

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.labels import azimuth_gap_label
+from overturning.labels import unsimulated_azimuth_label
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import (
     PlanarModel,
@@ -193,7 +193,7 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
     assert circle_share_of_planes(list(part)) == pytest.approx(1 / len(part))
-    said = azimuth_gap_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
+    said = unsimulated_azimuth_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
     assert said == f"between {last}° and {180 + part[0]}°"
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.cells import close_circle
-from overturning.figures.explore import explorer_data
-from overturning.figures.rose import rose_figure
+from overturning.figures.cells import extend_cells_to_full_circle
+from overturning.figures.explore import explorer_page_data
+from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.findings.exactness import ensemble_findings
 from overturning.model.falls import model_of_cube
 from overturning.settings import Ensemble, Population
@@ -56,7 +56,7 @@ def whole() -> xr.Dataset:
 
 
 def of_roses(cube: xr.Dataset) -> list[float]:
-    return [bar.get_height() for axes in rose_figure(cube).axes for bar in axes.patches]
+    return [bar.get_height() for axes in fall_roses_by_group_figure(cube).axes for bar in axes.patches]
 
 
 def of_the_ensemble(cube: xr.Dataset) -> object:
@@ -78,8 +78,8 @@ THE_SAME = {
     ),
     "falls": fall_counts_towards_azimuths,
     "blocks that only just fall": informative_block_mask,
-    "maps": close_circle,
-    "explorer": explorer_data,
+    "maps": extend_cells_to_full_circle,
+    "explorer": explorer_page_data,
     "report of the ensemble": of_the_ensemble,
 }
 CLOSE = {
@@ -155,7 +155,7 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
     unknown = {face: population_rates_by_record(half, Population(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
-    flags = close_circle(half)["overturned"]
+    flags = extend_cells_to_full_circle(half)["overturned"]
     assert flags.sel(azimuth=AZIMUTH[FIRST]).notnull().all()
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 

@@ -11,10 +11,10 @@ import pytest
 from overturning import plot
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
-from overturning.figures.explore import explorer_data
+from overturning.figures.explore import explorer_page_data
 from overturning.findings.contrast import contrast_study_with_variants, element_fall_findings
 from overturning.findings.results import StudyResults
-from overturning.labels import variant_label
+from overturning.labels import variant_label_as_list
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import reference_height_and_b_over_h
@@ -96,9 +96,9 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
         assert rows["shaft"].first == rows["shaft"].falls == rows["any element"].falls
         assert rows["lower-base"].falls == 0
-        assert explorer_data(cube)["title"] == "stack, H and B/H of the shaft"
+        assert explorer_page_data(cube)["title"] == "stack, H and B/H of the shaft"
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
-        assert variant_label(alone) == ["variant alone"]
+        assert variant_label_as_list(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
         found = count_falls_of_two_stones(shaft, alone)
@@ -139,12 +139,12 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         centre = ((y + np.roll(y, -1)) * across).sum() / (3 * across.sum())
         np.testing.assert_allclose(monolith["critical_angle"], np.degrees(np.arctan(0.2725 / centre)))
         assert "the monolith has 1.85 times that height and a B/H of 0.463" in monolith["b_over_h"].attrs["comment"]
-        assert variant_label(monolith)[0] == (
+        assert variant_label_as_list(monolith)[0] == (
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
         exported = said("cube", "export", paths["monolith"], tmp_path / "cases.csv")
-        assert f"cases.csv: 24 cases, {variant_label(monolith)[0]}\n" in exported
+        assert f"cases.csv: 24 cases, {variant_label_as_list(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
         study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),

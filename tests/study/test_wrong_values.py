@@ -17,7 +17,7 @@ from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 from overturning.surveys.standing import FragilityCurveRow, HazardCurveRow
 from overturning.surveys.stones import SurveyRow
-from overturning.tables import read_rows
+from overturning.tables import read_table_rows
 
 OF_PYDANTIC = re.compile(
     r"discriminator|tag:|tags:|Tuple|List should|String should|Dictionary|Input |instance of|a valid |unable to|"
@@ -108,7 +108,9 @@ def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseMode
             (tmp_path / "table.csv").write_text(f"{','.join(row)}\n{','.join(row.values())}\n", encoding="utf-8")
             try:
                 list(
-                    read_rows(tmp_path / "table.csv", model, delimiter=",", error_class=ConfigError, table_kind="table")
+                    read_table_rows(
+                        tmp_path / "table.csv", model, delimiter=",", error_class=ConfigError, table_kind="table"
+                    )
                 )
             except ConfigError as error:
                 lines.append(str(error))

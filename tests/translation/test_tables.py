@@ -10,11 +10,11 @@ from overturning.figures import film_words
 from overturning.translation import texts
 from overturning.translation.texts import (
     LANGUAGES,
-    check_font,
-    read_table,
+    check_font_is_installed,
+    read_translation_table,
     translate,
     translate_strings,
-    visible_language,
+    use_visible_language,
 )
 
 ENGLISH = re.compile(r"[A-Za-z]{3,}")
@@ -33,7 +33,7 @@ def english_words(text: str) -> set[str]:
 
 @pytest.mark.parametrize("name", ["labels", "figures", "explorer"])
 def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name: str) -> None:
-    for english, translation in read_table("ja", name).items():
+    for english, translation in read_translation_table("ja", name).items():
         assert not english_words(translation), translation
         before, after = FIELD.findall(english), FIELD.findall(translation)
         if english in {"figure", "table"}:  # keys of words that have no English text of their own
@@ -48,14 +48,14 @@ def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name
 
 def test_every_language_has_the_words_that_reports_need() -> None:
     for language in LANGUAGES:
-        assert {"to", "figure", "table", "azimuth"} <= read_table(language, "labels").keys()
+        assert {"to", "figure", "table", "azimuth"} <= read_translation_table(language, "labels").keys()
 
 
 def test_the_explorer_scripts_and_their_table_have_the_same_texts() -> None:
     folder = resources.files("overturning").joinpath("figures", "templates")
     scripts = [one for one in folder.iterdir() if one.name.startswith("explore") and one.name.endswith(".js")]
     script = re.sub(r'" \+\s*"', "", "\n".join(one.read_text(encoding="utf-8") for one in scripts))
-    table = read_table("ja", "explorer")
+    table = read_translation_table("ja", "explorer")
     said = {text for pair in re.findall(r'say\((?:[^"()]|\(\))*"([^"]*)"(?:\s*: "([^"]*)")?', script) for text in pair}
     assert said - {""} <= table.keys()
     literals = set(re.findall(r'"([^"]*)"', script))
@@ -101,15 +101,15 @@ def test_packed_data_and_numbers_are_not_translated() -> None:
 
 
 def test_the_language_holds_inside_the_block() -> None:
-    with visible_language("ja"):
+    with use_visible_language("ja"):
         assert translate("stands") == "非転倒"
     assert translate("stands") == "stands"
-    with pytest.raises(ArgumentError, match="choose one of en, ja"), visible_language("de"):
+    with pytest.raises(ArgumentError, match="choose one of en, ja"), use_visible_language("de"):
         pass
 
 
 def test_a_missing_font_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(texts, "installed_fonts", lambda _: [])
-    check_font("en", "a.png")
+    monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
+    check_font_is_installed("en", "a.png")
     with pytest.raises(MissingDataError, match=r"^a\.png: .*install the Debian package fonts-noto-cjk$"):
-        check_font("ja", "a.png")
+        check_font_is_installed("ja", "a.png")

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from overturning.figures.rose import rose_figure
-from overturning.figures.scene import element_roses_figure
-from overturning.figures.style import style
+from overturning.figures.rose import fall_roses_by_group_figure
+from overturning.figures.scene import fall_roses_by_element_figure
+from overturning.figures.style import project_style
 from overturning.findings.causes import logistic_fit_findings, skill_of_published_criteria
 from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
@@ -51,7 +51,7 @@ def stones_of(results: StudyResults) -> list[object]:
     said = [
         count_falls_of_two_stones(one, other),
         ensemble_findings(results),
-        element_roses_figure(stones),
+        fall_roses_by_element_figure(stones),
     ]
     return said + [count_falls_by_element(cube) for cube in results.cubes.values()]
 
@@ -61,12 +61,12 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "axes of earthquakes": lambda results: results.fall_axis_summaries,
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.cell_and_unknown_counts_by_status,
-        "rose": lambda results: rose_figure(results.cube),
+        "rose": lambda results: fall_roses_by_group_figure(results.cube),
         "logistic fit": logistic_fit_findings,
         "criteria": skill_of_published_criteria,
     },
     "space": {
-        "roses": lambda results: rose_figure(results.cube),
+        "roses": lambda results: fall_roses_by_group_figure(results.cube),
         "references": fall_alignments_with_references,
         "planar model": planar_model_agreement,
         "twist": final_twist_findings,
@@ -97,7 +97,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
 
 def peak(statistic: Statistic, folder: Path) -> int:
     """Largest memory of a statistic, bytes, that NumPy and Python allocate."""
-    with open_study_results(folder) as results, style():
+    with open_study_results(folder) as results, project_style():
         tracemalloc.start()
         statistic(results)
         most = tracemalloc.get_traced_memory()[1]
@@ -111,7 +111,7 @@ def test_additional_record_needs_little_memory(
 ) -> None:
     monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
     statistic, few_many = STATISTICS[kind][name], folders[kind]
-    with open_study_results(few_many[0]) as results, style():
+    with open_study_results(few_many[0]) as results, project_style():
         statistic(results)  # what is imported and kept on the first call
     few, many = (peak(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:

@@ -132,11 +132,11 @@ def measure_lazily(
         program = f"""
 from functools import partial
 from pathlib import Path
-from overturning.figures.write import write_figure
+from overturning.figures.write import write_figure_in_study_formats
 from overturning.study.load import load_study_from_file_or_json
 folder = Path({str(folder)!r})
 cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
-write = partial(write_figure, load_study_from_file_or_json(str(folder / "study.json")).figures)
+write = partial(write_figure_in_study_formats, load_study_from_file_or_json(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
         note(what, run_program([sys.executable, "-c", program]))

@@ -8,8 +8,16 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, INK, SERIES, add_title_and_legend, create_panel_grid, label_axes, style
-from overturning.figures.write import save
+from overturning.figures.style import (
+    DASHED,
+    INK,
+    SERIES,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+    project_style,
+)
+from overturning.figures.write import save_figure_files
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import (
     B_OVER_H,
@@ -31,7 +39,7 @@ def draw_reliability(
     tests: ShakingTableTests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
-    with style():
+    with project_style():
         figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
@@ -42,7 +50,7 @@ def draw_reliability(
             label_axes(axes, "predicted probability of falling", "share that fell")
             axes.label_outer()
         add_title_and_legend(figure, "Reliability; each motion is predicted from the others; 95 % intervals by motion")
-        save(figure, path)
+        save_figure_files(figure, path)
 
 
 def _draw_bins(axes: Any, bins: list[ReliabilityBin]) -> None:

@@ -6,8 +6,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import style
-from overturning.figures.write import save
+from overturning.figures.style import project_style
+from overturning.figures.write import save_figure_files
 from verification.stability.cases import SCENES
 from verification.stability.checks import Ending
 
@@ -47,14 +47,14 @@ def draw_map(rows: pd.DataFrame, path: Path) -> None:
     """Draw every case as a point over four pairs of groups; values outside a panel are drawn at its edge."""
     import matplotlib.pyplot as plt
 
-    with style():
+    with project_style():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
         for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
             _points(axis, rows, across, up, 1.6)
             axis.set_xlabel(_LABELS[across])
             axis.set_ylabel(_LABELS[up])
         _legend(figure, rows)
-        save(figure, path)
+        save_figure_files(figure, path)
 
 
 def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
@@ -63,7 +63,7 @@ def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
     across_of = ("penetration_ratio", "damping", "friction_ratio")
-    with style():
+    with project_style():
         figure, axes = plt.subplots(
             3, len(SCENES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
         )
@@ -75,7 +75,7 @@ def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
                     axis.set_ylabel(labels["acceleration_ratio"])
             axes[0, column].set_title(scene)
         _legend(figure, rows)
-        save(figure, path)
+        save_figure_files(figure, path)
 
 
 def _points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
@@ -108,7 +108,7 @@ def draw_shares(rows: pd.DataFrame, path: Path) -> None:
     """Draw the shares of outcomes along each group."""
     import matplotlib.pyplot as plt
 
-    with style():
+    with project_style():
         figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
         for axis, group in zip(axes.ravel(), _LABELS, strict=False):
             low, high = _LIMITS[group]
@@ -133,4 +133,4 @@ def draw_shares(rows: pd.DataFrame, path: Path) -> None:
         axes[1, 2].axis("off")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         axes[1, 2].legend(handles, labels, loc="center")
-        save(figure, path)
+        save_figure_files(figure, path)

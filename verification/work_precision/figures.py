@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import DASHES, INK, SERIES, style
-from overturning.figures.write import save
+from overturning.figures.style import DASHES, INK, SERIES, project_style
+from overturning.figures.write import save_figure_files
 from overturning.model.contact import STATIC_PENETRATION
 from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.page import varies_steps_only
@@ -40,7 +40,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
     import matplotlib.pyplot as plt
 
     measures = ("wrong_flags", "wrong_sides", "rotation_error", "boundary_shift")
-    with style():
+    with project_style():
         figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, (kind, friction) in enumerate((("rocking", "µ = 1 and 10"), ("sliding", "µ = 0.33 and 0.58"))):
             over = rows[varies_steps_only(rows, kind)]
@@ -55,7 +55,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
         methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8, against 2e-8"}
         figure.legend(handles=_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
         figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
-        save(figure, path)
+        save_figure_files(figure, path)
 
 
 def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
@@ -64,7 +64,7 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
 
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION) | rows["penetration_ratio"].isna()
     default_step = rows["step_fraction"] == rows["step_fraction"][rows["default"] == 1].iloc[0]
-    with style():
+    with project_style():
         figure, axes = plt.subplots(3, 2, figsize=(7.6, 9.6), layout="constrained")
         for line, title in zip(axes, ("sine pulses", "records, no sliding"), strict=False):
             mine = (rows["cases_of"] == title) & (rows["against"] == "rigid rocking")
@@ -83,7 +83,7 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
         }
         methods |= {"exact": "exact rigid block, over orders"}
         figure.legend(handles=_handles(methods), loc="outside lower center", ncols=2)
-        save(figure, path)
+        save_figure_files(figure, path)
 
 
 def _panel(

@@ -39,15 +39,15 @@ def draw_figure(
     import inspect
 
     from overturning.errors import ArgumentError, closest_name_hint
-    from overturning.figures.write import parse_figure_width, save_with_checks, set_title
+    from overturning.figures.write import parse_figure_width_inches, save_figure_with_checks, set_figure_title
     from overturning.files import check_output_path
     from overturning.study.cube import open_cube, select_heights_and_frictions, study_for_presentation
-    from overturning.translation.texts import ENGLISH, check_language, visible_language
+    from overturning.translation.texts import ENGLISH, check_language_is_known, use_visible_language
 
     if kind not in KINDS:
         raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS)}")
     check_output_path(output, "--output", ".svg", ".png", ".pdf")
-    inches = parse_figure_width(width)
+    inches = parse_figure_width_inches(width)
     draw = KINDS[kind]
     of_one = "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
@@ -56,14 +56,14 @@ def draw_figure(
         raise ArgumentError(f"--height, --friction: {kind} shows the ground motion; leave them out")
     if kind == "polar" and (height or friction):
         draw = KINDS["blocks"]
-    check_language(language or ENGLISH)
+    check_language_is_known(language or ENGLISH)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)
         study = study_for_presentation(data)
-    set_title(drawn, title)
-    with visible_language(language or (study.language if study else None)):
-        warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
+    set_figure_title(drawn, title)
+    with use_visible_language(language or (study.language if study else None)):
+        warning = save_figure_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
     print(output)
     if warning:
         print(f"warning: {warning}")
@@ -131,10 +131,10 @@ def write_case_table(
 ) -> None:
     """Write the cases of a cube as a table, one row per case, with all elements and factors on the motions."""
     from overturning.files import check_output_path
-    from overturning.labels import variant_label
+    from overturning.labels import variant_label_as_list
     from overturning.study.cube import open_cube
     from overturning.study.small import write_table
 
     check_output_path(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
-        print(", ".join([f"{output}: {write_table(data, output)} cases", *variant_label(data)]))
+        print(", ".join([f"{output}: {write_table(data, output)} cases", *variant_label_as_list(data)]))

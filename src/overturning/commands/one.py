@@ -38,7 +38,7 @@ def simulate_one_stone(
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file_start_s
-    from overturning.translation.texts import visible_language
+    from overturning.translation.texts import use_visible_language
 
     _check_output_files(output_options, body_options)
     record = _read_processed_record(motion_options, file_options)
@@ -64,69 +64,73 @@ def simulate_one_stone(
     title = f"{place}{times}{level}: {found.stone_description}"
     print(title, *found.outcome_lines, *_time_origin_notes(shift), *record.notes, sep="\n  ")
     if output_options.animate is not None:
-        from overturning.figures.film_case import filmed_case
+        from overturning.figures.film_case import film_title_facts
         from overturning.figures.film_movie import write_film_movie
         from overturning.figures.film_of_trajectory import film_of_trajectories
-        from overturning.figures.film_words import case_title, place_text
+        from overturning.figures.film_words import film_title_text, station_and_event_text
         from overturning.figures.page import write_film_page
 
-        facts = filmed_case(
+        facts = film_title_facts(
             found.model,
             found.block_parameters,
-            place_text(record.station or record.record_id, record.event),
+            station_and_event_text(record.station or record.record_id, record.event),
             direction=found.direction,
             amplitude=motion_options.amplitude,
             level=motion.up is None and record.up is not None,
         )
-        film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), case_title(facts))
+        film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), film_title_text(facts))
         write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
-        with visible_language(output_options.language):
+        with use_visible_language(output_options.language):
             write(film, output_options.animate)
         print(f"film: {output_options.animate}")
     if output_options.response is not None:
-        from overturning.figures.response import axis_figure, response_figure
-        from overturning.figures.style import style
-        from overturning.figures.write import save
+        from overturning.figures.response import body_axis_figure, rotation_slip_and_uplift_figure
+        from overturning.figures.style import project_style
+        from overturning.figures.write import save_figure_files
 
-        with style(), visible_language(output_options.language):
+        with project_style(), use_visible_language(output_options.language):
             figure = (
-                axis_figure(found.trajectories[0], motion, title)
+                body_axis_figure(found.trajectories[0], motion, title)
                 if body_options.body
-                else response_figure(found.trajectories, title)
+                else rotation_slip_and_uplift_figure(found.trajectories, title)
             )
-            save(figure, output_options.response)
+            save_figure_files(figure, output_options.response)
         print(f"figure: {output_options.response}")
 
 
-def _time_origin_notes(time_shift: float) -> list[str]:
+def _time_origin_notes(file_time_shift: float) -> list[str]:
     """Return a note on the time origin of printed lines, films and figures; empty if the first sample was not moved."""
-    if not time_shift:
+    if not file_time_shift:
         return []
-    first = f"{-time_shift:g} s earlier, with zeros of the filter" if time_shift < 0 else f"{time_shift:g} s later"
+    first = (
+        f"{-file_time_shift:g} s earlier, with zeros of the filter"
+        if file_time_shift < 0
+        else f"{file_time_shift:g} s later"
+    )
     return [f"times count from the first sample of the file; the motion that was simulated begins {first}"]
 
 
-def _trajectory_in_file_time(trajectory: "xr.Dataset", time_shift: float) -> "xr.Dataset":
+def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
     """Return a trajectory with times counted from the first sample of the record file."""
-    return trajectory.assign(overturning_time=trajectory["overturning_time"] + time_shift).assign_coords(
-        time=trajectory["time"] + time_shift
+    return trajectory.assign(overturning_time=trajectory["overturning_time"] + file_time_shift).assign_coords(
+        time=trajectory["time"] + file_time_shift
     )
 
 
-def _motion_in_file_time(motion: "Motion", time_shift: float) -> "Motion":
+def _motion_in_file_time(motion: "Motion", file_time_shift: float) -> "Motion":
     """Return the motion from the first sample of the record file on, without zeros that the filter added before."""
     import numpy as np
 
     from overturning.motion.motion import Motion
 
-    before = round(-time_shift / motion.sampling_interval)
+    before = round(-file_time_shift / motion.sampling_interval)
     parts = [np.pad(samples, (max(0, -before), 0))[max(0, before) :] for samples in motion.components]
     return Motion(*parts, sampling_interval=motion.sampling_interval, trust_data=True)
 
 
 @dataclass(frozen=True)
 class _SimulatedTrajectories:
-    """Trajectories of a stone that `overturning one` simulated, with its description and a line of text for each."""
+    """Trajectories of one stone, the description of the stone, and a line of text for each trajectory."""
 
     stone_description: str
     outcome_lines: "list[str]"
@@ -136,19 +140,19 @@ class _SimulatedTrajectories:
 
     @property
     def direction(self) -> float | None:
-        """Azimuth or orientation, degrees; None if there are several."""
+        """Azimuth or orientation, degrees, of the only trajectory; None if there are several trajectories."""
         name = f"{self.model.direction}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
 def _simulate_planar(
-    motion: "Motion", amplitude: float, plane_options: PlaneOptions, stone_options: StoneOptions, time_shift: float
+    motion: "Motion", amplitude: float, plane_options: PlaneOptions, stone_options: StoneOptions, file_time_shift: float
 ) -> _SimulatedTrajectories:
-    """Simulate a scene along each azimuth; ``time_shift``, s, added to times of the motion gives those of the file."""
+    """Simulate a 2-D scene along each azimuth; motion times plus ``file_time_shift``, s, are times in the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
-    from overturning.figures.style import compass_name
+    from overturning.figures.style import compass_bearing
     from overturning.model.geometry import reference_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
@@ -165,7 +169,7 @@ def _simulate_planar(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
             ),
-            time_shift,
+            file_time_shift,
         )
         for angle in plane_options.azimuth or []
     ]  # fmt: skip
@@ -175,7 +179,7 @@ def _simulate_planar(
         if path["overturned"].to_numpy()[shown] == 0:
             name = f" ({stones.default_output_element})" if len(stones.free_element_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
-        lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
+        lines.append(f"motion along {compass_bearing(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane_options.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.varies_friction else "that of the scene"
     what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
@@ -184,12 +188,12 @@ def _simulate_planar(
 
 
 def _simulate_body(
-    motion: "Motion", amplitude: float, body_options: BodyOptions, stone_options: StoneOptions, time_shift: float
+    motion: "Motion", amplitude: float, body_options: BodyOptions, stone_options: StoneOptions, file_time_shift: float
 ) -> _SimulatedTrajectories:
-    """Simulate a body at each orientation; ``time_shift``, s, added to times of the motion gives those of the file."""
+    """Simulate a 3-D body at each orientation; motion times plus ``file_time_shift``, s, are times in the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_of_trajectory import heading_of_trajectory, outcome_sentence
+    from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
     from overturning.model.mesh import read_mesh_polyhedron
@@ -215,7 +219,7 @@ def _simulate_body(
                 motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, aspect=body_options.aspect, amplitude=amplitude,
             ),
-            time_shift,
+            file_time_shift,
         )
         for angle in body_options.orientation or [0.0]
     ]  # fmt: skip
@@ -223,7 +227,7 @@ def _simulate_body(
     sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.aspect_is_parameter else ""
     return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
-        [*level, *(f"{heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
+        [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
         paths,
         Body(shape, contact),
         {name: float(sizes[name]) for name in ("height", "b_over_h")}
@@ -235,19 +239,19 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
     """Raise an error, before the simulation, if an output file could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path
-    from overturning.translation.texts import ENGLISH, check_font, check_language
+    from overturning.translation.texts import ENGLISH, check_font_is_installed, check_language_is_known
 
     language = output_options.language or ENGLISH
-    check_language(language)
+    check_language_is_known(language)
     for path in (output_options.animate, output_options.response):
         if path is not None and path.suffix.lower() not in (".html", ".svg"):
-            check_font(language, path.name)
+            check_font_is_installed(language, path.name)
     check_output_path(output_options.animate, "--animate", ".html", ".gif", ".mp4")
     check_output_path(output_options.response, "--response", ".svg", ".png", ".pdf")
     if output_options.animate is not None:
-        from overturning.figures.film_movie import check_movie
+        from overturning.figures.film_movie import check_film_can_be_written
 
-        check_movie(output_options.animate, in_space=body_options.body)
+        check_film_can_be_written(output_options.animate, in_space=body_options.body)
     if output_options.response is not None and body_options.body and len(body_options.orientation or ()) > 1:
         raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
 
@@ -272,7 +276,7 @@ def _load_or_create_scene(plane_options: PlaneOptions, damping_ratio: float | No
 
 
 def _read_processed_record(motion_options: MotionOptions, file_options: FileOptions) -> "Record":
-    """Return a record of the table, a file or a pulse, with the default processing of a study."""
+    """Return the record that the options name (table entry, file or pulse), with the default processing."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint
     from overturning.files import find_project_file
     from overturning.records.catalogue import read_record_table

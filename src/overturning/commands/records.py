@@ -49,7 +49,7 @@ def check_record_files(paths: Paths, file_options: FileOptions) -> None:
 
 
 def _print_notes(notes: Iterable[str]) -> None:
-    """Print notes on record files."""
+    """Print each of the notes on record files in a line of its own."""
     for note in notes:
         typer.echo(f"earthquakes: {note}")
 
@@ -84,9 +84,9 @@ def plot_records(
     The exit status is 1 if a file was refused.
     """
     from overturning.errors import ArgumentError
-    from overturning.figures.history import history_figure
-    from overturning.figures.style import style
-    from overturning.figures.write import save
+    from overturning.figures.history import record_history_figure
+    from overturning.figures.style import project_style
+    from overturning.figures.write import save_figure_files
     from overturning.records.check import check_records_in_files, format_record_check
     from overturning.records.processing import default_processing_steps, process_record
     from overturning.records.record import processing_entry_text
@@ -112,8 +112,8 @@ def plot_records(
         # Files with the same name in several folders get numbered figures.
         target = output if page else next(one for one in chain([output / f"{name}.svg"], numbered) if one not in made)
         made.add(target)
-        with style():
-            save(history_figure(record, used), target)
+        with project_style():
+            save_figure_files(record_history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
         _print_record_notes(record)
     for finding in unread:

@@ -24,12 +24,12 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
     import shutil
 
     from overturning.errors import ArgumentError
-    from overturning.files import project_folders, write_text
+    from overturning.files import project_file_folders, write_text
     from overturning.study.document import project_readme, study_template
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
-    project = next(root for root in project_folders() if (root / PROJECT_FILES[0]).is_file())
+    project = next(root for root in project_file_folders() if (root / PROJECT_FILES[0]).is_file())
     for part in PROJECT_FILES:
         source, target = project / part, folder / part
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -81,11 +81,11 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(note)
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
-        print(_search_time_note(searched, len(entries)))
+        print(_survey_search_time_note(searched, len(entries)))
 
 
-def _search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
-    """Return a note on the time of the search for the motion of the surveys, for a number of records in the study."""
+def _survey_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
+    """Return a note on the time that the search for the motion behind each survey takes with so many records."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import uncached_case_count_and_time

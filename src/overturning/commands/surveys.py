@@ -21,7 +21,7 @@ def compare_survey_with_cube(
     """Compare the observed fall directions of a survey with those that the cube predicts."""
     from overturning.files import check_output_path
     from overturning.findings.surveys import SurveyCommandResults, survey_findings
-    from overturning.labels import azimuth_gap_label, variant_label
+    from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
     from overturning.stored import write_result
@@ -35,8 +35,11 @@ def compare_survey_with_cube(
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_position(data, record)]).load()
         name = str(site["record_id"].item())
-        comparison, gaps = compare_survey_with_prediction(rows, site, background=background), azimuth_gap_label(site)
-        against = ", ".join([name, *variant_label(site)])
+        comparison, gaps = (
+            compare_survey_with_prediction(rows, site, background=background),
+            unsimulated_azimuth_label(site),
+        )
+        against = ", ".join([name, *variant_label_as_list(site)])
     result = make_stored_survey_comparison(stones, name, comparison, doubts)
     print(f"{result.stones} against {against}")
     for note in notes:

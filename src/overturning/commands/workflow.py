@@ -27,7 +27,7 @@ Figures = Annotated[Path, typer.Option(help="folder for the figures")]
 NetCDF = Annotated[Path, typer.Option(help="NetCDF file to write")]
 
 
-def _percent_progress() -> Callable[[int, int], None]:
+def _create_percent_progress_printer() -> Callable[[int, int], None]:
     """Return a function that prints progress in per cent on standard error, at most once a second, for the log."""
     last, said = time.monotonic(), 0
 
@@ -63,7 +63,7 @@ def read_and_process_record(
     write_record_to_motion_file(done, output, unprocessed_record=None if done is raw else raw)
 
 
-def _load_study_and_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
+def _load_study_and_processed_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
     """Return the study and the processed motions of its records."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
@@ -83,7 +83,7 @@ def compute_surface_motions(
     from overturning.records.store import write_record_to_motion_file
     from overturning.study.scenes import variant_settings
 
-    settings, records = _load_study_and_motions(study, motions)
+    settings, records = _load_study_and_processed_motions(study, motions)
     for rock in records:
         write_record_to_motion_file(
             process_record(rock, (), variant_settings(settings, variant).site),
@@ -120,7 +120,7 @@ def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -
     """Compute the intensity measures of all records along each azimuth."""
     from overturning.study.intensity import write_intensity_measures
 
-    write_intensity_measures(*_load_study_and_motions(study, motions), output)
+    write_intensity_measures(*_load_study_and_processed_motions(study, motions), output)
 
 
 def draw_ensemble_members(
@@ -152,7 +152,7 @@ def simulate_cases_of_record(
 
     settings, part = load_study_from_file_or_json(study), SweepChunk.parse(chunk)
     record, drawn = read_record_from_motion_file(motion), EnsembleMembers.read_csv(members) if members else None
-    numerics = numerics_of_study(settings, threads, _percent_progress())
+    numerics = numerics_of_study(settings, threads, _create_percent_progress_printer())
     sweep_cases_of_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
@@ -168,7 +168,7 @@ def merge_parts_into_cube(
     from overturning.study.gather import merge_parts as gather_parts
     from overturning.study.parts import part_paths
 
-    settings, records = _load_study_and_motions(study, motions)
+    settings, records = _load_study_and_processed_motions(study, motions)
     gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
 
 
@@ -216,12 +216,12 @@ def run_convergence_check(
     from overturning.study.convergence_check import check_convergence as compute_again
     from overturning.study.sample import read_cell_sample, read_rigid_block_sample
 
-    settings, records = _load_study_and_motions(study, motions)
+    settings, records = _load_study_and_processed_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_cell_sample(cube, settings.verification)
     found = compute_again(
-        settings, records, sample, threads, _percent_progress(), read_rigid_block_sample(cube, settings)
+        settings, records, sample, threads, _create_percent_progress_printer(), read_rigid_block_sample(cube, settings)
     )
     write_result(found, output)
 
@@ -234,14 +234,14 @@ def draw_figures_of_records(
     from tempfile import TemporaryDirectory
 
     from overturning.figures.record import draw_record_figures
-    from overturning.figures.write import write_figure
+    from overturning.figures.write import write_figure_in_study_formats
     from overturning.study.gather import merge_parts as gather_parts
     from overturning.study.parts import part_paths
-    from overturning.translation.texts import visible_language
+    from overturning.translation.texts import use_visible_language
 
-    settings, records = _load_study_and_motions(study, motions)
-    write = partial(write_figure, settings.figures)
-    with TemporaryDirectory() as folder, visible_language(settings.language):
+    settings, records = _load_study_and_processed_motions(study, motions)
+    write = partial(write_figure_in_study_formats, settings.figures)
+    with TemporaryDirectory() as folder, use_visible_language(settings.language):
         cube = Path(folder) / "cube.nc"
         gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, motions, output, write)
@@ -252,13 +252,13 @@ def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output
     from functools import partial
 
     from overturning.figures.study import draw_study_figures
-    from overturning.figures.write import write_figure
+    from overturning.figures.write import write_figure_in_study_formats
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.translation.texts import visible_language
+    from overturning.translation.texts import use_visible_language
 
     settings = load_study_from_file_or_json(study)
-    with visible_language(settings.language):
-        draw_study_figures(cube, intensity, output, partial(write_figure, settings.figures))
+    with use_visible_language(settings.language):
+        draw_study_figures(cube, intensity, output, partial(write_figure_in_study_formats, settings.figures))
 
 
 def simulate_illustrative_cases(

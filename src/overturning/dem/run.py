@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.cluster import simulate_cases_on_cluster
 from overturning.dem.numerics import Numerics
-from overturning.errors import suggest_keywords
+from overturning.errors import suggest_closest_keyword
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.falls import model_from_scene_or_shape
@@ -96,7 +96,7 @@ def run(
     return results
 
 
-@suggest_keywords(Numerics)
+@suggest_closest_keyword(Numerics)
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> CaseResults:

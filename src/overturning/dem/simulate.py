@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.arrays import ArrayLike, create_dataset
+from overturning.arrays import ArrayLike, create_xarray_dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.errors import ArgumentError, suggest_keywords
+from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.grid import AXES, Grid
 from overturning.model.model import Model
@@ -95,7 +95,7 @@ def simulate_arrays(
     return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), Numerics(**numerics))
 
 
-@suggest_keywords(Numerics)
+@suggest_closest_keyword(Numerics)
 def simulate(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
@@ -176,7 +176,7 @@ def simulate(
     if (angles := critical_angle_coordinate(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
-    return create_dataset(
+    return create_xarray_dataset(
         {
             item.name: (grid.cube_dimensions_of_variable(item), item.decode(arrays[item.name]), item.cf_attributes)
             for item in model.variables

@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.arrays import create_dataset
+from overturning.arrays import create_xarray_dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import create_case_grid
-from overturning.errors import ArgumentError, suggest_keywords
+from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.cases import Cases
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.model import Model
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@suggest_keywords(Numerics, "aspect", "amplitude", "initial_tilt", "aftermath")
+@suggest_closest_keyword(Numerics, "aspect", "amplitude", "initial_tilt", "aftermath")
 def trajectory(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
@@ -102,7 +102,7 @@ def trajectory(
     variables, coordinates, attributes = path.dataset_parts(results)
     known = {f"{model.direction}_deg": grid.direction_values_deg.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
-    return create_dataset(
+    return create_xarray_dataset(
         variables,
         coordinates,
         model.scene_or_body_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import DrawnEstimate, alignment_figure
+from overturning.figures.answer import DrawnEstimate, sorted_fall_alignment_figure
 from overturning.figures.style import SERIES, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import EarthquakeMean
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, FallAxisSummary
@@ -14,31 +14,36 @@ HOLLOW_MAX_EARTHQUAKES = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
-def earthquake_alignment_figure(axes_by_group: dict[str, xr.Dataset], summaries: dict[str, FallAxisSummary]) -> Figure:
+def fall_alignment_by_earthquake_figure(
+    fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, FallAxisSummary]
+) -> Figure:
     """Draw the alignment of falls with the fault normal for each earthquake, a panel per group of records."""
     values = {
         name: dict(zip(data["event"].to_numpy().astype(str).tolist(), data["cosine"].to_numpy().tolist(), strict=True))
-        for name, data in axes_by_group.items()
+        for name, data in fall_axes_by_group.items()
     }
-    means = {name: estimate_to_draw(one.alignment) for name, one in summaries.items()}
-    return alignment_figure(values, means)
+    means = {name: drawn_estimate_of_mean(one.alignment) for name, one in summary_by_group.items()}
+    return sorted_fall_alignment_figure(values, means)
 
 
-def estimate_to_draw(mean: EarthquakeMean) -> DrawnEstimate:
-    """Convert a mean over earthquakes to an estimate to draw."""
-    return DrawnEstimate(mean.value, mean.low, mean.high, mean.n)
+def drawn_estimate_of_mean(earthquake_mean: EarthquakeMean) -> DrawnEstimate:
+    """Return the mean of a measure over earthquakes, with its interval and their number, as a `DrawnEstimate`."""
+    return DrawnEstimate(earthquake_mean.value, earthquake_mean.low, earthquake_mean.high, earthquake_mean.n)
 
 
-def alignment_by_b_over_h_figure(alignments: dict[str, FallAlignmentWithReferences], b_over_h: FloatArray) -> Figure:
-    """Draw the alignment of falls with reference directions against B/H, a column per group of records.
+def fall_alignment_by_b_over_h_figure(
+    alignment_by_group: dict[str, FallAlignmentWithReferences], b_over_h: FloatArray
+) -> Figure:
+    """Draw the mean alignment of falls with each reference direction against B/H, a column per group of records.
 
-    The upper row compares axes (period 180°), the lower row directions (period 360°). `alignments` maps each group to
-    its means, which are keyed by the name of the reference and by whether it is an axis; each has a value for each B/H.
+    The upper row compares axes (period 180°), the lower row directions (period 360°). `alignment_by_group`
+    maps each group to its means, keyed by the name of the reference and by whether the reference is an axis. Each
+    entry has one mean for each of the values `b_over_h`.
     """
-    figure, panels = create_panel_grid(2, len(alignments), max(3.4 * len(alignments), 4.4), 5.4)
-    names = list(dict.fromkeys(name for group in alignments.values() for name, _ in group.means))
+    figure, panels = create_panel_grid(2, len(alignment_by_group), max(3.4 * len(alignment_by_group), 4.4), 5.4)
+    names = list(dict.fromkeys(name for group in alignment_by_group.values() for name, _ in group.means))
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
-    for column, (group, of_group) in enumerate(alignments.items()):
+    for column, (group, of_group) in enumerate(alignment_by_group.items()):
         means = of_group.means
         for row, axial in enumerate((True, False)):
             axes = panels[row, column]
@@ -60,5 +65,5 @@ def alignment_by_b_over_h_figure(alignments: dict[str, FallAlignmentWithReferenc
             axes.grid(True, axis="y")
             if row == 0:
                 axes.set_title(group, fontsize=9)
-    add_title_and_legend(figure, "", panels[0, 0], 4 if len(alignments) > 1 else 2)
+    add_title_and_legend(figure, "", panels[0, 0], 4 if len(alignment_by_group) > 1 else 2)
     return figure

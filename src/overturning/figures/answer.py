@@ -37,7 +37,7 @@ _BESIDE: Final[dict[str, Any]] = {
 
 
 class DrawnEstimate(NamedTuple):
-    """Estimate to draw, with the ends of its interval and number of earthquakes; None or NaN if there is none."""
+    """Estimated value, low and high end of its interval, and number n of earthquakes; None or NaN: not known."""
 
     value: float | None
     low: float | None = None
@@ -45,21 +45,25 @@ class DrawnEstimate(NamedTuple):
     n: int = 0
 
 
-def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[str, DrawnEstimate]) -> Figure:
-    """Draw the alignment of the falls of each earthquake, sorted, and the mean with its interval, a panel per group.
+def sorted_fall_alignment_figure(
+    alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, DrawnEstimate]
+) -> Figure:
+    """Draw the alignment of falls with the fault normal for each earthquake, sorted, and the mean, a panel per group.
 
     Parameters
     ----------
-    values : mapping of str to mapping of str to float
+    alignments_by_group : mapping of str to mapping of str to float
         For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
         if all fall along it, NaN if none falls.
-    means : mapping of str to DrawnEstimate
+    mean_by_group : mapping of str to DrawnEstimate
         Mean over the earthquakes of each group, with its interval.
     """
-    rows = max(len(of_group) for of_group in values.values())
-    figure, panels = create_panel_grid(1, len(values), PAGE_WIDTH if len(values) > 1 else 4.6, ROW * (rows + 2) + 1.25)
-    for place, ((group, of_group), axes) in enumerate(zip(values.items(), panels[0], strict=True)):
-        look, mean = _marker_style(place), means[group]
+    rows = max(len(of_group) for of_group in alignments_by_group.values())
+    figure, panels = create_panel_grid(
+        1, len(alignments_by_group), PAGE_WIDTH if len(alignments_by_group) > 1 else 4.6, ROW * (rows + 2) + 1.25
+    )
+    for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
+        look, mean = _marker_style(place), mean_by_group[group]
         ordered = sorted(
             of_group.items(), key=lambda item: (not _is_finite(item[1]), -item[1] if _is_finite(item[1]) else 0.0)
         )
@@ -76,12 +80,12 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
             axes.axvspan(mean.low, mean.high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
         at = len(ordered) + 0.25
         axes.axhline(len(ordered) - 0.4, color=INK, linewidth=0.6)
-        draw_estimate(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
+        draw_estimate_with_interval(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
         axes.set_yticks(
             [*range(len(ordered)), at], [*(name for name, _ in ordered), "mean"], fontsize=8, parse_math=False
         )
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
-        _set_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
+        _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
         axes.set_title(
             f"{group}, {_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}", fontsize=8.5, parse_math=False
         )
@@ -89,31 +93,36 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
     return figure
 
 
-def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figure:
-    """Draw the alignment of falls with several references in one panel, each with its interval, by group of records.
+def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figure:
+    """Draw the alignment of falls with several references in one panel, with intervals, a marker per group of records.
 
     Parameters
     ----------
-    groups : mapping of str to mapping of str to DrawnEstimate
+    alignments_by_group : mapping of str to mapping of str to DrawnEstimate
         For each group of records the alignment by the name of the reference: 1 if all stones fall along its axis, −1
         if all fall across it. The first group sets the order of references.
     """
-    first = next(iter(groups.values()))
-    every = dict.fromkeys(name for of_group in groups.values() for name in of_group)
+    first = next(iter(alignments_by_group.values()))
+    every = dict.fromkeys(name for of_group in alignments_by_group.values() for name in of_group)
     names = sorted(
         every,
         key=lambda name: (
             -(_nan_if_none(first[name].value) if _is_finite(first.get(name, DrawnEstimate(None)).value) else -9)
         ),
     )
-    figure, panels = create_panel_grid(1, 1, PAGE_WIDTH, 1.35 * ROW * len(names) * max(1.3, 0.75 * len(groups)) + 1.2)
+    figure, panels = create_panel_grid(
+        1, 1, PAGE_WIDTH, 1.35 * ROW * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
+    )
     axes, marks = panels[0, 0], []
     apart = 0.28
-    for place, (group, of_group) in enumerate(groups.items()):
+    for place, (group, of_group) in enumerate(alignments_by_group.items()):
         look = _marker_style(place)
         for row, name in enumerate(names):
-            dot, at = of_group.get(name, DrawnEstimate(None)), row + apart * (place - (len(groups) - 1) / 2)
-            draw_estimate(axes, dot, at, look, 1.6)
+            dot, at = (
+                of_group.get(name, DrawnEstimate(None)),
+                row + apart * (place - (len(alignments_by_group) - 1) / 2),
+            )
+            draw_estimate_with_interval(axes, dot, at, look, 1.6)
             text = format_estimate(dot) if _is_finite(dot.value) else "not known"
             axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_BESIDE)
         count = max((dot.n for dot in of_group.values()), default=0)
@@ -121,54 +130,58 @@ def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figu
         marks.append(mark)
     axes.set_yticks(range(len(names)), names, fontsize=8.5, parse_math=False)
     axes.set_ylim(len(names) - 0.5, -0.5)
-    _set_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
+    _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
     add_title_and_legend(figure, "", None, 2, first_marks=marks)
     return figure
 
 
-def contrast_figure(
-    rows: Sequence[str], rates: Mapping[str, Sequence[DrawnEstimate]], differences: Sequence[DrawnEstimate]
+def overturned_share_contrast_figure(
+    row_names: Sequence[str],
+    shares_by_setting: Mapping[str, Sequence[DrawnEstimate]],
+    share_differences: Sequence[DrawnEstimate],
 ) -> Figure:
-    """Draw the share of cases that overturn under two settings, and the difference, row by row.
+    """Draw the share of cases that overturn under each of two settings, and the difference of the shares, row by row.
 
     Parameters
     ----------
-    rows : sequence of str
+    row_names : sequence of str
         Names of the rows, from the top, such as all cases and then each B/H.
-    rates : mapping of str to sequence of DrawnEstimate
+    shares_by_setting : mapping of str to sequence of DrawnEstimate
         Shares, 0 to 1, by the name of the setting, one for each row.
-    differences : sequence of DrawnEstimate
+    share_differences : sequence of DrawnEstimate
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = create_panel_grid(
-        1, 2, PAGE_WIDTH, ROW * len(rows) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
+        1, 2, PAGE_WIDTH, ROW * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
-    for place, (setting, dots) in enumerate(rates.items()):
+    for place, (setting, dots) in enumerate(shares_by_setting.items()):
         look = _marker_style(place)
         for row, dot in enumerate(dots):
             share = scale_estimate(dot, 100.0)
-            draw_estimate(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
+            draw_estimate_with_interval(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
             text = format_estimate(DrawnEstimate(share.value), 1) if _is_finite(share.value) else "–"
             left.annotate(text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_BESIDE)
         left.plot([], [], **look, label=setting)
-    for row, pair in enumerate(zip(*rates.values(), strict=True)):
+    for row, pair in enumerate(zip(*shares_by_setting.values(), strict=True)):
         if all(_is_finite(dot.value) for dot in pair):
             ends = [100.0 * _nan_if_none(dot.value) for dot in pair]
             left.plot(ends, [row - 0.14, row + 0.14], color="#bbbbbb", linewidth=1.2, zorder=1)
-    for row, dot in enumerate(differences):
+    for row, dot in enumerate(share_differences):
         points = scale_estimate(dot, 100.0)
-        draw_estimate(right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4)
+        draw_estimate_with_interval(
+            right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4
+        )
         if _is_finite(points.value):
             right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_BESIDE)
     right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
-    ends = [abs(_nan_if_none(end)) for dot in differences for end in dot[:3] if _is_finite(end)]
+    ends = [abs(_nan_if_none(end)) for dot in share_differences for end in dot[:3] if _is_finite(end)]
     reach = 112.0 * max([*ends, 0.02])
     right.set_xlim(-reach, reach)
     right.tick_params(labelleft=False, left=False)
-    left.set_yticks(range(len(rows)), rows, fontsize=8, parse_math=False)
-    left.set_ylim(len(rows) - 0.4, -0.6)
+    left.set_yticks(range(len(row_names)), row_names, fontsize=8, parse_math=False)
+    left.set_ylim(len(row_names) - 0.4, -0.6)
     left.set_xlim(-3, 103)
     for axes in (left, right):
         axes.grid(True, axis="x")
@@ -180,12 +193,12 @@ def contrast_figure(
 
 
 def format_signed(value: float, digits: int = 2) -> str:
-    """Format a number with a minus sign, and without a sign if it rounds to 0."""
+    """Return a number as text with `digits` decimals and a typographic minus sign; no sign if it rounds to 0."""
     return f"{value:z.{digits}f}".replace("-", "−")
 
 
 def format_estimate(estimate: DrawnEstimate, digits: int = 2) -> str:
-    """Format an estimate with its interval, if it has one."""
+    """Return an estimate as text, such as "0.42 (0.10 to 0.60)", with its interval if that is known."""
     if not _is_finite(estimate.value):
         return "not known"
     text = format_signed(_nan_if_none(estimate.value), digits)
@@ -195,33 +208,35 @@ def format_estimate(estimate: DrawnEstimate, digits: int = 2) -> str:
     return text
 
 
-def _set_axis_from_minus_1_to_1(axes: Any, names: tuple[str, str, str], margin: float) -> None:
-    """Set the horizontal axis to −1 to 1, with names for −1, 0 and 1."""
+def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], margin: float) -> None:
+    """Set the horizontal axis of a panel to −1 … 1, and label −1, 0 and 1 with the three `tick_names`."""
     axes.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
     axes.set_xlim(-1.0 - margin, 1.0 + margin)
-    low, middle, high = names
+    low, middle, high = tick_names
     labels = [f"−1\n{low}", "−0.5", f"0\n{middle}", "0.5", f"1\n{high}"]
     axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=TEXT)
 
 
-def draw_estimate(axes: Any, estimate: DrawnEstimate, row: float, look: dict[str, Any], width: float) -> None:
-    """Draw an estimate as a marker and its interval as a line; draw nothing if the estimate is not known."""
+def draw_estimate_with_interval(
+    axes: Any, estimate: DrawnEstimate, row: float, marker_style: dict[str, Any], interval_line_width: float
+) -> None:
+    """Draw an estimate as a marker at the height `row`, and its interval as a line; nothing if it is not known."""
     if not _is_finite(estimate.value):
         return
     if _is_finite(estimate.low) and _is_finite(estimate.high):
         axes.plot(
             [estimate.low, estimate.high],
             [row, row],
-            color=look["color"],
-            linewidth=width,
+            color=marker_style["color"],
+            linewidth=interval_line_width,
             solid_capstyle="butt",
             zorder=2,
         )
-    axes.plot(estimate.value, row, **look, zorder=3)
+    axes.plot(estimate.value, row, **marker_style, zorder=3)
 
 
 def _marker_style(group_index: int) -> dict[str, Any]:
-    """Return colour and marker of a group of records; only the first is filled, for print in grey."""
+    """Return Matplotlib keywords for the marker of a group of records; only the first group has filled markers."""
     colour = COLOURS[group_index % len(COLOURS)]
     face = colour if group_index == 0 else "white"
     return {
@@ -237,7 +252,7 @@ def scale_estimate(estimate: DrawnEstimate, factor: float) -> DrawnEstimate:
 
 
 def _earthquake_count_label(count: int) -> str:
-    """Return a number of earthquakes as text."""
+    """Return a number of earthquakes as text, such as "3 earthquakes"."""
     return f"{count} earthquake{'s' * (count != 1)}"
 
 

@@ -8,7 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, INK, SERIES, create_figure, label_axes, make_compass, set_logarithmic_ticks
+from overturning.figures.style import (
+    FALLS,
+    INK,
+    SERIES,
+    create_figure,
+    label_axes,
+    set_logarithmic_ticks,
+    turn_axes_into_compass,
+)
 
 PALE = "#e9c3a8"
 
@@ -23,7 +31,7 @@ def motion_posterior_figure(
     motion_probabilities: Mapping[str, float],
     strength_distributions: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
-    """Draw a posterior distribution of the motion.
+    """Draw the posterior distribution, given the fallen stones, of the motion's axis, source record, PGA and PGV.
 
     Parameters
     ----------
@@ -41,7 +49,7 @@ def motion_posterior_figure(
     """
     figure = create_figure(9.5, 6.2)
     polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
-    make_compass(polar)
+    turn_axes_into_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
     both = np.sqrt(np.tile(velocity_axis_probabilities, 2))
     angle, middle, half = (

@@ -7,31 +7,31 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.cells import close_circle, panel_rows_and_columns
+from overturning.figures.cells import extend_cells_to_full_circle, panel_row_and_column_counts
 from overturning.figures.style import (
     DASHES,
     SERIES,
     add_title_and_legend,
     create_panel_grid,
-    make_compass,
     mark_fault_normal,
     set_slenderness_ticks,
+    turn_axes_into_compass,
 )
 from overturning.labels import friction_label
 
 
-def _draw_boundary(axes: Any, bounds: xr.Dataset, largest_b_over_h: float) -> None:
-    """Draw the overturning boundary of the blocks of one height on a compass.
+def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, largest_b_over_h: float) -> None:
+    """Draw the largest B/H that falls, by azimuth of the motion, for the blocks of one height on a polar axis.
 
     Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
     beyond them.
     """
-    make_compass(axes)
-    azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
+    turn_axes_into_compass(axes)
+    azimuth = np.radians(boundary_by_azimuth["azimuth"].to_numpy().astype(np.float64))
     closed, around = np.append(azimuth, azimuth[0] + 2 * np.pi), np.arange(azimuth.size + 1) % azimuth.size
 
-    for index, friction in enumerate(bounds["friction"].to_numpy()):
-        one = bounds.isel(friction=index)
+    for index, friction in enumerate(boundary_by_azimuth["friction"].to_numpy()):
+        one = boundary_by_azimuth.isel(friction=index)
         beyond = one["falls_beyond"].to_numpy() == 1  # False where the outcome is missing
         largest, colour = one["largest_known"].to_numpy(), SERIES[index % len(SERIES)]
         radius, low, high = (
@@ -43,7 +43,7 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, largest_b_over_h: float) -> No
             axes.fill_between(closed, *ends, where=np.isfinite(low)[around], color=colour, alpha=0.25, linewidth=0)
         axes.plot(
             closed, radius[around], color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
-            label=friction_label(bounds, friction),
+            label=friction_label(boundary_by_azimuth, friction),
         )  # fmt: skip
         # A line needs two neighbouring azimuths; an isolated azimuth is drawn as a point.
         known = np.isfinite(radius)
@@ -55,21 +55,23 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, largest_b_over_h: float) -> No
     set_slenderness_ticks(axes, largest_b_over_h * 1.04, largest_b_over_h)
 
 
-def boundary_figure(bounds: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str) -> Figure:
+def overturning_boundary_figure(
+    boundary_by_azimuth: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str
+) -> Figure:
     """Draw the overturning boundary of one record (see `overturning_boundary_by_azimuth`), a panel per height.
 
-    `bounds` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the largest B/H of the
-    cube. The azimuth of the fault normal, degrees, can be NaN.
+    `boundary_by_azimuth` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the
+    largest B/H of the cube. The azimuth of the fault normal, degrees, can be NaN.
     """
-    loaded = close_circle(bounds.compute())
+    loaded = extend_cells_to_full_circle(boundary_by_azimuth.compute())
     heights = loaded["height"].to_numpy()
-    rows, columns = panel_rows_and_columns(heights.size, 1)
+    rows, columns = panel_row_and_column_counts(heights.size, 1)
     side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]
     figure, panels = create_panel_grid(
         rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True
     )
     for axes, height in zip(panels.flat, heights, strict=False):
-        _draw_boundary(axes, loaded.sel(height=height), largest_b_over_h)
+        _draw_overturning_boundary(axes, loaded.sel(height=height), largest_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
         axes.set_title(f"H = {height:g} m", pad=4)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}

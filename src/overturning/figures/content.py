@@ -10,27 +10,27 @@ from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
 
 
-def check_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
+def check_has_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
     """Raise an ArgumentError if no case of a cube has an outcome."""
     if not bool(overturning_indicator(cube).notnull().any()):
         count = f"none of the {cube['overturned'].size:,} cases has an outcome"
         raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
 
 
-def check_falls(cube: xr.Dataset, figure_kind: str) -> None:
+def check_has_falls(cube: xr.Dataset, figure_kind: str) -> None:
     """Raise an ArgumentError if no case of a cube overturns."""
-    check_outcomes(cube, figure_kind)
+    check_has_outcomes(cube, figure_kind)
     falls = overturning_indicator(cube)
     if not bool((falls > 0).any()):
         count = f"none of the {int(falls.notnull().sum()):,} cases with an outcome overturns"
         raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")
 
 
-def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset]) -> None:
-    """Raise an ArgumentError if no earthquake has falls and a known fault normal."""
-    if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
+def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[str, xr.Dataset]) -> None:
+    """Raise an ArgumentError unless some earthquake has falls and a known fault normal."""
+    if any(bool(data["cosine"].notnull().any()) for data in fall_axes_by_group.values()):
         return
-    check_falls(cube, "axes")
+    check_has_falls(cube, "axes")
     if not bool(cube["fault_normal"].notnull().any()):
         raise ArgumentError(
             "axes: nothing to draw: the fault strike of no record is known; enter fault_strike_deg in the record table "
@@ -40,23 +40,25 @@ def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset]) -> None:
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")
 
 
-def check_alignments(cube: xr.Dataset, alignments: dict[str, FallAlignmentWithReferences]) -> None:
-    """Raise an ArgumentError if no record with falls has a reference to compare them with."""
-    means = [mean.value for group in alignments.values() for of_part in group.means.values() for mean in of_part]
+def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, FallAlignmentWithReferences]) -> None:
+    """Raise an ArgumentError unless the alignment of falls with some reference direction is known for a record."""
+    means = [
+        mean.value for group in alignment_by_group.values() for of_part in group.means.values() for mean in of_part
+    ]
     if not np.isfinite(means).any():
-        check_falls(cube, "follow")
+        check_has_falls(cube, "follow")
         raise ArgumentError(
             "follow: nothing to draw: no record with falls has a known peak, pulse or fault strike; choose others"
         )
 
 
-def check_plane(cube: xr.Dataset, measures: xr.Dataset) -> None:
-    """Raise an ArgumentError if no azimuth has both an outcome and a motion."""
-    check_outcomes(cube, "plane")
-    check_motion(float(measures["pga"].max()), "plane")
+def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Dataset) -> None:
+    """Raise an ArgumentError if no case of a cube has an outcome, or if the largest ``pga`` of its records is 0."""
+    check_has_outcomes(cube, "plane")
+    check_ground_moves(float(intensity_measures["pga"].max()), "plane")
 
 
-def check_motion(peak_acceleration: float, figure_kind: str) -> None:
+def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:
     """Raise an ArgumentError if the ground is at rest: its peak acceleration, m/s², does not exceed `LEAST_PGA`."""
     if not peak_acceleration > LEAST_PGA:
         raise ArgumentError(

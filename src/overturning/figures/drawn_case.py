@@ -11,7 +11,7 @@ CASES: Final = "cases.json"
 
 
 @dataclass(frozen=True)
-class DrawnCase:
+class DrawnIllustrativeCase:
     """An illustrative case with its film and figures.
 
     Attributes
@@ -47,11 +47,11 @@ class DrawnCase:
     figures: dict[str, dict[str, Any]]
 
 
-def write_cases(cases: list[DrawnCase], folder: Path) -> None:
-    """Write the cases into a folder, next to their figures."""
-    write_result(cases, folder / CASES, indent=None)
+def write_drawn_cases(drawn_cases: list[DrawnIllustrativeCase], folder: Path) -> None:
+    """Write the file of the drawn illustrative cases into the folder of their figures."""
+    write_result(drawn_cases, folder / CASES, indent=None)
 
 
-def read_cases(folder: Path) -> list[DrawnCase]:
-    """Read the cases of a folder; a `ResultError` if the file is missing or from another version."""
-    return read_result(list[DrawnCase], folder / CASES, "illustrative cases")
+def read_drawn_cases(folder: Path) -> list[DrawnIllustrativeCase]:
+    """Read the drawn illustrative cases of a folder; a `ResultError` if their file is missing or of another version."""
+    return read_result(list[DrawnIllustrativeCase], folder / CASES, "illustrative cases")

@@ -36,58 +36,70 @@ DEGREE_STEP: Final = 1e-2
 """Step of rotations in degrees."""
 
 
-def encode_cells(record_cube: "xr.Dataset", probability: "xr.Dataset", rotation_step: float) -> dict[str, Any]:
-    """Encode the outcomes of one record for the explorer page, with rotations in units of `rotation_step`."""
+def encode_record_cells(
+    record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_step: float
+) -> dict[str, Any]:
+    """Return the outcomes of all cases under one record as base64 texts; rotations count units of `rotation_step`."""
     model = model_of_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
-    def flat_values(found: "xr.DataArray") -> FloatArray:
-        return np.asarray(found.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
+    def flatten_in_page_order(record_variable: "xr.DataArray") -> FloatArray:
+        return np.asarray(record_variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
-    ensemble = ensemble_probabilities(record_cube)
+    ensemble = ensemble_fall_probabilities(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
-    known = probability if ensemble is None else probability.where(ensemble.notnull())
-    time = flat_values(record_cube["overturning_time"])
+    known = fall_probabilities if ensemble is None else fall_probabilities.where(ensemble.notnull())
+    time = flatten_in_page_order(record_cube["overturning_time"])
     time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
-        "flag": _encode_base64(np.nan_to_num(flat_values(record_cube["overturned"]), nan=2.0).astype("i1")),
-        "rotation": _encode_integers(flat_values(record_cube[_ROTATION[model.direction]]), rotation_step, "<u2"),
-        "time": _encode_integers(time, time_step, "<u2"),
+        "flag": _encode_array_as_base64(
+            np.nan_to_num(flatten_in_page_order(record_cube["overturned"]), nan=2.0).astype("i1")
+        ),
+        "rotation": _encode_as_base64_integers(
+            flatten_in_page_order(record_cube[_ROTATION[model.direction]]), rotation_step, "<u2"
+        ),
+        "time": _encode_as_base64_integers(time, time_step, "<u2"),
         "timeStep": time_step,
         **{
-            name: _encode_integers(_clip_away_from_0_and_1(flat_values(known[name])), 1 / PROBABILITY_STEPS, "u1")
+            name: _encode_as_base64_integers(
+                _clip_probability_away_from_0_and_1(flatten_in_page_order(known[name])), 1 / PROBABILITY_STEPS, "u1"
+            )
             for name in ("towards", "away")
         },
     }
     if not model.one_component:
-        cells["azimuth"] = _encode_integers(flat_values(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2")
+        cells["azimuth"] = _encode_as_base64_integers(
+            flatten_in_page_order(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2"
+        )
     return cells
 
 
-def _encode_base64(values: NDArray[Any]) -> str:
+def _encode_array_as_base64(values: NDArray[Any]) -> str:
     """Encode the bytes of an array as base64 text."""
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _encode_integers(values: FloatArray, step: float, integer_type: str) -> str:
-    """Encode values as base64 text of integers in units of `step`.
+def _encode_as_base64_integers(values: FloatArray, step: float, integer_type: str) -> str:
+    """Return an array as base64 text of unsigned integers that count units of `step`.
 
     The largest integer stands for missing; larger values are clipped to the second largest.
     """
     largest = np.iinfo(integer_type).max
     whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
-    return _encode_base64(whole.astype(integer_type))
+    return _encode_array_as_base64(whole.astype(integer_type))
 
 
-def _clip_away_from_0_and_1(chance: FloatArray) -> FloatArray:
-    """Clip probabilities between 0 and 1 by one of `PROBABILITY_STEPS`, so that rounding does not make them certain."""
+def _clip_probability_away_from_0_and_1(probability: FloatArray) -> FloatArray:
+    """Return probabilities; any between 0 and 1 are moved so far inside that rounding to a step gives neither."""
     return np.where(
-        (chance > 0) & (chance < 1), np.clip(chance, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS), chance
+        (probability > 0) & (probability < 1),
+        np.clip(probability, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS),
+        probability,
     )
 
 
-class InitialCase(NamedTuple):
-    """Clear fall of a block under one record, which the explorer page shows first.
+class InitialExplorerCase(NamedTuple):
+    """Cell that the explorer page selects first under one record, with a measure of how clearly its block falls.
 
     Attributes
     ----------
@@ -102,8 +114,8 @@ class InitialCase(NamedTuple):
     clarity: tuple[bool, float, float, int]
 
 
-def choose_initial_case(block: "xr.Dataset", full_circle: bool) -> InitialCase:
-    """Choose a clear fall of a block under one record, which the explorer page shows first.
+def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -> InitialExplorerCase:
+    """Choose the cell of a block under one record that the explorer page selects first: a clear fall.
 
     Of the cells that fall towards their azimuth (3-D: that fall) in every run of the ensemble it is the one whose eight
     neighbours do so with the largest probability, and of equal ones the stoutest. If there is none, it is the cell that
@@ -111,32 +123,34 @@ def choose_initial_case(block: "xr.Dataset", full_circle: bool) -> InitialCase:
 
     Parameters
     ----------
-    block : Dataset
+    block_cells : Dataset
         Cells over direction and B/H.
     full_circle : bool
         True if the last direction is next to the first one.
     """
-    order = (model_of_cube(block).direction, "b_over_h")
-    ensemble = ensemble_probabilities(block)
-    chance = np.nan_to_num(fall_probabilities_to_show(block)["towards"].transpose(*order).to_numpy().astype(np.float64))
+    order = (model_of_cube(block_cells).direction, "b_over_h")
+    ensemble = ensemble_fall_probabilities(block_cells)
+    chance = np.nan_to_num(
+        fall_probabilities_to_show(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)
+    )
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
-    every = (chance == 1.0) & (block["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
+    every = (chance == 1.0) & (block_cells["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
     around = np.pad(chance, ((1, 1), (0, 0)), mode="wrap" if full_circle else "edge")
     around = np.pad(around, ((0, 0), (1, 1)), mode="edge")
     nearby = np.lib.stride_tricks.sliding_window_view(around, (3, 3)).mean(axis=(2, 3)).round(6)
     stoutness = np.broadcast_to(np.arange(chance.shape[1]), chance.shape)
     rank = np.lexsort([-np.arange(chance.size), *(one.ravel() for one in (stoutness, nearby, chance, every))])
     a, b = np.unravel_index(rank[-1], chance.shape)
-    return InitialCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
+    return InitialExplorerCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
 
 
-def ensemble_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the probabilities of the ensemble of a cube, missing where it was not run; None without an ensemble."""
+def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
+    """Return the fall probabilities of the cases with an ensemble, NaN for other cases; None without an ensemble."""
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
 def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return the probabilities of a fall towards the azimuth (3-D: of any fall) and away from the azimuth."""
+    """Return ``towards`` and ``away``: probabilities of a fall towards the azimuth (3-D: of any fall) and opposite."""
     chance = fall_probability_to_either_side(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])

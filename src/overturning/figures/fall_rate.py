@@ -16,8 +16,11 @@ INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
 
-def fall_rate_figure(
-    fall_rates: FloatArray, intensity_levels: FloatArray, curve: FittedFragilityCurve, jma_intensity: FloatArray
+def overturned_fraction_figure(
+    fall_rates: FloatArray,
+    intensity_levels: FloatArray,
+    fragility_curve: FittedFragilityCurve,
+    jma_intensity: FloatArray,
 ) -> Figure:
     """Draw the fraction overturned against an intensity measure with its fragility curve, and against JMA intensity.
 
@@ -27,16 +30,16 @@ def fall_rate_figure(
         Fractions overturned under each record and factor, NaN if unknown.
     intensity_levels : array, shape (record, a)
         Values of the measure of the curve, in its unit, NaN if unknown.
-    curve : FittedFragilityCurve
+    fragility_curve : FittedFragilityCurve
         Fragility curve of the whole population; it is drawn with the 95 % interval of its median if it has one.
     jma_intensity : array, shape (record, a)
         JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
     """
     with_jma = bool(np.isfinite(jma_intensity).any())
     figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9, 1 + with_jma)
-    _draw_curve(panels.flat[0], intensity_levels, fall_rates, curve)
+    _draw_fragility_curve(panels.flat[0], intensity_levels, fall_rates, fragility_curve)
     if with_jma:
-        _draw_intensity(panels.flat[1], jma_intensity, fall_rates)
+        _draw_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates)
     for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
@@ -44,8 +47,10 @@ def fall_rate_figure(
     return figure
 
 
-def _draw_curve(panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray, curve: FittedFragilityCurve) -> None:
-    """Draw the rates, and the curve over the range of the data with a band from the interval of its median."""
+def _draw_fragility_curve(
+    panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray, fragility_curve: FittedFragilityCurve
+) -> None:
+    """Draw the fraction overturned by intensity, and the fragility curve with the interval of its median as a band."""
     panel.plot(
         intensity_levels.ravel(),
         100 * fall_rates.ravel(),
@@ -54,21 +59,23 @@ def _draw_curve(panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray
         markersize=3,
         label="a record and factor",
     )
-    if math.isfinite(curve.median):
-        x = np.geomspace(curve.least, curve.most, 100)
-        low, high = curve.median_interval
+    if math.isfinite(fragility_curve.median):
+        x = np.geomspace(fragility_curve.least, fragility_curve.most, 100)
+        low, high = fragility_curve.median_interval
         if math.isfinite(low) and math.isfinite(high):
-            ends = [100 * curve.fall_probability(x * (curve.median / median)) for median in (high, low)]
+            ends = [
+                100 * fragility_curve.fall_probability(x * (fragility_curve.median / median)) for median in (high, low)
+            ]
             panel.fill_between(x, *ends, color=FALLS, alpha=0.2, linewidth=0, label="95 % interval of the median")
-        panel.plot(x, 100 * curve.fall_probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
+        panel.plot(x, 100 * fragility_curve.fall_probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
     panel.set_xscale("log")
     set_logarithmic_ticks(panel.xaxis)
-    label_axes(panel, f"{curve.measure}, {curve.unit}", "")
+    label_axes(panel, f"{fragility_curve.measure}, {fragility_curve.unit}", "")
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
-def _draw_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> None:
-    """Draw the rates, the bounds of the degrees, and the ranges from which surveys infer a degree."""
+def _draw_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> None:
+    """Draw the fraction overturned by JMA intensity, the bounds of the degrees, and the ranges that surveys use."""
     known = np.isfinite(jma_intensity)
     panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES[4], markersize=3)
     left, right = panel.get_xlim()

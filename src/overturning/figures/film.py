@@ -47,14 +47,14 @@ class FilmBody:
     faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
     def player_data(self) -> dict[str, Any]:
-        """Return the body as plain data for the player."""
+        """Return the body as a dictionary for the film player."""
         return {
             "name": self.name,
             "free": self.free,
             "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices],
             "faces": self.faces,
-            "position": _as_base64_integers(self.position),
-            "rotation": _as_base64_integers(self.rotation),
+            "position": _as_scaled_base64_integers(self.position),
+            "rotation": _as_scaled_base64_integers(self.rotation),
         }
 
 
@@ -75,17 +75,17 @@ class FilmPanel:
     ground: FloatArray | None = None  # displacement of the base since the first frame, m, shape (frames, 2 | 3)
 
     @property
-    def in_space(self) -> bool:
+    def shows_3d_body(self) -> bool:
         """True if the panel shows a 3-D body."""
         return bool(self.bodies[0].faces)
 
     @property
-    def player_keys(self) -> str:
-        """Description of the player's keys that only this kind of film has."""
-        return "a and d turn the view, as dragging it does" if self.in_space else "f shows contact forces"
+    def player_keys_description(self) -> str:
+        """Text on the keys of the film player that only films of this kind (2-D or 3-D) have."""
+        return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
-    def motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
-        """Return the traces below the scene, each as label and components; with one of the `with_vertical` motion."""
+    def labelled_motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
+        """Return the acceleration traces below the scene, each as (label, components); the vertical one on request."""
         level = list(np.atleast_2d(self.acceleration))
         shown = [(COMPONENTS["along" if len(level) == 1 else "level"], level)]
         if with_vertical:
@@ -94,10 +94,10 @@ class FilmPanel:
         return shown
 
     def player_data(self, film: "Film") -> dict[str, Any]:
-        """Return the panel as plain data for the player of a film."""
+        """Return the panel as a dictionary for the film player; `film` gives the shown time."""
         traces = [
-            (label, [_thinned_motion(one, self.sampling_interval, film) for one in rows])
-            for label, rows in self.motion_traces(film.has_vertical_motion)
+            (label, [_thinned_motion_and_interval(one, self.sampling_interval, film) for one in rows])
+            for label, rows in self.labelled_motion_traces(film.has_vertical_motion)
         ]
         data: dict[str, Any] = {
             "title": self.title,
@@ -106,15 +106,19 @@ class FilmPanel:
             "sides": self.sides,
             "bodies": [body.player_data() for body in self.bodies],
             "traces": [
-                {"label": label, "rows": [_as_base64_integers(row / GAL) for row, _ in rows]} for label, rows in traces
+                {"label": label, "rows": [_as_scaled_base64_integers(row / GAL) for row, _ in rows]}
+                for label, rows in traces
             ],
             "traceInterval": round(traces[0][1][0][1], 9),
         }
         if self.ground is not None:
-            data["ground"] = _as_base64_integers(self.ground)
+            data["ground"] = _as_scaled_base64_integers(self.ground)
         if self.force is not None and self.force_point is not None:
             data["points"] = self.force.shape[1]
-            data["forcePoint"], data["force"] = _as_base64_integers(self.force_point), _as_base64_integers(self.force)
+            data["forcePoint"], data["force"] = (
+                _as_scaled_base64_integers(self.force_point),
+                _as_scaled_base64_integers(self.force),
+            )
         return data
 
 
@@ -142,7 +146,7 @@ class Film:
 
     @property
     def has_vertical_motion(self) -> bool:
-        """True if a panel has vertical motion; all panels then show a trace of it."""
+        """True if any panel has vertical motion; all panels then show a trace of the vertical motion."""
         return any(panel.vertical is not None for panel in self.panels)
 
     @property
@@ -151,7 +155,7 @@ class Film:
         rows = [
             row
             for panel in self.panels
-            for _, several in panel.motion_traces(self.has_vertical_motion)
+            for _, several in panel.labelled_motion_traces(self.has_vertical_motion)
             for row in several
         ]
         return max(float(np.abs(row).max(initial=0.0)) for row in rows)
@@ -162,7 +166,7 @@ class Film:
         return np.asarray(self.start + self.frame_interval * np.arange(self.frames))
 
     @property
-    def end_time(self) -> float:
+    def last_frame_time(self) -> float:
         """Time of the last frame, s."""
         return self.start + (self.frames - 1) * self.frame_interval
 
@@ -173,8 +177,8 @@ class Film:
             "start": round(self.start, 6),
             "interval": self.frame_interval,
             "frames": self.frames,
-            "view": [round(float(edge), 4) for edge in free_body_extent(self)],
-            "earthView": [round(float(edge), 4) for edge in free_body_extent(self, moving=True)],
+            "view": [round(float(edge), 4) for edge in extent_of_free_bodies(self)],
+            "earthView": [round(float(edge), 4) for edge in extent_of_free_bodies(self, moving=True)],
             "peak": round(self.peak_acceleration / GAL, 3),
             "note": self.note,
             "words": PLAYER,
@@ -183,21 +187,23 @@ class Film:
         }
 
 
-def frame_times_between(first_movement: float, last_movement: float) -> FloatArray:
+def frame_times_between(first_movement_time: float, last_movement_time: float) -> FloatArray:
     """Return the times of the frames, s: from `LEAD_IN` before the first movement to `LINGER` after the last one."""
-    start = max(0.0, float(np.floor((first_movement - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
+    start = max(0.0, float(np.floor((first_movement_time - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
     return np.asarray(
-        start + FRAME_INTERVAL * np.arange(int(np.ceil((last_movement + LINGER - start) / FRAME_INTERVAL)) + 1)
+        start + FRAME_INTERVAL * np.arange(int(np.ceil((last_movement_time + LINGER - start) / FRAME_INTERVAL)) + 1)
     )
 
 
-def interpolate_columns(frame_time: FloatArray, sample_time: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return columns sampled at the times `sample_time` interpolated to the times of a film's frames."""
-    return np.stack([np.interp(frame_time, sample_time, column) for column in columns.T], axis=1)
+def interpolate_to_frame_times(
+    frame_times: FloatArray, sample_times: FloatArray, sample_columns: FloatArray
+) -> FloatArray:
+    """Return `sample_columns`, shape (samples, columns), interpolated to `frame_times`: shape (frames, columns)."""
+    return np.stack([np.interp(frame_times, sample_times, column) for column in sample_columns.T], axis=1)
 
 
-def vertex_paths(body: FilmBody) -> FloatArray:
-    """Return the vertices of a polygon in all frames, m, shape (frames, n, 2).
+def vertex_positions_by_frame(body: FilmBody) -> FloatArray:
+    """Return the positions of the n vertices of a polygon in all frames, m, shape (frames, n, 2).
 
     A vertex (s, z) is at s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ.
     """
@@ -205,16 +211,17 @@ def vertex_paths(body: FilmBody) -> FloatArray:
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
-def free_body_extent(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
+def extent_of_free_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
     """Return the extent (left, right, bottom, top), m, that contains the free polygons of all panels and frames.
 
     With a `moving` ground it is the extent as seen from the earth.
     """
     places = [
-        vertex_paths(body) + (ground_shift_at_frames(panel, len(body.position))[:, None] if moving else 0.0)
+        vertex_positions_by_frame(body)
+        + (ground_displacement_at_frames(panel, len(body.position))[:, None] if moving else 0.0)
         for panel in film.panels
         for body in panel.bodies
-        if body.free and not panel.in_space
+        if body.free and not panel.shows_3d_body
     ]
     if not places:
         return -1.0, 1.0, -0.5, 1.5
@@ -224,38 +231,40 @@ def free_body_extent(film: Film, *, moving: bool = False) -> tuple[float, float,
     return left - margin, right + margin, bottom - 1.5 * margin, top + margin
 
 
-def ground_shift_at_frames(panel: FilmPanel, frames: int) -> FloatArray:
-    """Return the displacement of the ground of a panel in a number of frames, m; zero if the panel has none."""
-    width = 3 if panel.in_space else 2
-    return np.zeros((frames, width)) if panel.ground is None else panel.ground[:frames]
+def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatArray:
+    """Return the ground displacement of a panel in its first frames, m, shape (frames, 2 or 3); 0 if not stored."""
+    width = 3 if panel.shows_3d_body else 2
+    return np.zeros((frame_count, width)) if panel.ground is None else panel.ground[:frame_count]
 
 
-def ground_displacement(components: Sequence[FloatArray | None], interval: float, times: FloatArray) -> FloatArray:
-    """Return the displacement of the ground since the first of some times, m, shape (times, components).
+def ground_displacement_at_times(
+    acceleration_components: Sequence[FloatArray | None], sampling_interval: float, times: FloatArray
+) -> FloatArray:
+    """Return the displacement of the ground at `times` since the first of these, m, shape (times, components).
 
     Parameters
     ----------
-    components : sequence of ndarray or None
+    acceleration_components : sequence of ndarray or None
         Accelerations, m/s², whose first samples are at time 0; None for a component that does not move.
-    interval : float
+    sampling_interval : float
         Sampling interval, s.
     times : ndarray
         Times, s. After the record the ground keeps its last velocity, which is small if the record does not drift.
     """
     columns = []
-    for samples in components:
+    for samples in acceleration_components:
         if samples is None:
             columns.append(np.zeros(times.size))
             continue
-        missing = max(0, int(np.ceil(times[-1] / interval)) + 2 - samples.size)
-        moved = integrate(integrate(np.pad(samples, (0, missing)), interval), interval)
-        at = np.interp(times, interval * np.arange(moved.size), moved)
+        missing = max(0, int(np.ceil(times[-1] / sampling_interval)) + 2 - samples.size)
+        moved = integrate(integrate(np.pad(samples, (0, missing)), sampling_interval), sampling_interval)
+        at = np.interp(times, sampling_interval * np.arange(moved.size), moved)
         columns.append(at - at[0])
     return np.stack(columns, axis=1)
 
 
-def _as_base64_integers(values: ArrayLike) -> dict[str, Any]:
-    """Return numbers as base64 of 16-bit integers with a common scale: 1/32000 of the largest, below a pixel."""
+def _as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
+    """Return an array as base64 text of 16-bit integers and their unit ``scale``: 1/32000 of the largest number."""
     array = np.asarray(values, dtype=np.float64).ravel()
     largest = float(np.abs(array).max(initial=0.0))
     scale = float(f"{largest / 32000 or 1.0:.6g}")
@@ -263,11 +272,13 @@ def _as_base64_integers(values: ArrayLike) -> dict[str, Any]:
     return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode("ascii")}
 
 
-def _thinned_motion(acceleration: FloatArray, interval: float, film: Film) -> tuple[FloatArray, float]:
-    """Return the part of a motion that the film shows, thinned to the extremes of each 0.02 s, and its interval, s."""
-    first, last = int(film.start / interval), int(np.ceil(film.end_time / interval)) + 1
+def _thinned_motion_and_interval(
+    acceleration: FloatArray, sampling_interval: float, film: Film
+) -> tuple[FloatArray, float]:
+    """Return the acceleration during a film, thinned to the extremes of each 0.02 s, and its sampling interval, s."""
+    first, last = int(film.start / sampling_interval), int(np.ceil(film.last_frame_time / sampling_interval)) + 1
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
-    group = max(1, int(np.floor(0.0201 / interval)))
+    group = max(1, int(np.floor(0.0201 / sampling_interval)))
     if group <= 2 or piece.size < 2 * group:
-        return piece, interval
-    return group_extremes(piece, group)[1], interval * group / 2
+        return piece, sampling_interval
+    return group_extremes(piece, group)[1], sampling_interval * group / 2

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from overturning.figures.film_words import FilmedCase
+from overturning.figures.film_words import FilmTitleFacts
 from overturning.model.body import Body
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -11,38 +11,40 @@ from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism, Shape
 
 
-def filmed_case(model: Model, block: Mapping[str, float], place: str, **more: Any) -> FilmedCase:
-    """Return the model, the block and the place of a motion, as the title of a film states them.
+def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name: str, **more: Any) -> FilmTitleFacts:
+    """Return the facts for the title of a film: stone, sizes, friction, and the record of the motion.
 
     Parameters
     ----------
     model : Model
         Model of the case.
-    block : mapping
+    block_sizes : mapping
         ``height`` (m), ``b_over_h`` and ``friction`` of the reference element or body, and ``aspect`` of an oblong one.
-    place : str
-        Name of the record; see `overturning.figures.film_words.place_text`.
+    place_name : str
+        Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
-        ``direction`` (degrees), ``amplitude`` and ``level`` of `FilmedCase`.
+        ``direction`` (degrees), ``amplitude`` and ``level`` of `FilmTitleFacts`.
     """
-    height, width = block["height"], block["height"] * block["b_over_h"]
-    given = {"width": width, "height": height, "friction": block["friction"], "place": place, **more}
+    height, width = block_sizes["height"], block_sizes["height"] * block_sizes["b_over_h"]
+    given = {"width": width, "height": height, "friction": block_sizes["friction"], "place": place_name, **more}
     if isinstance(model, Body):
-        return FilmedCase(**_stone_of_body(model.shape, width, block.get("aspect", 1.0)), in_space=True, **given)
+        return FilmTitleFacts(
+            **_stone_facts_of_body(model.shape, width, block_sizes.get("aspect", 1.0)), in_space=True, **given
+        )
     assert isinstance(model, PlanarModel)
-    return FilmedCase(**(given | _stone_of_scene(model.scene)))
+    return FilmTitleFacts(**(given | _stone_facts_of_scene(model.scene)))
 
 
-def _stone_of_scene(scene: Scene) -> dict[str, Any]:
-    """Return the kind of stone of a scene; a scene of its own friction states none."""
+def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
+    """Return the title facts of the stone of a 2-D scene; the friction is None if the scene defines it."""
     own = {} if scene.varies_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
         return {"kind": "stone", **own}
     return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.reference_name, **own}
 
 
-def _stone_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
-    """Return the kind of stone of a 3-D body."""
+def _stone_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
+    """Return the title facts of the stone of a 3-D body: kind of its plan, width, and depth or sides."""
     if isinstance(shape, RectangularPrism):
         return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}
     if isinstance(shape, Cylinder):

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, free_body_extent, vertex_paths
+from overturning.figures.film import Film, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
-from overturning.figures.film_words import SPEEDS, movie_title
+from overturning.figures.film_words import SPEEDS, movie_title_with_speed
 from overturning.figures.style import (
     FALLS,
     INK,
@@ -21,9 +21,9 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    style,
+    project_style,
 )
-from overturning.figures.svg_translation import break_lines
+from overturning.figures.svg_translation import break_lines_at_width
 from overturning.files import atomic_write, check_output_path
 from overturning.translation.texts import ENGLISH, FONTS, current_language, translate
 from overturning.units import GAL
@@ -41,8 +41,8 @@ _CJK_FILE: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
 """Part of the path of a font that may have Japanese characters."""
 
 
-def check_movie(path: Path, *, in_space: bool) -> None:
-    """Raise an error if a 3-D film is not to be a page, or if an MP4 is to be written without ffmpeg.
+def check_film_can_be_written(path: Path, *, in_space: bool) -> None:
+    """Raise an error if a 3-D film is to be written to another file than .html, or an MP4 without ffmpeg.
 
     It is called before the simulation, so that no time is lost.
     """
@@ -55,22 +55,22 @@ def check_movie(path: Path, *, in_space: bool) -> None:
 def write_film_movie(film: Film, path: Path) -> None:
     """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, if it is installed); the file is reproducible.
 
-    Raises the errors of `check_movie`, and an `ArgumentError` for any other extension.
+    Raises the errors of `check_film_can_be_written`, and an `ArgumentError` for any other extension.
     """
     import matplotlib as mpl
     from matplotlib import animation
 
     kind = path.suffix.lower()
-    check_movie(path, in_space=film.panels[0].in_space)
+    check_film_can_be_written(path, in_space=film.panels[0].shows_3d_body)
     check_output_path(path, "film", *KINDS)
     rate: Any = SPEED / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-    with style(), atomic_write(path) as part:
+    with project_style(), atomic_write(path) as part:
         if current_language() != ENGLISH:
-            mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], drawing_font(path.name)]
+            mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(path.name)]
             film = _translate_film(film)
-        figure, show = _create_movie_figure(film)
+        figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
             writer = animation.FFMpegWriter(fps=rate, codec="libx264", extra_args=exact)
@@ -78,15 +78,15 @@ def write_film_movie(film: Film, path: Path) -> None:
         try:
             with writer.saving(figure, str(named), dpi=90):
                 for frame in range(film.frames):
-                    show(frame)
+                    move_artists_to_frame(frame)
                     writer.grab_frame()
             named.replace(part)
         finally:
             named.unlink(missing_ok=True)
 
 
-def drawing_font(file_name: str) -> str:
-    """Return the name of a font of the current language for Matplotlib; an error names the Debian package."""
+def matplotlib_font_of_language(file_name: str) -> str:
+    """Return the name of an installed font of the current language; if there is none, an error names its package."""
     from matplotlib import font_manager
 
     language = current_language()
@@ -102,27 +102,27 @@ def drawing_font(file_name: str) -> str:
 
 
 def _translate_film(film: Film) -> Film:
-    """Return a film with headings and outcomes in the current language; its title is translated with its speed."""
+    """Return a film with headings and outcomes of its panels in the current language, and an unchanged title."""
     panels = (replace(panel, title=translate(panel.title), outcome=translate(panel.outcome)) for panel in film.panels)
     return replace(film, panels=tuple(panels))
 
 
-def _movie_title(film: Film, width: float) -> str:
-    """Return the title of a movie, with line breaks in Japanese for a width in inches."""
-    title = movie_title(film.title, SPEEDS[SPEED])
+def _wrapped_movie_title(film: Film, width_inches: float) -> str:
+    """Return the title of a movie with its speed; in Japanese broken into lines of `width_inches`."""
+    title = movie_title_with_speed(film.title, SPEEDS[SPEED])
     if current_language() == ENGLISH:
         return title
-    return "\n".join(break_lines([translate(title)], 72.0 * width / 10.5, 20))
+    return "\n".join(break_lines_at_width([translate(title)], 72.0 * width_inches / 10.5, 20))
 
 
-def _create_movie_figure(film: Film) -> "tuple[Figure, Callable[[int], None]]":
-    """Return a figure of the film, and a function that moves its artists to a frame."""
+def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], None]]":
+    """Return a figure of the film, and a function that shows a frame (by index) in the figure."""
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
     figure, panels = create_panel_grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
-    add_title_and_legend(figure, _movie_title(film, figure.get_figwidth()))
-    left, right, bottom, top = free_body_extent(film)
+    add_title_and_legend(figure, _wrapped_movie_title(film, figure.get_figwidth()))
+    left, right, bottom, top = extent_of_free_bodies(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
     for panel, scene, trace in zip(film.panels, *panels, strict=True):
@@ -134,25 +134,27 @@ def _create_movie_figure(film: Film) -> "tuple[Figure, Callable[[int], None]]":
             look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
             shapes.append(
                 (
-                    vertex_paths(body),
-                    scene.add_patch(Polygon(vertex_paths(body)[0], closed=True, linewidth=0.8, **look)),
+                    vertex_positions_by_frame(body),
+                    scene.add_patch(Polygon(vertex_positions_by_frame(body)[0], closed=True, linewidth=0.8, **look)),
                 )
             )
         time = np.arange(panel.acceleration.size) * panel.sampling_interval
         trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
-        trace.set(xlim=(film.start, max(film.end_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
+        trace.set(
+            xlim=(film.start, max(film.last_frame_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest)
+        )
         label_axes(trace, translate("time, s"), "Gal")
         mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
         draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, shapes, mark, scene.set_xlabel(" ", fontsize=8)))
 
-    def show(frame: int) -> None:
-        time = film.start + frame * film.frame_interval
+    def move_artists_to_frame(frame_index: int) -> None:
+        time = film.start + frame_index * film.frame_interval
         for panel, shapes, mark, text in rows:
             for places, shape in shapes:
-                shape.set_xy(places[min(frame, len(places) - 1)])
+                shape.set_xy(places[min(frame_index, len(places) - 1)])
             mark.set_xdata([time, time])
-            due = film.end_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
+            due = film.last_frame_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
             text.set_text(panel.outcome if time >= due else " ")
 
-    return figure, show
+    return figure, move_artists_to_frame

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, FilmPanel, ground_displacement, interpolate_columns
-from overturning.figures.film_words import fall_text, falls_text, lean_text
-from overturning.figures.style import compass_name
+from overturning.figures.film import FilmBody, FilmPanel, ground_displacement_at_times, interpolate_to_frame_times
+from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_elements_sentence
+from overturning.figures.style import compass_bearing
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
@@ -20,51 +20,55 @@ MAX_EXTENSION = 0.5
 """Longest time, s, by which a trajectory that ends just before a stone lies down is extended."""
 
 
-def free_elements(trajectory: "xr.Dataset") -> "xr.Dataset":
-    """Return the part of a trajectory that belongs to its free elements."""
+def trajectory_of_free_elements(trajectory: "xr.Dataset") -> "xr.Dataset":
+    """Return a trajectory without its driven and held elements."""
     return trajectory.isel(element=trajectory["kind"].to_numpy() == "free")
 
 
-def plane_outcome(trajectory: "xr.Dataset") -> str:
-    """Return the number of elements that fall, and for each its name, direction and time, in order of time.
+def scene_outcome_sentence(trajectory: "xr.Dataset") -> str:
+    """Return a sentence on the outcome of a 2-D scene: name, direction and time of each fall, in order of time.
 
     The name is left out if the scene has only one free element.
     """
-    free, azimuth = free_elements(trajectory), trajectory.attrs["azimuth_deg"]
+    free, azimuth = trajectory_of_free_elements(trajectory), trajectory.attrs["azimuth_deg"]
     several = free.sizes["element"] > 1
     names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
     falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if abs(side) == 1)
     if falls:
         texts = [
-            fall_text(azimuth if side > 0 else azimuth + 180.0, time, name if several else "")
+            fall_sentence(azimuth if side > 0 else azimuth + 180.0, time, name if several else "")
             for time, name, side in falls
         ]
-        return falls_text(texts, len(names))
+        return join_fall_sentences(texts, len(names))
     peak, has = free["peak_rotation"].to_numpy(), np.isfinite(free["critical_angle"].to_numpy())
     share = float(peak[has].max()) if has.any() else None  # in parts of α
-    return lean_text(share, None if has.all() else float(peak[~has].max()), several=several)
+    return standing_elements_sentence(share, None if has.all() else float(peak[~has].max()), several=several)
 
 
-def plane_poses(trajectory: "xr.Dataset") -> FloatArray:
-    """Return positions and rotations of the free elements, shape (time, 3 × elements)."""
-    free = free_elements(trajectory)
+def free_element_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
+    """Return x, z (m) and rotation (rad) of the free elements, shape (times, 3 × free elements)."""
+    free = trajectory_of_free_elements(trajectory)
     return np.concatenate(
         [free[name].transpose("time", "element").to_numpy() for name in ("x", "z", "rotation")], axis=1
     )
 
 
-def _element_poses(trajectory: "xr.Dataset", index: int) -> FloatArray:
-    """Return the poses (x, z, rotation) of an element, shape (time, 3)."""
-    return np.stack([trajectory[name].to_numpy()[:, index] for name in ("x", "z", "rotation")], axis=1)
+def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> FloatArray:
+    """Return x, z (m) and rotation (rad) of one element, shape (times, 3)."""
+    return np.stack([trajectory[name].to_numpy()[:, element_index] for name in ("x", "z", "rotation")], axis=1)
 
 
-def _extend_to_lying(trajectory: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
-    """Return the times and poses (x, z, rotation) of an element, extended until it lies on the ground.
+def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> tuple[FloatArray, FloatArray]:
+    """Return times, s, and poses (x, z, rotation) of one element, continued until the element lies on the ground.
 
     The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
     too early; one pose is appended in which the block has turned about its corner until it lies.
     """
-    one, time, poses = trajectory.isel(element=index), trajectory["time"].to_numpy(), _element_poses(trajectory, index)
+    one, time, poses = (
+        trajectory.isel(element=element_index),
+        trajectory["time"].to_numpy(),
+        _element_poses_by_time(trajectory, element_index),
+    )
     side, speed = float(one["overturned"]), abs(float(one["angular_velocity"][-1]))
     x, _, angle = poses[-1]
     if trajectory.sizes["element"] != 2 or abs(side) != 1:
@@ -73,7 +77,7 @@ def _extend_to_lying(trajectory: "xr.Dataset", index: int) -> tuple[FloatArray, 
     left = fallen - abs(angle)
     if not 0.0 < left < MAX_EXTENSION * speed:
         return time, poses
-    level = float((trajectory["z"][0] + trajectory["vertices"][..., 1].max("vertex")).isel(element=1 - index))
+    level = float((trajectory["z"][0] + trajectory["vertices"][..., 1].max("vertex")).isel(element=1 - element_index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lowest = int(np.argmin(q * np.cos(angle) - p * np.sin(angle)))
     corner = x + p[lowest] * np.cos(angle) + q[lowest] * np.sin(angle)
@@ -83,8 +87,10 @@ def _extend_to_lying(trajectory: "xr.Dataset", index: int) -> tuple[FloatArray, 
     return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
 
 
-def _film_bodies(trajectory: "xr.Dataset", time: FloatArray, ground_shift: FloatArray) -> tuple[FilmBody, ...]:
-    """Return the bodies of a 2-D scene at the times of the frames; the ground is cut to the width of the picture."""
+def _film_bodies_of_scene(
+    trajectory: "xr.Dataset", frame_times: FloatArray, ground_shift: FloatArray
+) -> tuple[FilmBody, ...]:
+    """Return the bodies of a 2-D scene with poses at `frame_times`; the ground is cut to the width of the picture."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
     free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
@@ -94,11 +100,11 @@ def _film_bodies(trajectory: "xr.Dataset", time: FloatArray, ground_shift: Float
     for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
         clock, poses = (
-            _extend_to_lying(trajectory, index)
+            _extend_poses_until_lying(trajectory, index)
             if is_free
-            else (trajectory["time"].to_numpy(), _element_poses(trajectory, index))
+            else (trajectory["time"].to_numpy(), _element_poses_by_time(trajectory, index))
         )
-        frames = interpolate_columns(time, clock, poses)
+        frames = interpolate_to_frame_times(frame_times, clock, poses)
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
             if np.ptp(shape[:, 0]) > 2 * reach:  # cut the ground to the picture
@@ -108,8 +114,10 @@ def _film_bodies(trajectory: "xr.Dataset", time: FloatArray, ground_shift: Float
     return tuple(bodies)
 
 
-def _contact_forces(trajectory: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
-    """Return positions (m) and forces (in units of the weight) over frames of all contacts that carry a force.
+def _contact_points_and_forces(
+    trajectory: "xr.Dataset", frame_times: FloatArray
+) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """Return positions (m) and forces (in weights) at `frame_times` of the k contacts, shape (frames, k, 2) each.
 
     Forces are zero after the end of the case. (None, None) if no contact carries a force.
     """
@@ -121,34 +129,36 @@ def _contact_forces(trajectory: "xr.Dataset", time: FloatArray) -> tuple[FloatAr
     ever = np.isfinite(place).any(axis=(0, 2))
     if not ever.any():
         return None, None
-    force, place = _fill_missing(force[:, ever]), _fill_missing(place[:, ever])
+    force, place = _fill_missing_with_last_known(force[:, ever]), _fill_missing_with_last_known(place[:, ever])
     # Use the last sample up to each frame; the player interpolates between frames.
-    at = np.clip(np.searchsorted(clock, time + 1e-9, side="right") - 1, 0, clock.size - 1)
-    return place[at], np.where(time[:, None, None] <= clock[-1], force[at], 0.0)
+    at = np.clip(np.searchsorted(clock, frame_times + 1e-9, side="right") - 1, 0, clock.size - 1)
+    return place[at], np.where(frame_times[:, None, None] <= clock[-1], force[at], 0.0)
 
 
-def _fill_missing(values: FloatArray) -> FloatArray:
-    """Replace missing values by the last known value before them, or at the start by the first known value."""
-    known = np.isfinite(values)
-    rows = np.arange(len(values)).reshape(-1, 1, 1)
+def _fill_missing_with_last_known(values_by_time: FloatArray) -> FloatArray:
+    """Return values over time (first axis) with NaN replaced by the last known value, or else by the first one."""
+    known = np.isfinite(values_by_time)
+    rows = np.arange(len(values_by_time)).reshape(-1, 1, 1)
     before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
-    return np.take_along_axis(values, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
+    return np.take_along_axis(values_by_time, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
 
 
-def plane_panel(trajectory: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> FilmPanel:
-    """Return the panel of a 2-D scene at the times of the frames; `texts` are its heading and its outcome."""
+def scene_film_panel(
+    trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
+) -> FilmPanel:
+    """Return the film panel of a 2-D scene at `frame_times`, s, titled by `heading_and_outcome`."""
     azimuth, times = float(trajectory.attrs["azimuth_deg"]), trajectory["overturning_time"].to_numpy()
     amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
-    ground = ground_displacement((along, up), motion.sampling_interval, time)
-    point, force = _contact_forces(trajectory, time)
+    ground = ground_displacement_at_times((along, up), motion.sampling_interval, frame_times)
+    point, force = _contact_points_and_forces(trajectory, frame_times)
     return FilmPanel(
-        *texts,
+        *heading_and_outcome,
         float(min(times[np.isfinite(times)], default=np.nan)),
-        _film_bodies(trajectory, time, ground),
+        _film_bodies_of_scene(trajectory, frame_times, ground),
         along,
         motion.sampling_interval,
-        sides=(compass_name(azimuth + 180.0), compass_name(azimuth)),
+        sides=(compass_bearing(azimuth + 180.0), compass_bearing(azimuth)),
         force_point=point,
         force=force,
         vertical=up,

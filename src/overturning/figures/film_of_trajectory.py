@@ -8,9 +8,9 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_between
-from overturning.figures.film_of_body import space_outcome, space_panel, space_poses
-from overturning.figures.film_of_plane import plane_outcome, plane_panel, plane_poses
-from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, direction_heading
+from overturning.figures.film_of_body import body_film_panel, body_outcome_sentence, body_poses_by_time
+from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
+from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, panel_heading_of_direction
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 
@@ -24,38 +24,40 @@ FADED: Final = 0.1
 """Share of the largest movement of a stone that stands, below which its film ends."""
 
 
-def heading_of_trajectory(trajectory: "xr.Dataset") -> str:
-    """Return the heading of a panel: the azimuth of the motion, or the direction that a 3-D body faces."""
-    display = _display_of(trajectory)
-    return direction_heading(float(trajectory.attrs[display.direction]), in_space=display is _SPACE)
+def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
+    """Return the heading of a film panel: the azimuth of the motion, or the azimuth that a 3-D body faces."""
+    display = _film_functions_of(trajectory)
+    return panel_heading_of_direction(float(trajectory.attrs[display.direction]), in_space=display is _SPACE)
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
-    """True if a trajectory has an outcome."""
+    """True if the simulation of a trajectory is valid, so that it is known whether anything falls."""
     return int(trajectory["status"]) in (Status.SIMULATED, Status.AT_REST)
 
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return the outcome of a trajectory as a sentence without a full stop."""
-    return _display_of(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
+    """Return a sentence (without full stop) on what falls in a trajectory, or that the simulation is not valid."""
+    return _film_functions_of(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
 
 
-def movement_interval(trajectory: "xr.Dataset") -> tuple[float, float] | None:
-    """Return the first and last time, s, at which a free body is away from both its first and its last pose.
+def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float] | None:
+    """Return the times, s, of the first and last movement of the free bodies; None if nothing moves.
+
+    A body moves at a time if its pose differs from both its first and its last pose.
 
     If nothing falls, the last movement of at least `FADED` of the largest one counts as the last, since a stone may
-    rock on for long. None if nothing moves.
+    rock on for long.
     """
-    times = _movement_times(trajectory)
+    times = _first_return_and_last_movement_times(trajectory)
     return None if times is None else (times[0], times[2])
 
 
-def _movement_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
+def _first_return_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
     """Return the times, s, of the first movement, of the return from the largest one, and of the last movement.
 
-    See `movement_interval`.
+    See `first_and_last_movement_times`.
     """
-    poses, time = _display_of(trajectory).poses(trajectory), trajectory["time"].to_numpy()
+    poses, time = _film_functions_of(trajectory).poses(trajectory), trajectory["time"].to_numpy()
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1)
     least = MOVEMENT_TOLERANCE if has_fallen_stone(trajectory) else max(MOVEMENT_TOLERANCE, FADED * float(away.max()))
     moving = np.flatnonzero(away > MOVEMENT_TOLERANCE)
@@ -71,8 +73,8 @@ def has_fallen_stone(trajectory: "xr.Dataset") -> bool:
     return bool((np.abs(trajectory["overturned"].to_numpy()) == 1).any())
 
 
-def shown_interval(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
-    """Return start and end of the time to show, s: from the first movement in any trajectory to the last.
+def film_start_and_end_times(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
+    """Return start and end, s, of the film of trajectories: from the first movement in any of them to the last.
 
     If stones fall in some of the trajectories, the others are followed until they return from their largest
     movement. If nothing moves: 3 s before to 3 s after the peak of the motion.
@@ -80,7 +82,7 @@ def shown_interval(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
     spans = [
         (has_fallen_stone(trajectory), times)
         for trajectory in trajectories
-        if (times := _movement_times(trajectory)) is not None
+        if (times := _first_return_and_last_movement_times(trajectory)) is not None
     ]
     if spans:
         any_falls = any(fell for fell, _ in spans)
@@ -110,7 +112,7 @@ def film_of_trajectories(
     motions : Motion or sequence of Motion
         Motion of all trajectories, or of each; a trajectory was simulated under its motion times its own amplitude.
     title : str
-        Title; see `overturning.figures.film_words.case_title`.
+        Title; see `overturning.figures.film_words.film_title_text`.
     headings : sequence of str
         Headings of the panels; by default the direction of each.
     note : str
@@ -124,23 +126,23 @@ def film_of_trajectories(
     if not trajectories:
         raise ArgumentError("trajectories: none given; a film needs at least one trajectory")
     each = [motions] * len(trajectories) if isinstance(motions, Motion) else list(motions)
-    names = list(headings) or [heading_of_trajectory(trajectory) for trajectory in trajectories]
+    names = list(headings) or [panel_heading_of_trajectory(trajectory) for trajectory in trajectories]
     if not len(each) == len(names) == len(trajectories):
         raise ArgumentError(
             f"motions, headings: {len(each)} and {len(names)}; give one for each of {len(trajectories)} trajectories"
         )
-    time = frame_times_between(*shown_interval(trajectories))
+    time = frame_times_between(*film_start_and_end_times(trajectories))
     panels = tuple(
-        _display_of(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
+        _film_functions_of(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
         for trajectory, motion, name in zip(trajectories, each, names, strict=True)
     )
     return Film(
-        title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_display_of(trajectories[0]).note}".strip()
+        title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_film_functions_of(trajectories[0]).note}".strip()
     )
 
 
-class _TrajectoryDisplay(NamedTuple):
-    """Functions and texts that show 2-D or 3-D trajectories."""
+class _TrajectoryFilmFunctions(NamedTuple):
+    """Functions and texts with which a film of 2-D or of 3-D trajectories is made."""
 
     direction: str  # name of the attribute with the direction, degrees
     outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
@@ -149,10 +151,14 @@ class _TrajectoryDisplay(NamedTuple):
     note: str  # hint below the film
 
 
-_PLANE: Final = _TrajectoryDisplay("azimuth_deg", plane_outcome, plane_poses, plane_panel, "")
-_SPACE: Final = _TrajectoryDisplay("orientation_deg", space_outcome, space_poses, space_panel, SPACE_NOTE)
+_PLANE: Final = _TrajectoryFilmFunctions(
+    "azimuth_deg", scene_outcome_sentence, free_element_poses_by_time, scene_film_panel, ""
+)
+_SPACE: Final = _TrajectoryFilmFunctions(
+    "orientation_deg", body_outcome_sentence, body_poses_by_time, body_film_panel, SPACE_NOTE
+)
 
 
-def _display_of(trajectory: "xr.Dataset") -> _TrajectoryDisplay:
-    """Return the functions and texts that show a trajectory."""
+def _film_functions_of(trajectory: "xr.Dataset") -> _TrajectoryFilmFunctions:
+    """Return the functions and texts for a film of a trajectory: those for 2-D scenes or for 3-D bodies."""
     return _SPACE if "quaternion" in trajectory else _PLANE

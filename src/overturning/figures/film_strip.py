@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import Film, FilmBody, FilmPanel, free_body_extent, vertex_paths
+from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
 from overturning.figures.style import INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid
 
@@ -22,15 +22,16 @@ STONE: Final = "#c9c4ba"
 GROUND: Final = "#8a8a86"
 
 
-def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the times of the four frames of a strip, s, ascending, and their captions; the same for all panels.
+def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return times (s, ascending) and captions of the four frames of a strip; they are the same for all panels.
 
     The first uplift is the first frame in which a stone of any panel has turned by `UPLIFT_ANGLE`, or by half of its
     largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the last time at
     which it could still come back; if nothing falls the time of the largest rotation takes its place.
     """
     angle = np.max(
-        [rotation_angles(body, film.frames) for panel in film.panels for body in panel.bodies if body.free], axis=0
+        [rotation_angle_by_frame(body, film.frames) for panel in film.panels for body in panel.bodies if body.free],
+        axis=0,
     )
     falls = [panel.outcome_time for panel in film.panels if np.isfinite(panel.outcome_time)]
     if falls:
@@ -40,11 +41,11 @@ def strip_times(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     before = angle[: max(1, int(np.searchsorted(film.frame_times, near)))]
     visible = min(UPLIFT_ANGLE, 0.5 * float(before.max()))
     first = film.frame_times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
-    return np.maximum.accumulate(np.array([film.start, first, near, film.end_time])), names
+    return np.maximum.accumulate(np.array([film.start, first, near, film.last_frame_time])), names
 
 
-def rotation_angles(body: FilmBody, frame_count: int) -> FloatArray:
-    """Return the angle by which a free body has turned from its first pose in each frame, rad; 3-D: its tilt."""
+def rotation_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
+    """Return the rotation of a free body from its first pose (3-D: its tilt), rad, shape (frame_count,)."""
     if body.faces:
         _, x, y, _ = body.rotation.T / np.linalg.norm(body.rotation, axis=1)
         angle = np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
@@ -54,10 +55,10 @@ def rotation_angles(body: FilmBody, frame_count: int) -> FloatArray:
 
 
 def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
-    """Return the strip of a film: a row of four frames for each panel, at the same times, with a scale bar."""
-    times, names = strip_times(film)
+    """Return the figure of a film for paper: a row of four frames for each panel, at the same times."""
+    times, names = strip_frame_times_and_captions(film)
     rows = len(film.panels)
-    edges = _space_view(film) if film.panels[0].in_space else free_body_extent(film)
+    edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_bodies(film)
     left, right, bottom, top = edges
     tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
     figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH, rows * (tall + 0.2) + 0.25 + 0.35 * titled)
@@ -67,7 +68,7 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
         for column, (axes, time, name) in enumerate(zip(axes_row, times, names, strict=True)):
             axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
             axes.spines[:].set_visible(False)
-            draw_frame(axes, panel, (time - film.start) / film.frame_interval)
+            draw_panel_frame(axes, panel, (time - film.start) / film.frame_interval)
             if row == 0:
                 axes.set_title(f"{name}, {time:.2f} s", fontsize=8)
             if column == 0:
@@ -75,44 +76,49 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
         # A long line must not widen the first column: leave it out of the layout, but keep its height.
         axes_row[0].set_xlabel(" ", fontsize=8)
         below = {"transform": axes_row[0].transAxes, "fontsize": 8, "va": "top"}
-        axes_row[0].text(0.0, -0.03, _line_below_row(panel, rows), **below).set_in_layout(False)
+        axes_row[0].text(0.0, -0.03, _text_below_row(panel, rows), **below).set_in_layout(False)
     return figure
 
 
-def _line_below_row(panel: FilmPanel, row_count: int) -> str:
-    """Return the line below a row: directions of both sides, heading if there are several rows, and outcome."""
+def _text_below_row(panel: FilmPanel, row_count: int) -> str:
+    """Return the text below a row of frames: azimuths of left and right, heading (of several rows), and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
     return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
 
 
-def draw_frame(axes: Any, panel: FilmPanel, frame: float) -> None:
-    """Draw the bodies of a panel at a frame, which need not be whole: poses are interpolated."""
+def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None:
+    """Draw the bodies of a panel at a frame, such as 2.5; poses between two frames are interpolated."""
     from matplotlib.patches import Polygon
 
-    if panel.in_space:
-        _draw_solid(axes, panel.bodies[0], frame)
+    if panel.shows_3d_body:
+        _draw_body_with_floor(axes, panel.bodies[0], frame_position)
         return
     for body in panel.bodies:
         look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
-        places = vertex_paths(pose_at_frame(body, frame))[0]
+        places = vertex_positions_by_frame(body_at_frame(body, frame_position))[0]
         axes.add_patch(Polygon(places, closed=True, linewidth=0.7, **look))
 
 
-def pose_at_frame(body: FilmBody, frame: float) -> FilmBody:
-    """Return a body with a single pose: that at a frame, interpolated; after its last frame it stays."""
+def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
+    """Return a body whose only pose is that at a frame such as 2.5 (interpolated), at most that of the last frame."""
 
-    def interpolate(values: FloatArray) -> FloatArray:
-        low = min(int(frame), len(values) - 1)
-        high, part = min(low + 1, len(values) - 1), min(max(frame - low, 0.0), 1.0)
-        return np.asarray(values[low] * (1.0 - part) + values[high] * part)[None]
+    def interpolate_at_frame(values_by_frame: FloatArray) -> FloatArray:
+        low = min(int(frame_position), len(values_by_frame) - 1)
+        high, part = min(low + 1, len(values_by_frame) - 1), min(max(frame_position - low, 0.0), 1.0)
+        return np.asarray(values_by_frame[low] * (1.0 - part) + values_by_frame[high] * part)[None]
 
     return FilmBody(
-        body.name, body.vertices, interpolate(body.position), interpolate(body.rotation), body.free, body.faces
+        body.name,
+        body.vertices,
+        interpolate_at_frame(body.position),
+        interpolate_at_frame(body.rotation),
+        body.free,
+        body.faces,
     )
 
 
 def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> None:
-    """Draw a bar of a round length, m, into the lower left corner of a frame with these edges."""
+    """Draw a scale bar of a round length in the lower left corner; `view_edges`: left, right, bottom, top, m."""
     left, right, bottom, top = view_edges
     most = 0.35 * (right - left)
     length = max((one for one in SCALE_BARS if one <= most), default=SCALE_BARS[0])
@@ -130,25 +136,25 @@ VIEW_ELEVATION: Final = 0.42
 LIGHT: Final = np.array([0.35, -0.5, 0.79])
 
 
-def _view_matrix() -> FloatArray:
-    """Return the rows of the view matrix: right, up, and towards the viewer, over east, north and up."""
+def _camera_view_matrix() -> FloatArray:
+    """Return the matrix (3, 3) from (east, north, up) to (right, up, towards the viewer) of the camera."""
     (sa, ca), (se, ce) = ((np.sin(one), np.cos(one)) for one in (VIEW_AZIMUTH, VIEW_ELEVATION))
     return np.array([[-ca, sa, 0.0], [-se * sa, -se * ca, ce], [ce * sa, ce * ca, se]])
 
 
-def solid_corners(body: FilmBody, frame: int = 0) -> FloatArray:
-    """Return the corners of a 3-D body in a frame, m, shape (n, 3)."""
-    w, *u = body.rotation[frame] / np.linalg.norm(body.rotation[frame])
+def corners_of_body_at_frame(body: FilmBody, frame_index: int = 0) -> FloatArray:
+    """Return east, north and up of the n corners of a 3-D body in a frame, m, shape (n, 3)."""
+    w, *u = body.rotation[frame_index] / np.linalg.norm(body.rotation[frame_index])
     return np.asarray(
-        body.position[frame] + body.vertices + 2.0 * np.cross(u, np.cross(u, body.vertices) + w * body.vertices)
+        body.position[frame_index] + body.vertices + 2.0 * np.cross(u, np.cross(u, body.vertices) + w * body.vertices)
     )
 
 
-def _space_view(film: Film) -> tuple[float, float, float, float]:
-    """Return the edges of the projection that contain the bodies of all panels at all frames."""
-    camera = _view_matrix()[:2]
+def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
+    """Return the axis limits (left, right, bottom, top), m, within which the 3-D bodies of all panels always lie."""
+    camera = _camera_view_matrix()[:2]
     places = [
-        (solid_corners(panel.bodies[0], frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
+        (corners_of_body_at_frame(panel.bodies[0], frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
         for panel in film.panels
         for frame in range(len(panel.bodies[0].position))
     ]
@@ -165,12 +171,12 @@ def _half_floor_width_m(body: FilmBody) -> float:
     return 1.4 * float(np.linalg.norm(body.vertices, axis=1).max())
 
 
-def _draw_solid(axes: Any, body: FilmBody, frame: float) -> None:
+def _draw_body_with_floor(axes: Any, body: FilmBody, frame_position: float) -> None:
     """Draw a 3-D body at a frame, with its floor, its shadow and an arrow towards north."""
     from matplotlib.patches import Polygon
 
-    camera, begin = _view_matrix(), body.position[0] * [1, 1, 0]
-    corners = solid_corners(pose_at_frame(body, frame)) - begin
+    camera, begin = _camera_view_matrix(), body.position[0] * [1, 1, 0]
+    corners = corners_of_body_at_frame(body_at_frame(body, frame_position)) - begin
     half = _half_floor_width_m(body)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
     axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))

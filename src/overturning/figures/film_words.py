@@ -6,7 +6,7 @@ The functions compose the texts from numbers; they take lengths in m and angles 
 from dataclasses import dataclass
 from typing import Final
 
-from overturning.figures.style import compass_name
+from overturning.figures.style import compass_bearing
 
 PLAYER: Final = {
     "play": "Play",
@@ -52,7 +52,7 @@ _SHAPES: Final = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class FilmedCase:
+class FilmTitleFacts:
     """Facts of a film's title: the stone, its friction, and the motion; lengths in m.
 
     Attributes
@@ -89,38 +89,46 @@ class FilmedCase:
     level: bool = False
 
 
-def length_text(length: float) -> str:
-    """Return a length, m, with its unit: "18 cm", "1.2 m"."""
-    return f"{length:.3g} m" if round(100.0 * length, 9) >= 100.0 else f"{100.0 * length:.3g} cm"
+def length_with_unit(length_m: float) -> str:
+    """Return a length, given in m, as text with its unit: "18 cm", "1.2 m"."""
+    return f"{length_m:.3g} m" if round(100.0 * length_m, 9) >= 100.0 else f"{100.0 * length_m:.3g} cm"
 
 
-def place_text(station: str, event: str) -> str:
-    """Return the name of a record: its station or id, and the earthquake."""
+def station_and_event_text(station: str, event: str) -> str:
+    """Return the station (or record id) and the earthquake as one text: "station, event"."""
     return f"{station}, {event}" if event else station
 
 
-def case_title(case: FilmedCase) -> str:
+def film_title_text(title_facts: FilmTitleFacts) -> str:
     """Return the title of a film in words: "A square stone 18 cm wide and 60 cm high, friction 0.7, under …"."""
-    sizes = {name: length_text(getattr(case, name)) for name in ("width", "height", "depth")}
-    parts = [_SHAPES[case.kind].format(**sizes, scene=case.scene, element=case.element, sides=case.sides)]
-    if case.friction is not None:
-        parts.append(f"friction {case.friction:g}")
-    if case.in_space and case.direction is not None:
-        parts.append(f"facing {compass_name(case.direction)}")
-    turned = "" if case.in_space or case.direction is None else f", turned to {compass_name(case.direction)}"
-    factor = "" if case.amplitude == 1.0 else f" times {case.amplitude:g}"
-    parts.append(f"under the record of {case.place}{turned}{factor}")
-    return ", ".join([*parts, *(["without its vertical motion"] if case.level else [])])
+    sizes = {name: length_with_unit(getattr(title_facts, name)) for name in ("width", "height", "depth")}
+    parts = [
+        _SHAPES[title_facts.kind].format(
+            **sizes, scene=title_facts.scene, element=title_facts.element, sides=title_facts.sides
+        )
+    ]
+    if title_facts.friction is not None:
+        parts.append(f"friction {title_facts.friction:g}")
+    if title_facts.in_space and title_facts.direction is not None:
+        parts.append(f"facing {compass_bearing(title_facts.direction)}")
+    turned = (
+        ""
+        if title_facts.in_space or title_facts.direction is None
+        else f", turned to {compass_bearing(title_facts.direction)}"
+    )
+    factor = "" if title_facts.amplitude == 1.0 else f" times {title_facts.amplitude:g}"
+    parts.append(f"under the record of {title_facts.place}{turned}{factor}")
+    return ", ".join([*parts, *(["without its vertical motion"] if title_facts.level else [])])
 
 
-def movie_title(title: str, speed: str) -> str:
-    """Return the title of a movie that plays at a fixed speed, such as "1/5" of real time."""
-    return f"{title} (at {speed} of its speed)"
+def movie_title_with_speed(film_title: str, speed: str) -> str:
+    """Return the title of a film with the speed at which its movie plays, such as "1/5" of real time."""
+    return f"{film_title} (at {speed} of its speed)"
 
 
-def direction_heading(direction_deg: float, *, in_space: bool) -> str:
+def panel_heading_of_direction(direction_deg: float, *, in_space: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
-    return f"{'facing' if in_space else 'motion along'} {compass_name(direction_deg)}"
+    return f"{'facing' if in_space else 'motion along'} {compass_bearing(direction_deg)}"
 
 
 _SETTINGS: Final = {
@@ -134,60 +142,69 @@ _SETTINGS: Final = {
 }
 
 
-def setting_heading(kind: str, name: str = "") -> str:
-    """Return the heading of a panel of a comparison of two settings.
+def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "") -> str:
+    """Return the heading of a film panel that shows one of two compared settings.
 
     Parameters
     ----------
-    kind : str
+    setting_kind : str
         vertical or level (with and without vertical motion), scene, site or recorded (with and without soil), study or
         variant (any other setting).
-    name : str
+    scene_or_variant_name : str
         Title of the scene, or name of the variant.
     """
-    return _SETTINGS[kind].format(name=name.replace("-", " ") if kind == "site" else name)
+    return _SETTINGS[setting_kind].format(
+        name=scene_or_variant_name.replace("-", " ") if setting_kind == "site" else scene_or_variant_name
+    )
 
 
-def fall_text(towards_deg: float, time: float, name: str = "") -> str:
-    """Return that a stone falls towards an azimuth, degrees, at a time, s; with its name if there are several."""
-    return f"{name + ' ' if name else ''}falls towards {compass_name(towards_deg)} at {time:.2f} s"
+def fall_sentence(fall_azimuth_deg: float, fall_time: float, stone_name: str = "") -> str:
+    """Return a sentence: the stone falls towards an azimuth (degrees) at a time (s); its name can be left out."""
+    towards = compass_bearing(fall_azimuth_deg)
+    return f"{stone_name + ' ' if stone_name else ''}falls towards {towards} at {fall_time:.2f} s"
 
 
-def falls_text(fall_sentences: list[str], stone_count: int) -> str:
-    """Return the falls of a scene, of `stone_count` free stones."""
+def join_fall_sentences(fall_sentences: list[str], stone_count: int) -> str:
+    """Return the sentences on the falls of a scene as one text, which begins with "2 of 3 fall" for several stones."""
     return (f"{len(fall_sentences)} of {stone_count} fall: " if stone_count > 1 else "") + "; ".join(fall_sentences)
 
 
-def lean_text(toppling_share: float | None, rotation_deg: float | None, *, several: bool) -> str:
-    """Return that nothing falls, and how far the stones lean.
+def standing_elements_sentence(
+    peak_share_of_toppling_angle: float | None, peak_rotation_deg: float | None, *, several: bool
+) -> str:
+    """Return a sentence: no stone of a 2-D scene falls, and how far the stones lean.
 
     Parameters
     ----------
-    toppling_share : float or None
+    peak_share_of_toppling_angle : float or None
         Largest rotation over the angle at which the stone topples; None if no stone has such an angle.
-    rotation_deg : float or None
+    peak_rotation_deg : float or None
         Largest rotation of the stones without such an angle, degrees; None if all have one.
     several : bool
         True if there are several free stones.
     """
     leans = (
-        [f"leans to {100.0 * toppling_share:.0f} % of the angle at which it would topple"]
-        if toppling_share is not None
+        [f"leans to {100.0 * peak_share_of_toppling_angle:.0f} % of the angle at which it would topple"]
+        if peak_share_of_toppling_angle is not None
         else []
     )
-    leans = leans if toppling_share is None or toppling_share >= 0.005 else ["does not lean"]
-    leans += [] if rotation_deg is None else [f"rotates by up to {rotation_deg:.2g}°"]
+    leans = (
+        leans if peak_share_of_toppling_angle is None or peak_share_of_toppling_angle >= 0.005 else ["does not lean"]
+    )
+    leans += [] if peak_rotation_deg is None else [f"rotates by up to {peak_rotation_deg:.2g}°"]
     if several:
         return f"everything stands; the stone that leans most {', another '.join(leans)}"
     return f"stands; {leans[0]}"
 
 
-def tilt_text(tilt_deg: float, twist_deg: float, slip_m: float, *, still_moves: bool) -> str:
-    """Return that a 3-D body stands: largest tilt and final turn, degrees, slip, m, and whether it still moves."""
-    side = "clockwise" if twist_deg >= 0 else "anticlockwise"
+def standing_body_sentence(
+    peak_tilt_deg: float, final_twist_deg: float, final_slip_m: float, *, still_moves: bool
+) -> str:
+    """Return a sentence: a 3-D body stands; largest tilt, final twist and slip, and whether the body still moves."""
+    side = "clockwise" if final_twist_deg >= 0 else "anticlockwise"
     still = ", where it still rocks or rolls" if still_moves else ""
-    turned = f"turned {abs(twist_deg):.1f}° {side}, slipped {100.0 * slip_m:.1f} cm by the end{still}"
-    return f"stands; largest tilt {tilt_deg:.1f}°; {turned}"
+    turned = f"turned {abs(final_twist_deg):.1f}° {side}, slipped {100.0 * final_slip_m:.1f} cm by the end{still}"
+    return f"stands; largest tilt {peak_tilt_deg:.1f}°; {turned}"
 
 
 NO_OUTCOME: Final = "no outcome: the simulation is not valid"

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
-from overturning.figures.cells import close_curve
+from overturning.figures.cells import closed_polar_curve
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -21,7 +21,7 @@ Spectrum = tuple[FloatArray, list[FloatArray]]
 
 
 def draw_hodographs(panels: Any, motion: Motion, fault_normal_deg: float = float("nan")) -> None:
-    """Draw hodographs (motion seen from above), one per panel.
+    """Draw hodographs (paths seen from above) of a motion, one quantity per panel.
 
     Three panels show acceleration, velocity and displacement; fewer panels show the last ones of these.
     """
@@ -37,21 +37,25 @@ def draw_hodographs(panels: Any, motion: Motion, fault_normal_deg: float = float
 
 
 def _draw_hodograph(
-    axes: Any, north: FloatArray, east: FloatArray, texts: tuple[str, str], fault_normal_deg: float
+    axes: Any,
+    north_component: FloatArray,
+    east_component: FloatArray,
+    name_and_unit: tuple[str, str],
+    fault_normal_deg: float,
 ) -> None:
-    """Draw one path with east to the right, north up and equal scales; `texts` are its name and unit."""
-    radius, (title, unit) = np.hypot(north, east), texts
+    """Draw a hodograph: east component to the right, north component up; `name_and_unit` are of the quantity."""
+    radius, (title, unit) = np.hypot(north_component, east_component), name_and_unit
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
         look = {"linestyle": style.DASHED, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
         style.draw_line_through_origin(axes, fault_normal_deg, largest, **look)
-    axes.plot(east, north, color=style.SERIES[2], linewidth=0.6, rasterized=True)
+    axes.plot(east_component, north_component, color=style.SERIES[2], linewidth=0.6, rasterized=True)
     if size > 0:
         at = int(radius.argmax())
-        axes.plot(east[at], north[at], "o", color=style.FALLS, markersize=4, label="peak")
-        toward = round(float(np.degrees(np.arctan2(east[at], north[at])))) % 360
-        title += f"\n{style.format_short(size)} {unit} towards {toward}°"
+        axes.plot(east_component[at], north_component[at], "o", color=style.FALLS, markersize=4, label="peak")
+        toward = round(float(np.degrees(np.arctan2(east_component[at], north_component[at])))) % 360
+        title += f"\n{style.format_three_digits(size)} {unit} towards {toward}°"
     axes.set_title(title, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     for zero in (axes.axhline, axes.axvline):
@@ -63,7 +67,7 @@ def _draw_hodograph(
 
 
 def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Figure:
-    """Draw hodographs of acceleration, velocity and displacement.
+    """Draw hodographs of acceleration, velocity and displacement of a motion.
 
     The azimuth of the fault normal, degrees, can be NaN.
     """
@@ -73,32 +77,38 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
     return figure
 
 
-def fourier_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
-    """Return Fourier amplitudes (m/s) by frequency (Hz), smoothed with the Konno-Ohmachi window."""
+def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> Spectrum:
+    """Return frequencies (Hz) and, for each azimuth, Fourier amplitudes (m/s), smoothed by Konno and Ohmachi."""
     nyquist = 0.5 / motion.sampling_interval
     at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
-    pairs = (fourier_amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
+    pairs = (fourier_amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuths_deg)
     return at, [konno_ohmachi_smoothed_amplitude(frequency, amplitude, at) for frequency, amplitude in pairs]
 
 
-def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
-    """Return pseudo-accelerations (m/s²) by period (s), damping ratio 0.05."""
+def response_spectra_along_azimuths(motion: Motion, azimuths_deg: list[float]) -> Spectrum:
+    """Return periods (s) and, for each azimuth, pseudo-accelerations (m/s²) at a damping ratio of 0.05."""
     periods = np.geomspace(0.05, 10.0, 60)
-    return periods, list(pseudo_acceleration_spectra(motion, periods, azimuth_deg).T)
+    return periods, list(pseudo_acceleration_spectra(motion, periods, azimuths_deg).T)
 
 
-def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figure:
-    """Draw Fourier spectra of several azimuths in one panel and response spectra in another (the paper's figure 5)."""
+def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float], title: str) -> Figure:
+    """Draw Fourier spectra of a motion along several azimuths in one panel, and response spectra in another."""
     figure, ((left, right),) = style.create_panel_grid(1, 2, style.PAGE_WIDTH, 3.4)
     for axes, (x, spectra), unit, across, up in (
-        (left, fourier_spectrum(motion, azimuth_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
-        (right, response_spectrum(motion, azimuth_deg), GAL, "period, s", "spectral acceleration (damping 5%), Gal"),
+        (left, smoothed_fourier_spectra(motion, azimuths_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
+        (
+            right,
+            response_spectra_along_azimuths(motion, azimuths_deg),
+            GAL,
+            "period, s",
+            "spectral acceleration (damping 5%), Gal",
+        ),
     ):
-        for index, (azimuth, values) in enumerate(zip(azimuth_deg, spectra, strict=True)):
+        for index, (azimuth, values) in enumerate(zip(azimuths_deg, spectra, strict=True)):
             keep = (x > 0) & (values > 0)
             axes.plot(
                 x[keep], values[keep] / unit, color=style.SERIES[index % len(style.SERIES)],
-                linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3, label=style.compass_name(azimuth),
+                linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3, label=style.compass_bearing(azimuth),
             )  # fmt: skip
         axes.set(xscale="log", yscale="log")
         style.label_axes(axes, across, up)
@@ -107,23 +117,23 @@ def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figu
     return figure
 
 
-def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
+def pga_and_pgv_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
     """Draw polar curves of one record's ``pga`` (m/s²) and ``pgv`` (m/s) by azimuth (degrees), in Gal and cm/s.
 
     The azimuth of the fault normal, degrees, can be NaN.
     """
-    azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
+    azimuth = peaks_by_azimuth["azimuth"].to_numpy().astype(np.float64)
     figure, panels = style.create_panel_grid(1, 2, 6.4, 3.7, polar=True)
     measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
-        peaks = intensity[name].to_numpy() / factor
+        peaks = peaks_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())
-        style.make_compass(axes)
-        axes.plot(*close_curve(azimuth, peaks), color=colour, linewidth=1.4)  # a peak is an absolute value
+        style.turn_axes_into_compass(axes)
+        axes.plot(*closed_polar_curve(azimuth, peaks), color=colour, linewidth=1.4)  # a peak is an absolute value
         style.set_radius_ticks(axes, largest * 1.08 or 1.0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         style.mark_fault_normal(axes, fault_normal_deg)
-        along = style.compass_name(float(azimuth[peaks.argmax()] % 180))
-        axes.set_title(f"{label}\nlargest {style.format_short(largest)} along {along}", pad=4)
+        along = style.compass_bearing(float(azimuth[peaks.argmax()] % 180))
+        axes.set_title(f"{label}\nlargest {style.format_three_digits(largest)} along {along}", pad=4)
     style.add_title_and_legend(figure, title, panels[0, 0])
     return figure

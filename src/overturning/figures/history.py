@@ -14,7 +14,7 @@ from overturning.figures.style import (
     MISSING,
     SERIES,
     create_panel_grid,
-    format_short,
+    format_three_digits,
     group_extremes,
     label_axes,
 )
@@ -41,8 +41,10 @@ BINS: Final = 600
 """Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
-def history_figure(unprocessed: Record, processed: Record, spectra: FloatArray | None = None) -> "Figure":
-    """Draw a record as read from its file and as used in the study, a column per component.
+def record_history_figure(
+    unprocessed_record: Record, processed_record: Record, rotd_spectra: FloatArray | None = None
+) -> "Figure":
+    """Draw time histories and spectra of a record before and after processing, a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
     corner frequencies and the noise before the onset; Husid plot, signal-to-noise ratio and removed acceleration;
@@ -50,46 +52,58 @@ def history_figure(unprocessed: Record, processed: Record, spectra: FloatArray |
 
     Parameters
     ----------
-    unprocessed, processed : Record
+    unprocessed_record, processed_record : Record
         The record before and after processing; the same object if nothing was done.
-    spectra : array, shape (3, periods), optional
+    rotd_spectra : array, shape (3, periods), optional
         RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s²; computed if not given.
     """
-    names = [name for name in COMPONENTS if getattr(processed, name) is not None]
+    names = [name for name in COMPONENTS if getattr(processed_record, name) is not None]
     wide = len(names) > 2
     figure, panels = create_panel_grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
     for panel in panels[5, 1:] if wide else ():
         panel.remove()
     if wide:
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
-    _draw_response(panels[5, 0 if wide else 1], compute_rotd(processed) if spectra is None else spectra)
-    moving = [getattr(unprocessed, name) for name in names]
-    noise = signal_to_noise_ratio(moving, unprocessed.sampling_interval)
+    _draw_rotd_spectra(
+        panels[5, 0 if wide else 1], compute_rotd_spectra(processed_record) if rotd_spectra is None else rotd_spectra
+    )
+    moving = [getattr(unprocessed_record, name) for name in names]
+    noise = signal_to_noise_ratio(moving, unprocessed_record.sampling_interval)
     for column, name in enumerate(names):
-        _draw_series(panels[:3, column], unprocessed, processed, name)
+        _draw_component_time_histories(panels[:3, column], unprocessed_record, processed_record, name)
         panels[0, column].set_title(name, fontsize=9)
-        _draw_spectra(panels[3, column], unprocessed, processed, name)
+        _draw_fourier_spectra(panels[3, column], unprocessed_record, processed_record, name)
         for panel in panels[1:3, column]:
             panel.sharex(panels[0, column])
         for panel in panels[:2, column]:
             panel.tick_params(labelbottom=False)
-    _draw_husid(panels[4, 0], processed, names)
-    _draw_ratio(panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0])
-    _draw_removed(panels[4, 2] if wide else panels[5, 0], unprocessed, processed, names)
-    _add_title_and_legend(figure, panels, unprocessed, processed, noise)
+    _draw_husid(panels[4, 0], processed_record, names)
+    _draw_signal_to_noise_ratio(
+        panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0]
+    )
+    _draw_removed_acceleration(panels[4, 2] if wide else panels[5, 0], unprocessed_record, processed_record, names)
+    _add_title_and_legend(figure, panels, unprocessed_record, processed_record, noise)
     return figure
 
 
 def _add_title_and_legend(
-    figure: "Figure", panels: Any, unprocessed: Record, processed: Record, noise: SignalToNoiseRatio | None
+    figure: "Figure",
+    panels: Any,
+    unprocessed_record: Record,
+    processed_record: Record,
+    noise_ratio: SignalToNoiseRatio | None,
 ) -> None:
     """Add the title with the processing steps, the legend and the margins to a figure."""
-    ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
-    steps = [processing_entry_text(step) for step in processed.processing]
-    agency = [str(unprocessed.extra["agency_processing"])] if "agency_processing" in unprocessed.extra else []
+    ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset:.1f} s"
+    steps = [processing_entry_text(step) for step in processed_record.processing]
+    agency = (
+        [str(unprocessed_record.extra["agency_processing"])] if "agency_processing" in unprocessed_record.extra else []
+    )
     lines = [
-        ", ".join(text for text in (processed.station or processed.record_id, processed.event) if text),
-        "; ".join([processing_label(unprocessed), *agency, ahead]),
+        ", ".join(
+            text for text in (processed_record.station or processed_record.record_id, processed_record.event) if text
+        ),
+        "; ".join([processing_label(unprocessed_record), *agency, ahead]),
         *(["here: " + "; ".join(steps)] if steps else ["nothing done here"]),
     ]
     wrapped = [part for line in lines for part in textwrap.wrap(line, 50 * panels.shape[1])]
@@ -97,7 +111,7 @@ def _add_title_and_legend(
     from matplotlib.lines import Line2D
 
     marks = [Line2D([], [], color=MISSING, label="before processing"), Line2D([], [], color=INK, label="as used")]
-    if unprocessed is not processed:
+    if unprocessed_record is not processed_record:
         figure.legend(handles=marks, loc="lower center", ncols=2, fontsize=8)
     # Fixed margins: a constrained layout would take most of the drawing time.
     wide = panels.shape[1] > 2
@@ -106,64 +120,68 @@ def _add_title_and_legend(
     figure.subplots_adjust(0.07 if wide else 0.1, 0.75 / height, 0.95 if wide else 0.93, top, wspace=0.34, hspace=0.42)
 
 
-def min_max_envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return times and values of the minimum and maximum of each of `BINS` time bins; all samples if there are few."""
-    width = -(-time.size // BINS)
+def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return times and values of the minimum and maximum samples in `BINS` time bins; all samples if there are few."""
+    width = -(-sample_times.size // BINS)
     if width <= 2:
-        return time, values
-    places, drawn = group_extremes(values, width)
-    return time[np.minimum(places, time.size - 1)], drawn
+        return sample_times, samples
+    places, drawn = group_extremes(samples, width)
+    return sample_times[np.minimum(places, sample_times.size - 1)], drawn
 
 
-def start_time_shift(record: Record) -> float:
+def start_shift_from_unprocessed(processed_record: Record) -> float:
     """Return the start of a processed record relative to the unprocessed one, s.
 
     Padding moves the start to earlier times, cutting to later ones.
     """
-    return float(sum(step.get("shift_s", 0.0) for step in record.processing))
+    return float(sum(step.get("shift_s", 0.0) for step in processed_record.processing))
 
 
-def _sample_times(record: Record, shift: float = 0.0) -> FloatArray:
-    """Return the times of the samples of a record, s."""
-    return np.asarray(np.arange(record.north.size) * record.sampling_interval + shift, dtype=np.float64)
+def _sample_times(record: Record, start_shift: float = 0.0) -> FloatArray:
+    """Return the times of the samples of a record, s, the first at `start_shift`."""
+    return np.asarray(np.arange(record.north.size) * record.sampling_interval + start_shift, dtype=np.float64)
 
 
 def _acceleration_velocity_displacement(record: Record, component_name: str) -> list[FloatArray]:
-    """Return acceleration, velocity and displacement of a component."""
+    """Return acceleration (m/s²), velocity (m/s) and displacement (m) of one component of a record."""
     samples: FloatArray = getattr(record, component_name)
     velocity = integrate(samples, record.sampling_interval)
     return [samples, velocity, integrate(velocity, record.sampling_interval)]
 
 
-def _draw_series(panels: Any, unprocessed: Record, processed: Record, component_name: str) -> None:
-    """Draw acceleration, velocity and displacement of a component before and after processing."""
+def _draw_component_time_histories(
+    component_panels: Any, unprocessed_record: Record, processed_record: Record, component_name: str
+) -> None:
+    """Draw acceleration, velocity and displacement of one component before and after processing, a panel each."""
     rows = zip(
-        panels,
+        component_panels,
         SERIES_ROWS,
-        _acceleration_velocity_displacement(unprocessed, component_name),
-        _acceleration_velocity_displacement(processed, component_name),
+        _acceleration_velocity_displacement(unprocessed_record, component_name),
+        _acceleration_velocity_displacement(processed_record, component_name),
         strict=True,
     )
     for panel, (label, unit), old, new in rows:
         peak = np.abs(new).max() / unit
-        if unprocessed is not processed:
+        if unprocessed_record is not processed_record:
             # An offset integrates to metres of displacement; on a common scale the motion would look like a line.
             own = np.abs(old).max() / unit > 2.0 * peak
             behind = panel.twinx() if own else panel
-            behind.plot(*min_max_envelope(_sample_times(unprocessed), old / unit), color=MISSING, linewidth=0.6)
+            behind.plot(*min_max_envelope(_sample_times(unprocessed_record), old / unit), color=MISSING, linewidth=0.6)
             if own:
                 behind.tick_params(labelsize=6, colors=MISSING)
                 behind.locator_params(axis="y", nbins=5)
                 panel.set_zorder(behind.get_zorder() + 1)
                 panel.patch.set_visible(False)
         panel.plot(
-            *min_max_envelope(_sample_times(processed, start_time_shift(processed)), new / unit),
+            *min_max_envelope(
+                _sample_times(processed_record, start_shift_from_unprocessed(processed_record)), new / unit
+            ),
             color=INK,
             linewidth=0.6,
         )
-        label_axes(panel, "time, s" if panel is panels[-1] else "", label)
+        label_axes(panel, "time, s" if panel is component_panels[-1] else "", label)
         panel.annotate(
-            f"peak {format_short(peak)}",
+            f"peak {format_three_digits(peak)}",
             (0.98, 0.96),
             xycoords="axes fraction",
             ha="right",
@@ -173,21 +191,25 @@ def _draw_series(panels: Any, unprocessed: Record, processed: Record, component_
         )
 
 
-def _corner_frequencies(processing: tuple[Mapping[str, Any], ...]) -> list[float]:
-    """Return the corner frequencies of the filters of a record, Hz."""
-    return [step["corner_hz"] for step in processing if "corner_hz" in step]
+def _filter_corner_frequencies(processing_steps: tuple[Mapping[str, Any], ...]) -> list[float]:
+    """Return the corner frequencies, Hz, of the filters among the processing steps of a record."""
+    return [step["corner_hz"] for step in processing_steps if "corner_hz" in step]
 
 
-def _draw_spectra(panel: "Axes", unprocessed: Record, processed: Record, component_name: str) -> None:
+def _draw_fourier_spectra(
+    panel: "Axes", unprocessed_record: Record, processed_record: Record, component_name: str
+) -> None:
     """Draw the Fourier amplitudes of a component before and after processing."""
     for record, colour in (
-        ((unprocessed, MISSING), (processed, INK)) if unprocessed is not processed else ((processed, INK),)
+        ((unprocessed_record, MISSING), (processed_record, INK))
+        if unprocessed_record is not processed_record
+        else ((processed_record, INK),)
     ):
         samples = getattr(record, component_name)
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
         amplitude = rms_fourier_amplitude_in_bands(samples, record.sampling_interval, frequency) / CM
         panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
-    for corner in _corner_frequencies(processed.processing):
+    for corner in _filter_corner_frequencies(processed_record.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
         panel.annotate(
             f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
@@ -205,11 +227,11 @@ def _set_logarithmic_axes(panel: "Axes") -> None:
         axis.set_minor_locator(NullLocator())
 
 
-def _draw_husid(panel: "Axes", processed: Record, component_names: list[str]) -> None:
+def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[str]) -> None:
     """Draw the cumulative squared acceleration of the components (Husid plot)."""
-    time = _sample_times(processed, start_time_shift(processed))
+    time = _sample_times(processed_record, start_shift_from_unprocessed(processed_record))
     for name, colour in zip(component_names, SERIES, strict=False):
-        energy = np.cumsum(getattr(processed, name) ** 2)
+        energy = np.cumsum(getattr(processed_record, name) ** 2)
         if energy[-1] > 0:
             panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
@@ -218,44 +240,55 @@ def _draw_husid(panel: "Axes", processed: Record, component_names: list[str]) ->
     panel.legend(fontsize=7, loc="lower right")
 
 
-def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, component_names: list[str]) -> None:
+def _draw_signal_to_noise_ratio(
+    panel: "Axes", noise_ratio: SignalToNoiseRatio | None, component_names: list[str]
+) -> None:
     """Draw the signal-to-noise ratio of the components by frequency."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
-    if noise is None:
+    if noise_ratio is None:
         _write_note(panel, "no noise of 2 s\nbefore the onset")
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES, strict=False)):
-        panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
+        panel.plot(noise_ratio.frequency, noise_ratio.ratio[row], color=colour, linewidth=1.0, label=name)
     panel.axhline(SIGNAL_TO_NOISE, color=FALLS, linewidth=0.8, linestyle=DASHED)
     _set_logarithmic_axes(panel)
     panel.legend(fontsize=7, loc="best")
 
 
-def compute_rotd(record: Record) -> FloatArray:
+def compute_rotd_spectra(record: Record) -> FloatArray:
     """Return RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s², shape (3, periods)."""
     return rotd_percentile_measures(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
 
 
-def _draw_response(panel: "Axes", spectra: FloatArray) -> None:
-    """Draw pseudo-acceleration spectra of the horizontal motion."""
-    for percentile, spectrum, colour in zip(PERCENTILES, spectra, SERIES, strict=False):
+def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
+    """Draw RotD00, RotD50 and RotD100 of the pseudo-acceleration (m/s²), given in this order, by period."""
+    for percentile, spectrum, colour in zip(PERCENTILES, rotd_spectra, SERIES, strict=False):
         panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
     _set_logarithmic_axes(panel)
-    panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # RotD00 of a motion along one azimuth is 0
+    panel.set_ylim(
+        bottom=1e-4 * float(rotd_spectra[-1].max()) / GAL or None
+    )  # RotD00 of a motion along one azimuth is 0
     label_axes(panel, "period, s", "pseudo-acceleration, Gal")
     panel.legend(fontsize=7, loc="best")
 
 
-def _draw_removed(panel: "Axes", unprocessed: Record, processed: Record, component_names: list[str]) -> None:
+def _draw_removed_acceleration(
+    panel: "Axes", unprocessed_record: Record, processed_record: Record, component_names: list[str]
+) -> None:
     """Draw the acceleration before processing minus that after it, where the records overlap."""
     label_axes(panel, "time, s", "removed, Gal")
-    if unprocessed is processed:
+    if unprocessed_record is processed_record:
         _write_note(panel, "nothing")
         return
-    time, later = _sample_times(unprocessed), _sample_times(processed, start_time_shift(processed))
+    time, later = (
+        _sample_times(unprocessed_record),
+        _sample_times(processed_record, start_shift_from_unprocessed(processed_record)),
+    )
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
     for name, colour in zip(component_names, SERIES, strict=False):
-        away = getattr(unprocessed, name)[inside] - np.interp(time[inside], later, getattr(processed, name))
+        away = getattr(unprocessed_record, name)[inside] - np.interp(
+            time[inside], later, getattr(processed_record, name)
+        )
         panel.plot(*min_max_envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
     panel.legend(fontsize=7, loc="best")
 

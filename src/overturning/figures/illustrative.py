@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.boundary import boundary_figure
-from overturning.figures.drawn_case import DrawnCase, write_cases
-from overturning.figures.film_case import filmed_case
+from overturning.figures.boundary import overturning_boundary_figure
+from overturning.figures.drawn_case import DrawnIllustrativeCase, write_drawn_cases
+from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
 from overturning.figures.film_strip import strip_figure
-from overturning.figures.film_words import case_title, place_text, setting_heading
-from overturning.figures.ground import hodograph_figure, spectra_figure
-from overturning.figures.response import axis_figure, response_figure
-from overturning.figures.style import style
-from overturning.figures.write import refill_folder, save
+from overturning.figures.film_words import film_title_text, panel_heading_of_setting, station_and_event_text
+from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
+from overturning.figures.response import body_axis_figure, rotation_slip_and_uplift_figure
+from overturning.figures.style import project_style
+from overturning.figures.write import refill_folder, save_figure_files
 from overturning.labels import friction_label
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import PlanarModel
@@ -42,47 +42,56 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path, against: Path | None = None) -> None:
-    """Simulate the illustrative cases of a cube again, with the motions in the folder `motions`, and draw them.
+def draw_illustrative_cases(
+    cube_path: Path, motion_folder: Path, output_folder: Path, compared_cube_path: Path | None = None
+) -> None:
+    """Simulate the illustrative cases of a cube again, and write their films and figures.
 
-    Writes into `folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case), and for case K, counted
-    from 1, the strip ``K-strip.svg`` and the figures ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and
-    ``K-hodograph.svg``; for a 3-D body ``K-axis.svg`` and ``K-axis-2.svg``.
+    Writes into `output_folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case), and for case K,
+    counted from 1, the strip ``K-strip.svg`` and the figures ``K-response.svg``, ``K-boundary.svg``,
+    ``K-spectra.svg`` and ``K-hodograph.svg``; for a 3-D body ``K-axis.svg`` and ``K-axis-2.svg``.
 
     Parameters
     ----------
-    cube_path, motions, folder : Path
+    cube_path, motion_folder, output_folder : Path
         Cube of the study, folder of its motions, and folder for the results.
-    against : Path, optional
+    compared_cube_path : Path, optional
         Cube of the variant with which the study is compared; the first case is then the one that answers which of both
         makes a block fall, if an outcome differs.
     """
-    with refill_folder(folder), open_cube_by_record(cube_path) as cube, style():
+    with refill_folder(output_folder), open_cube_by_record(cube_path) as cube, project_style():
         cases = find_illustrative_cases(cube)
-        if against is not None:
-            with open_cube_by_record(against) as other:
+        if compared_cube_path is not None:
+            with open_cube_by_record(compared_cube_path) as other:
                 answer = case_with_differing_outcomes(cube, other, (NOMINAL, str(other.attrs["variant"])))
             cases = cases if answer is None else [answer, *cases]
-        rows = [_draw_case(cube, case, motions, folder, number) for number, case in enumerate(cases, 1)]
-        write_cases(rows, folder)
+        rows = [
+            _draw_illustrative_case(cube, case, motion_folder, output_folder, number)
+            for number, case in enumerate(cases, 1)
+        ]
+        write_drawn_cases(rows, output_folder)
 
 
 CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 """A figure that accompanies a film: suffix of the file name, figure, alternative text, options for the report."""
 
 
-def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> DrawnCase:
+def _draw_illustrative_case(
+    cube: "xr.Dataset", case: IllustrativeCase, motion_folder: Path, output_folder: Path, case_number: int
+) -> DrawnIllustrativeCase:
     """Simulate one illustrative case again and draw its film and figures."""
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     settings = case.settings or (NOMINAL,) * len(case.direction_deg)
-    every = [_motion_of_variant(study, motions, record, name) for name in settings]
+    every = [_motion_of_variant(study, motion_folder, record, name) for name in settings]
     paths = [
-        block_trajectories(study, motion, case.block, [angle], name)[0]
+        simulate_block_trajectories(study, motion, case.block, [angle], name)[0]
         for motion, angle, name in zip(every, case.direction_deg, settings, strict=True)
     ]
     motion = every[0]
-    headings = [heading_of_setting(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)]
+    headings = [
+        panel_heading_of_variant(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)
+    ]
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
@@ -93,14 +102,15 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(zip(paths, every, strict=True), 1)
         drawn += [
-            ("axis" if n == 1 else f"axis-{n}", axis_figure(path, own, title), about, {}) for n, (path, own) in several
+            ("axis" if n == 1 else f"axis-{n}", body_axis_figure(path, own, title), about, {})
+            for n, (path, own) in several
         ]
     figures = {}
     for name, figure, alt, options in drawn:
-        save(figure, folder / f"{number}-{name}.svg")
-        figures[f"{number}-{name}.svg"] = {"alt": alt, **options}
-    strip = f"{number}-strip.svg"
-    return DrawnCase(
+        save_figure_files(figure, output_folder / f"{case_number}-{name}.svg")
+        figures[f"{case_number}-{name}.svg"] = {"alt": alt, **options}
+    strip = f"{case_number}-strip.svg"
+    return DrawnIllustrativeCase(
         title=case.title,
         rule=case.rule,
         block=film.title,
@@ -112,40 +122,40 @@ def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder
         film=film.player_data(),
         strip=strip,
         strip_alt=str(figures.pop(strip)["alt"]),
-        keys=film.panels[0].player_keys,
+        keys=film.panels[0].player_keys_description,
         figures=figures,
     )
 
 
-def _motion_of_variant(study: Study, motion_folder: Path, record: str, variant: str) -> Motion:
-    """Return the motion of a record in a variant; a variant with soil has a folder of its own."""
+def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
+    """Read the motion of a record for a variant of a study; motions of variants with soil are in a subfolder."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
-    return motion_for_variant(study, read_record_from_motion_file(folder / f"{record}.nc"), variant)
+    return motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
 
 
 def _film_title(
     study: Study, record_cube: "xr.Dataset", case: IllustrativeCase, trajectories: Sequence["xr.Dataset"]
 ) -> str:
-    """Return the title of a film: the stone of the study, and its motion."""
+    """Return the title of the film of an illustrative case: the stone and the record."""
     record, single = str(record_cube["record_id"].item()), len(set(case.direction_deg)) == 1
     sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
-    place = place_text(str(record_cube["station"].item()) or record, str(record_cube["event"].item()))
+    place = station_and_event_text(str(record_cube["station"].item()) or record, str(record_cube["event"].item()))
     direction = case.direction_deg[0] if single else None
     aspect = {"aspect": case.block["aspect"]} if "aspect" in case.block else {}
-    return case_title(filmed_case(variant_model(study), sizes | aspect, place, direction=direction))
+    return film_title_text(film_title_facts(variant_model(study), sizes | aspect, place, direction=direction))
 
 
-def heading_of_setting(study: Study, variant: str, other_variant: str) -> str:
-    """Return the heading of a panel of a comparison: what the variant is, other than the one it is compared with."""
+def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> str:
+    """Return the heading of the panel of `variant`: the setting in which it differs from `other_variant`."""
     own, other = (variant_settings(study, name) for name in (variant, other_variant))
     if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant):
-        return setting_heading("vertical" if variant_uses_vertical_motion(study, variant) else "level")
+        return panel_heading_of_setting("vertical" if variant_uses_vertical_motion(study, variant) else "level")
     if (own.scene or study.scene) != (other.scene or study.scene):
         scene = variant_scene(study, variant)
-        return setting_heading("scene", scene.title or scene.name)
+        return panel_heading_of_setting("scene", scene.title or scene.name)
     if own.site != other.site:
-        return setting_heading("site", variant) if own.site else setting_heading("recorded")
-    return setting_heading("study") if variant == NOMINAL else setting_heading("variant", variant)
+        return panel_heading_of_setting("site", variant) if own.site else panel_heading_of_setting("recorded")
+    return panel_heading_of_setting("study") if variant == NOMINAL else panel_heading_of_setting("variant", variant)
 
 
 def block_label(study: Study, block: dict[str, float]) -> str:
@@ -156,17 +166,17 @@ def block_label(study: Study, block: dict[str, float]) -> str:
 
 
 def _figures_for_planar_film(
-    record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]
+    record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, title_and_place: tuple[str, str]
 ) -> list[CaseFigure]:
     """Return the figures that accompany a 2-D film: response, boundary, spectra and hodograph.
 
-    `texts` are the title and the place.
+    `title_and_place` are the title and the place.
     """
-    (title, place), normal = texts, float(record_cube["fault_normal"])
+    (title, place), normal = title_and_place, float(record_cube["fault_normal"])
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in trajectories))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
-    edge = boundary_figure(
+    edge = overturning_boundary_figure(
         overturning_boundary_by_azimuth(record_cube).assign_attrs(record_cube.attrs),
         float(record_cube["b_over_h"].max()),
         normal,
@@ -176,24 +186,24 @@ def _figures_for_planar_film(
     return [
         (
             "response",
-            response_figure(trajectories, title),
+            rotation_slip_and_uplift_figure(trajectories, title),
             "rotation, slip and uplift against time",
             {"most_height": 14},
         ),
         ("boundary", edge, "largest B/H that falls, by azimuth", {"most_height": 11}),
-        ("spectra", spectra_figure(motion, azimuths, place), "Fourier and response spectra", {}),
+        ("spectra", fourier_and_response_spectra_figure(motion, azimuths, place), "Fourier and response spectra", {}),
         ("hodograph", hodograph_figure(motion, normal, place), seen, {}),
     ]
 
 
-def block_trajectories(
+def simulate_block_trajectories(
     study: Study,
     motion: Motion,
     block: dict[str, float],
     directions_deg: Sequence[float],
     variant: str = NOMINAL,
 ) -> list["xr.Dataset"]:
-    """Return the trajectories of a block of a study, one for each direction, degrees.
+    """Simulate a block of a study along each direction (degrees), and return the trajectories.
 
     The trajectories of a scene go on until its stones lie. Height (m) and B/H of the block are those of the study; a
     variant with another scene has the sizes of its own.

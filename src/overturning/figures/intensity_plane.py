@@ -53,7 +53,7 @@ def _draw_intensity_plane(
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
     b_over_h: float,
-    fit: LogisticFit | None = None,
+    logistic_fit: LogisticFit | None = None,
     fit_label: str = "fit: probability ½",
     *,
     with_criteria: bool = True,
@@ -76,9 +76,9 @@ def _draw_intensity_plane(
     for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True) if with_criteria else ():
         limit = criterion.acceleration(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
-    if fit is not None and abs(fit.coefficient[2]) > 1e-9:
+    if logistic_fit is not None and abs(logistic_fit.coefficient[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
-        constant, over_west, over_ratio, over_shape, over_size = fit.coefficient
+        constant, over_west, over_ratio, over_shape, over_size = logistic_fit.coefficient
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
         with np.errstate(over="ignore"):  # far beyond the figure
             y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
@@ -86,13 +86,13 @@ def _draw_intensity_plane(
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
         set_logarithmic_ticks(axis)
-    label_axes(axes, "PGA, Gal", "PGV/PGA, s", which="both")
+    label_axes(axes, "PGA, Gal", "PGV/PGA, s", small_ticks="both")
     axes.grid(True, which="major")
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
 
 def intensity_plane_figure(
-    cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float, size_note: str = ""
+    cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
     """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
 
@@ -116,7 +116,7 @@ def intensity_plane_figure(
         for column, b_over_h in enumerate(chosen):
             points = intensity_plane_points(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_intensity_plane(panels[row, column], points, *block, fit, named, with_criteria=not size_note)
+            _draw_intensity_plane(panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note)
     title = f"Every plane of every record, {friction_label(cube, friction)}"
     add_title_and_legend(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
     return figure

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from overturning.figures import style
-from overturning.figures.cells import cell_edges, slenderness_edges, trim_empty_rings
-from overturning.figures.polar_map import plane_map_figure
-from overturning.figures.rose import draw_rose
+from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_outer_rings_without_falls
+from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.rose import draw_fall_rose
 from overturning.model.falls import model_of_cube
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.statistics.roses import fall_rose
@@ -29,9 +29,9 @@ MOST_ARROWS: Final = 36
 """Largest number of arrows along each axis of a map."""
 
 
-def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
+def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
     """Draw fall azimuths of one record by orientation and B/H, a panel per friction, height and aspect, and a rose."""
-    cube = trim_empty_rings(cube, cube["overturned"])
+    cube = trim_outer_rings_without_falls(cube, cube["overturned"])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
     figure, panels = style.create_panel_grid(
@@ -40,7 +40,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):
             axes = panels[row, column]
-            _draw_orientations(axes, cube.sel(height=height, aspect=aspect, friction=friction))
+            _draw_falls_by_orientation(axes, cube.sel(height=height, aspect=aspect, friction=friction))
             several = f", D/B = {aspect:g}" if cube.sizes["aspect"] > 1 else ""
             axes.set_title(f"µ = {friction:g}, H = {height:g} m{several}", fontsize=8)
             style.label_axes(
@@ -48,7 +48,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
             )
         panels[row, -1].set_visible(False)
     around = figure.add_subplot(panels[0, -1].get_subplotspec(), projection="polar")
-    draw_rose(around, fall_rose(cube.expand_dims("record")))
+    draw_fall_rose(around, fall_rose(cube.expand_dims("record")))
     around.set_yticklabels([])
     around.tick_params(labelsize=7)
     top = around.get_ylim()[1]
@@ -68,12 +68,12 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     return figure
 
 
-def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
-    """Draw the fall azimuths by orientation and B/H in one panel."""
-    x, y = (cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
-    azimuth = np.radians(cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
-    missing = cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
-    edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), slenderness_edges(y)
+def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
+    """Draw the fall azimuths of a 3-D block by orientation and B/H in one panel, as colours and arrows."""
+    x, y = (block_cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
+    azimuth = np.radians(block_cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
+    missing = block_cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
+    edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), b_over_h_cell_edges(y)
     axes.set_facecolor(style.STANDS)
     axes.pcolormesh(*edges, np.ma.masked_invalid(azimuth), cmap=COLOURS, vmin=0.0, vmax=2.0 * np.pi, rasterized=True)
     if missing.any():
@@ -94,11 +94,11 @@ def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))
 
 
-def map_figure(cube: xr.Dataset, title: str, peak_velocity: xr.DataArray | None = None) -> Figure:
+def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.DataArray | None = None) -> Figure:
     """Draw the map of falls of one record: by azimuth of the motion (2-D) or by orientation of the body (3-D).
 
-    `peak_velocity` by azimuth, m/s, is drawn on a map by azimuth.
+    `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
     """
     if model_of_cube(cube).one_component:
-        return plane_map_figure(cube, title, [peak_velocity])
-    return space_map_figure(cube, title)
+        return azimuth_map_figure(cube, title, [peak_velocity_by_azimuth])
+    return orientation_map_figure(cube, title)

@@ -14,26 +14,26 @@ from overturning.files import write_text
 from overturning.translation.texts import ENGLISH, current_language, translate, translate_strings
 
 
-def read_template(name: str, subpackage: str = "figures") -> str:
-    """Return the text of a template file of a subpackage."""
-    return resources.files("overturning").joinpath(subpackage, "templates", name).read_text(encoding="utf-8")
+def read_template_text(file_name: str, subpackage: str = "figures") -> str:
+    """Return the text of a file in the folder ``templates`` of a subpackage."""
+    return resources.files("overturning").joinpath(subpackage, "templates", file_name).read_text(encoding="utf-8")
 
 
 def film_player_script() -> str:
     """Return the script of the film player, including the drawing of 3-D bodies; a page needs it once."""
-    return "".join(map(read_template, ("page.js", "space.js", "player.js")))
+    return "".join(map(read_template_text, ("page.js", "space.js", "player.js")))
 
 
 def json_for_script(data: Any) -> str:
-    """Return data as JSON with escaped HTML characters, so that no name can end the script element around it."""
+    """Return data as JSON that is safe inside an HTML script element: the characters <, > and & are escaped."""
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text
 
 
-def render_page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
-    """Render a template with style, script and data of this package; other values (`more`) are escaped.
+def render_page_template(template_name: str, style_sheet: str, script: str, data: Any, **more: Any) -> str:
+    """Return the page of a template with a style sheet, a script and data; other values (`more`) are escaped.
 
     The page loads nothing from the network and is reproducible.
     """
@@ -41,16 +41,16 @@ def render_page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
     from markupsafe import Markup
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    own = {"css": Markup(css), "js": Markup(js), "data": Markup(json_for_script(data))}
-    return environment.from_string(read_template(name)).render(**own, **more)
+    own = {"css": Markup(style_sheet), "js": Markup(script), "data": Markup(json_for_script(data))}
+    return environment.from_string(read_template_text(template_name)).render(**own, **more)
 
 
-def film_element(data: dict[str, Any], strip_path: Path | None = None, alternative_text: str = "") -> str:
-    """Return the HTML element of a film, which `player_script` turns into a player, in the current language.
+def film_html_element(film_data: dict[str, Any], strip_path: Path | None = None, alternative_text: str = "") -> str:
+    """Return the HTML element of a film in the current language; `film_player_script` turns it into a player.
 
     Parameters
     ----------
-    data : dict
+    film_data : dict
         Film, from `overturning.figures.film.Film.player_data`.
     strip_path : path, optional
         Strip of the film (SVG or PNG), shown in print and without JavaScript.
@@ -62,31 +62,31 @@ def film_element(data: dict[str, Any], strip_path: Path | None = None, alternati
         kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip_path.suffix]
         source = f"data:{kind};base64,{b64encode(strip_path.read_bytes()).decode('ascii')}"
         shown = f'<figure class="film-strip"><img alt="{escape(alternative_text)}" src="{source}"></figure>'
-    texts = json_for_script(translate_strings(data) if current_language() != ENGLISH else data)
+    texts = json_for_script(translate_strings(film_data) if current_language() != ENGLISH else film_data)
     return f'<div class="film"><script type="application/json">{texts}</script>{shown}</div>'
 
 
-def film_page(film: Film) -> str:
-    """Return the HTML page of a film; its print shows the strip."""
+def film_page_html(film: Film) -> str:
+    """Return the HTML page of a film; on paper the page shows four frames instead of the player."""
     from markupsafe import Markup
 
     from overturning.figures.film_strip import strip_figure
-    from overturning.figures.style import style
-    from overturning.figures.write import save
+    from overturning.figures.style import project_style
+    from overturning.figures.write import save_figure_files
 
-    with TemporaryDirectory() as folder, style():
+    with TemporaryDirectory() as folder, project_style():
         strip = Path(folder) / "strip.svg"
-        save(strip_figure(film, titled=False), strip)
-        player = Markup(film_element(film.player_data(), strip, translate(film.title)))
+        save_figure_files(strip_figure(film, titled=False), strip)
+        player = Markup(film_html_element(film.player_data(), strip, translate(film.title)))
     about = {
         "title": translate(film.title),
         "player": player,
-        "keys": [translate(one) for one in (KEYS, film.panels[0].player_keys)],
+        "keys": [translate(one) for one in (KEYS, film.panels[0].player_keys_description)],
         "language": current_language(),
     }
-    return render_page("film.html.j2", read_template("player.css"), film_player_script(), {}, **about)
+    return render_page_template("film.html.j2", read_template_text("player.css"), film_player_script(), {}, **about)
 
 
 def write_film_page(film: Film, path: Path) -> None:
     """Write the HTML page of a film to a file."""
-    write_text(path, film_page(film))
+    write_text(path, film_page_html(film))

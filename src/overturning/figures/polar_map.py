@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import (
-    azimuth_edges,
-    close_circle,
-    close_curve,
-    count_rings_with_falls,
-    panel_rows_and_columns,
-    simulated_azimuths,
-    slenderness_edges,
+    azimuth_cell_edges_rad,
+    b_over_h_cell_edges,
+    closed_polar_curve,
+    count_b_over_h_rings_with_falls,
+    extend_cells_to_full_circle,
+    panel_row_and_column_counts,
+    simulated_azimuths_deg,
 )
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probability_to_either_side
@@ -76,13 +76,13 @@ class PolarMapPanel:
     peak_velocity: xr.DataArray | None
 
     @property
-    def radius(self) -> FloatArray:
-        """Edges of the B/H cells."""
-        return slenderness_edges(self.cells["b_over_h"].to_numpy().astype(np.float64))
+    def b_over_h_edges(self) -> FloatArray:
+        """Edges of the B/H cells of the map, which are its radii, ascending."""
+        return b_over_h_cell_edges(self.cells["b_over_h"].to_numpy().astype(np.float64))
 
 
-def plane_map_figure(
-    cubes: xr.Dataset | Sequence[xr.Dataset], title: str, peak_velocity: Sequence[xr.DataArray | None] = ()
+def azimuth_map_figure(
+    cubes: xr.Dataset | Sequence[xr.Dataset], title: str, peak_velocities_by_azimuth: Sequence[xr.DataArray | None] = ()
 ) -> Figure:
     """Draw polar maps by azimuth and B/H, one per record, height and friction, on one radial scale.
 
@@ -97,19 +97,19 @@ def plane_map_figure(
         probabilities of an ensemble are shown if a cube has them; otherwise a probability is 0 or 1.
     title : str
         Title above all panels.
-    peak_velocity : sequence of DataArray or None
+    peak_velocities_by_azimuth : sequence of DataArray or None
         Peak velocity by azimuth, m/s, of each record; drawn as a line around the middle of its maps.
     """
     records = [cubes] if isinstance(cubes, xr.Dataset) else list(cubes)
-    panels = _create_panels(records, peak_velocity)
+    panels = _create_polar_map_panels(records, peak_velocities_by_azimuth)
     outer = len(records) if len(records) > 1 else records[0].sizes["height"]
-    rows, columns = panel_rows_and_columns(outer, len(panels) // outer)
+    rows, columns = panel_row_and_column_counts(outer, len(panels) // outer)
     size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
     # Keep the tick labels of a panel clear of the title of the panel below.
     apart = ConstrainedLayoutEngine(h_pad=0.08 if rows > 1 else 0.04)
-    figure, grid = style.create_panel_grid(rows, columns, *size, used=len(panels), polar=True, layout=apart)
-    top = max(float(panel.radius[-1]) for panel in panels)
-    rim = round_up_velocity(
+    figure, grid = style.create_panel_grid(rows, columns, *size, visible_count=len(panels), polar=True, layout=apart)
+    top = max(float(panel.b_over_h_edges[-1]) for panel in panels)
+    rim = round_up_rim_velocity(
         max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
     )
     shared = [len({panel.names[place] for panel in panels}) == 1 for place in range(3)]
@@ -117,7 +117,7 @@ def plane_map_figure(
     for axes, panel in zip(used, panels, strict=True):
         own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
         axes.set_title(", ".join(own), fontsize=9, pad=3, parse_math=False)
-        mesh = _draw_panel(axes, panel, top, rim)
+        mesh = _draw_polar_map(axes, panel, top, rim)
     style.label_radius_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
@@ -127,24 +127,30 @@ def plane_map_figure(
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
     heading = "; ".join(filter(None, [common, "radius: slenderness B/H"]))
     style.add_title_and_legend(
-        figure, f"{title}\n{heading}", used[0], min(columns, 2), first_marks=_legend_marks(panels, spread, rim)
+        figure,
+        f"{title}\n{heading}",
+        used[0],
+        min(columns, 2),
+        first_marks=_polar_map_legend_marks(panels, spread, rim),
     )
     return figure
 
 
-def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[PolarMapPanel]:
-    """Return the panels of all records, trimmed to the same number of rings."""
-    whole = [close_circle(one) for one in records]
+def _create_polar_map_panels(
+    record_cubes: Sequence[xr.Dataset], peak_velocities_by_azimuth: Sequence[xr.DataArray | None]
+) -> list[PolarMapPanel]:
+    """Return the panels of all records, heights and frictions, trimmed to a common range of B/H."""
+    whole = [extend_cells_to_full_circle(one) for one in record_cubes]
     chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
-    rings = max(count_rings_with_falls(*both) for both in zip(either, falls, strict=True))
+    rings = max(count_b_over_h_rings_with_falls(*both) for both in zip(either, falls, strict=True))
     panels = []
     for cube, one, any_run, fell, velocity in zip(
-        records, chance, either, falls, [*peak_velocity, *len(records) * [None]], strict=False
+        record_cubes, chance, either, falls, [*peak_velocities_by_azimuth, *len(record_cubes) * [None]], strict=False
     ):
         shown = one.assign(stands=(any_run == 0) & ~(fell > 0)).isel(b_over_h=slice(None, rings))
-        simulated = np.isin(shown["azimuth"].to_numpy(), simulated_azimuths(cube))
+        simulated = np.isin(shown["azimuth"].to_numpy(), simulated_azimuths_deg(cube))
         marks = (
             float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
             float(azimuth_away_from_epicentre(cube)),
@@ -154,20 +160,20 @@ def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.Dat
             cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")
             block = friction_label(cube, float(cells["friction"])), f"H = {float(cells['height']):g} m"
             panels.append(
-                PolarMapPanel((record if len(records) > 1 else "", *block), cells, simulated, marks, velocity)
+                PolarMapPanel((record if len(record_cubes) > 1 else "", *block), cells, simulated, marks, velocity)
             )
     return panels
 
 
-def _draw_panel(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_velocity: float) -> Any:
-    """Draw a map on a compass and return its mesh.
+def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_velocity: float) -> Any:
+    """Draw the polar map of a panel, and return the mesh of its cells for the colour bar.
 
     The rim of the compass is at the B/H ``largest_b_over_h`` and at the peak velocity ``rim_velocity``, m/s.
     """
-    cells, radius = panel.cells, panel.radius
+    cells, radius = panel.cells, panel.b_over_h_edges
     axes.xaxis.grid(False)
-    style.make_compass(axes)
-    edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
+    style.turn_axes_into_compass(axes)
+    edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
     _draw_simulated_area(axes, edges, radius, panel.simulated)
@@ -177,7 +183,7 @@ def _draw_panel(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_ve
     look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
     mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY, vmin=0.0, vmax=1.0, **look)
     for ring, missing in enumerate(np.isnan(towards) & panel.simulated):
-        for start, width in runs_of_cells(missing, edges):
+        for start, width in runs_of_selected_cells(missing, edges):
             look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
     axes.plot(
@@ -188,7 +194,7 @@ def _draw_panel(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_ve
     axes.yaxis.grid(True, linewidth=0.4)
     if panel.peak_velocity is not None and rim_velocity:
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
-        theta, peaks = close_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
+        theta, peaks = closed_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
         axes.plot(theta, peaks, **_PEAK_LINE, zorder=2.6, path_effects=casing)
     normal, radial = panel.marks_deg
@@ -197,45 +203,49 @@ def _draw_panel(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_ve
     return mesh
 
 
-def _draw_simulated_area(axes: Any, edges: FloatArray, radius: FloatArray, simulated: NDArray[np.bool_]) -> None:
+def _draw_simulated_area(
+    axes: Any, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, is_simulated: NDArray[np.bool_]
+) -> None:
     """Hatch and outline the simulated azimuths and B/H, as background of the cells that fall or have no outcome."""
-    size: dict[str, Any] = {"bottom": radius[0], "align": "edge"}
-    for start, width in runs_of_cells(simulated, edges):
-        axes.bar(start, radius[-1] - radius[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
+    size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
+    for start, width in runs_of_selected_cells(is_simulated, azimuth_edges_rad):
+        axes.bar(start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
         if width < 2.0 * np.pi:
-            axes.bar(start, radius[-1] - radius[0], width, facecolor="none", edgecolor=_EDGE, **_THIN, **size)
+            axes.bar(
+                start, b_over_h_edges[-1] - b_over_h_edges[0], width, facecolor="none", edgecolor=_EDGE, **_THIN, **size
+            )
             continue
         around = np.linspace(0.0, 2.0 * np.pi, 181)
-        for edge in radius[[0, -1]]:
+        for edge in b_over_h_edges[[0, -1]]:
             axes.plot(around, np.full(around.size, edge), color=_EDGE, **_THIN)
 
 
-def runs_of_cells(selected: NDArray[np.bool_], edges: FloatArray) -> list[tuple[float, float]]:
-    """Return start and width, radians, of each group of neighbouring selected cells on a circle of cells."""
-    if selected.all():
-        return [(float(edges[0]), float(edges[-1] - edges[0]))]
+def runs_of_selected_cells(is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray) -> list[tuple[float, float]]:
+    """Return start and width, radians, of each run of neighbouring selected cells on a full circle."""
+    if is_selected.all():
+        return [(float(cell_edges_rad[0]), float(cell_edges_rad[-1] - cell_edges_rad[0]))]
     found = []
-    for start in np.flatnonzero(selected & ~np.roll(selected, 1)):
-        count = int(np.argmin(np.roll(selected, -start)))
-        widths = np.roll(np.diff(edges), -start)[:count]
-        found.append((float(edges[start]), float(widths.sum())))
+    for start in np.flatnonzero(is_selected & ~np.roll(is_selected, 1)):
+        count = int(np.argmin(np.roll(is_selected, -start)))
+        widths = np.roll(np.diff(cell_edges_rad), -start)[:count]
+        found.append((float(cell_edges_rad[start]), float(widths.sum())))
     return found
 
 
 def half_probability_line(
-    falls: FloatArray, theta: FloatArray, radius: FloatArray, chords_per_arc: int = 1
+    fall_probability: FloatArray, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, chords_per_arc: int = 1
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the line between cells with a fall probability of at least one half and cells with a smaller one.
+    """Return the line that encloses the cells of a polar map with a fall probability of at least one half.
 
     It runs along the edges of cells, and not next to a cell without an outcome.
 
     Parameters
     ----------
-    falls : array, shape (r, a)
+    fall_probability : array, shape (r, a)
         Probability of a fall to either side, NaN if unknown.
-    theta : array, shape (a + 1,)
+    azimuth_edges_rad : array, shape (a + 1,)
         Edges of the azimuth cells, radians; a line closes around a full circle.
-    radius : array, shape (r + 1,)
+    b_over_h_edges : array, shape (r + 1,)
         Edges of the B/H cells.
     chords_per_arc : int
         Number of chords of an arc.
@@ -245,23 +255,23 @@ def half_probability_line(
     tuple of ndarray
         Angles and radii of its points, with NaN between pieces.
     """
-    inside, known = falls >= HALF, ~np.isnan(falls)
+    inside, known = fall_probability >= HALF, ~np.isnan(fall_probability)
     angles, radii = list[FloatArray](), list[FloatArray]()
     pause = np.array([np.nan])
     for ring, cell in np.argwhere((inside[1:] != inside[:-1]) & known[1:] & known[:-1]):
-        angles += [np.linspace(theta[cell], theta[cell + 1], chords_per_arc + 1), pause]
-        radii += [np.full(chords_per_arc + 1, radius[ring + 1]), pause]
+        angles += [np.linspace(azimuth_edges_rad[cell], azimuth_edges_rad[cell + 1], chords_per_arc + 1), pause]
+        radii += [np.full(chords_per_arc + 1, b_over_h_edges[ring + 1]), pause]
     beside, beside_known = np.roll(inside, -1, axis=1), np.roll(known, -1, axis=1)
     meets = (inside != beside) & known & beside_known
-    meets[:, -1] &= np.isclose(theta[-1] - theta[0], 2.0 * np.pi)
+    meets[:, -1] &= np.isclose(azimuth_edges_rad[-1] - azimuth_edges_rad[0], 2.0 * np.pi)
     for ring, cell in np.argwhere(meets):
-        angles += [theta[[cell + 1, cell + 1]], pause]
-        radii += [radius[[ring, ring + 1]], pause]
+        angles += [azimuth_edges_rad[[cell + 1, cell + 1]], pause]
+        radii += [b_over_h_edges[[ring, ring + 1]], pause]
     return (np.concatenate(angles), np.concatenate(radii)) if angles else (pause, pause)
 
 
-def round_up_velocity(peak_velocity: float) -> float:
-    """Round a peak velocity, m/s, up to a round number of cm/s at least 5 % larger; 0 for 0."""
+def round_up_rim_velocity(peak_velocity: float) -> float:
+    """Return a round number of cm/s, in m/s, at least 5 % above a peak velocity, m/s; 0 for 0."""
     if not peak_velocity > 0:
         return 0.0
     needed = peak_velocity / CM / 0.95
@@ -269,14 +279,14 @@ def round_up_velocity(peak_velocity: float) -> float:
     return float(CM * power * next(one for one in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if one * power >= needed))
 
 
-def azimuth_for_radius_labels(cells: xr.Dataset, *marked_deg: float) -> float:
-    """Return the azimuth, degrees, for the labels of the radius: half-way between two named directions.
+def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> float:
+    """Return the azimuth, degrees, along which to label the radius of a map: between two named directions.
 
     It is the one with the fewest falls around it that is not within 20° of a marked axis (`marked_deg`).
     """
-    towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
+    towards, away = (map_cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
     falls = np.nan_to_num(towards + away, nan=1.0).sum(axis=0)
-    azimuth = cells["azimuth"].to_numpy().astype(np.float64)
+    azimuth = map_cells["azimuth"].to_numpy().astype(np.float64)
     count = {}
     for middle in np.arange(22.5, 360.0, 45.0):
         away = np.abs((azimuth - middle + 180.0) % 360.0 - 180.0)
@@ -285,7 +295,7 @@ def azimuth_for_radius_labels(cells: xr.Dataset, *marked_deg: float) -> float:
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
-def _legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:
+def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:
     """Return the marks of the legend for everything that is drawn in at least one panel."""
     if with_ensemble:
         marks = [style.legend_patch(_STANDS, "no run falls, to either side")]
@@ -298,7 +308,7 @@ def _legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velo
         ]
     if any(bool((panel.cells["towards"].isnull() & panel.simulated).any()) for panel in panels):
         marks.append(style.legend_patch(_NO_OUTCOME, "no outcome"))
-    if (inner := min(float(panel.radius[0]) for panel in panels)) > 0:
+    if (inner := min(float(panel.b_over_h_edges[0]) for panel in panels)) > 0:
         marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))
     if rim_velocity:
         marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim_velocity / CM:g} cm/s)"))

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from overturning.figures.ground import intensity_figure
-from overturning.figures.history import RESPONSE_PERIODS, history_figure
-from overturning.figures.maps import map_figure
-from overturning.figures.style import style
-from overturning.figures.write import Write, save
+from overturning.figures.ground import pga_and_pgv_figure
+from overturning.figures.history import RESPONSE_PERIODS, record_history_figure
+from overturning.figures.maps import fall_map_figure
+from overturning.figures.style import project_style
+from overturning.figures.write import Write, save_figure_files
 from overturning.model.scene import gravestone
 from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
 from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, open_cube, study_of_cube
@@ -19,10 +19,10 @@ from overturning.study.scenes import variant_scene
 def draw_record_figures(
     cube_path: Path,
     intensity_path: Path,
-    motions: Path,
-    folder: Path,
-    write: Write,
-    numbers: Iterable[int] | None = None,
+    motion_folder: Path,
+    output_folder: Path,
+    write_figure_files: Write,
+    record_indices: Iterable[int] | None = None,
 ) -> None:
     """Draw and write the figures of each record of a cube.
 
@@ -32,47 +32,51 @@ def draw_record_figures(
         The cube; it may hold only some records of the study.
     intensity_path : Path
         Intensity measures of all records of the study (NetCDF).
-    motions : Path
+    motion_folder : Path
         Folder of the motions.
-    folder : Path
+    output_folder : Path
         Receives ``polar/ID`` (map of the block shown first), ``blocks/ID`` (maps of all blocks, if there are several),
         ``intensity/ID`` and ``history/ID.svg`` (time histories, a file next to the report).
-    write : callable
+    write_figure_files : callable
         Writes a figure in all formats of the study.
-    numbers : iterable of int, optional
+    record_indices : iterable of int, optional
         Positions of the records to draw; all by default.
     """
     with open_cube(cube_path) as cube, xr.open_dataset(intensity_path) as intensity:
         everyone, study, stone = (
             intensity["record_id"].to_numpy().tolist(),
             study_of_cube(cube),
-            scene_element_label(cube),
+            scene_and_element_title_line(cube),
         )
-        for index in range(cube.sizes["record"]) if numbers is None else numbers:
+        for index in range(cube.sizes["record"]) if record_indices is None else record_indices:
             one = cube.isel(record=index).load()
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
             around = intensity.isel(record=everyone.index(name))
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
             title = f"{station}, {event}" if event else station
-            motion = motions / f"{name}.nc"
+            motion = motion_folder / f"{name}.nc"
             used = read_record_from_motion_file(motion)
-            with style():
-                write(
-                    map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),
-                    folder / "polar" / name,
+            with project_style():
+                write_figure_files(
+                    fall_map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),
+                    output_folder / "polar" / name,
                 )
                 if study.has_several_blocks:
-                    write(map_figure(one, f"{title}{stone}", around["pgv"]), folder / "blocks" / name)
-                write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
+                    write_figure_files(
+                        fall_map_figure(one, f"{title}{stone}", around["pgv"]), output_folder / "blocks" / name
+                    )
+                write_figure_files(
+                    pga_and_pgv_figure(around, float(one["fault_normal"]), title), output_folder / "intensity" / name
+                )
                 spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
-                save(
-                    history_figure(read_unprocessed_record_from_motion_file(motion) or used, used, spectra),
-                    folder / "history" / f"{name}.svg",
+                save_figure_files(
+                    record_history_figure(read_unprocessed_record_from_motion_file(motion) or used, used, spectra),
+                    output_folder / "history" / f"{name}.svg",
                 )
 
 
-def scene_element_label(cube: xr.Dataset) -> str:
-    """Return the names of the scene and the element of a cube, as the second line of a title.
+def scene_and_element_title_line(cube: xr.Dataset) -> str:
+    """Return scene and element of a cube as a second line of a title, with the line break before it.
 
     It names the element to which H and B/H refer if this is another one. Empty for the default gravestone.
     """

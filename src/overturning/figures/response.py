@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.figures import style
-from overturning.figures.film_of_plane import free_elements
-from overturning.figures.film_of_trajectory import has_outcome, outcome_sentence, shown_interval
+from overturning.figures.film_of_plane import trajectory_of_free_elements
+from overturning.figures.film_of_trajectory import film_start_and_end_times, has_outcome, outcome_sentence
 from overturning.figures.ground import draw_hodographs
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
@@ -25,8 +25,8 @@ LIMIT_FACTOR = 3.0
 hide the rotations."""
 
 
-def element_response(element_trajectory: xr.Dataset) -> list[Any]:
-    """Return rotation, slip and uplift of one element in the units of `ROWS`; uplift of the highest base vertex."""
+def element_rotation_slip_and_uplift(element_trajectory: xr.Dataset) -> list[Any]:
+    """Return rotation (degrees), slip of the base (cm) and uplift of the highest base vertex (cm) of one element."""
     p, q = element_trajectory["vertices"].to_numpy()[np.isfinite(element_trajectory["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
     angle, z = (element_trajectory[name].to_numpy()[:, None] for name in ("rotation", "z"))
@@ -38,26 +38,31 @@ def element_response(element_trajectory: xr.Dataset) -> list[Any]:
     ]
 
 
-def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
-    """Draw 2-D trajectories with equal scales, a column each; the heading of a column is the azimuth of the motion.
+def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
+    """Draw ground acceleration, rotation, slip and uplift of 2-D trajectories against time, a column each.
+
+    All columns have the same scales; the heading of a column is the azimuth of the motion.
 
     Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
     """
     width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH), 4.4, 2.0 * len(trajectories))
     figure, rows = style.create_panel_grid(len(ROWS), len(trajectories), width, 6.6, sharex=True, sharey="row")
-    start, end = shown_interval(trajectories)
-    largest = max(float(np.abs(np.degrees(free_elements(trajectory)["rotation"])).max()) for trajectory in trajectories)
-    several = free_elements(trajectories[0]).sizes["element"] > 1
+    start, end = film_start_and_end_times(trajectories)
+    largest = max(
+        float(np.abs(np.degrees(trajectory_of_free_elements(trajectory)["rotation"])).max())
+        for trajectory in trajectories
+    )
+    several = trajectory_of_free_elements(trajectories[0]).sizes["element"] > 1
     names = ROWS_SEVERAL_ELEMENTS if several else ROWS
     for column, trajectory in enumerate(trajectories):
         time, upper = trajectory["time"].to_numpy(), rows[0, column]
         upper.plot(time, trajectory["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
-        for number, name in enumerate(free_elements(trajectory)["element"].to_numpy()):
+        for number, name in enumerate(trajectory_of_free_elements(trajectory)["element"].to_numpy()):
             one, look = (
                 trajectory.sel(element=name),
                 {"color": style.SERIES[number % len(style.SERIES)], "linewidth": 1.0},
             )
-            for axes, values in zip(rows[1:, column], element_response(one), strict=True):
+            for axes, values in zip(rows[1:, column], element_rotation_slip_and_uplift(one), strict=True):
                 axes.plot(time, values, label=str(name), linestyle=style.DASHES[number % len(style.DASHES)], **look)
             alpha = float(np.degrees(one["critical_angle"]))
             if alpha <= LIMIT_FACTOR * largest:
@@ -69,7 +74,7 @@ def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
             style.label_axes(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
-        heading = style.compass_name(trajectory.attrs["azimuth_deg"])
+        heading = style.compass_bearing(trajectory.attrs["azimuth_deg"])
         upper.set_title(
             fill(f"{heading}: {_outcome_label(trajectory)}", int(18 * width / len(trajectories) / 1.25)),
             fontsize=9,
@@ -85,10 +90,10 @@ def response_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
 
 
 def _outcome_label(trajectory: xr.Dataset) -> str:
-    """Return a short text that names the free elements that fall."""
+    """Return a short text on the outcome of a trajectory: "stands", "falls", or the names of the falling elements."""
     if not has_outcome(trajectory):
         return "no outcome"
-    free = free_elements(trajectory)
+    free = trajectory_of_free_elements(trajectory)
     fell = [
         str(name)
         for name, side in zip(free["element"].to_numpy(), free["overturned"].to_numpy(), strict=True)
@@ -99,7 +104,7 @@ def _outcome_label(trajectory: xr.Dataset) -> str:
     return "falls" if free.sizes["element"] == 1 else f"{', '.join(fell)} {'falls' if len(fell) == 1 else 'fall'}"
 
 
-def axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
+def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Draw the axis of a 3-D body seen from above, and hodographs of ground velocity and displacement."""
     figure, panels = style.create_panel_grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]

@@ -15,9 +15,9 @@ from overturning.figures.style import (
     INK,
     PAGE_WIDTH,
     create_panel_grid,
-    make_compass,
     mark_fault_normal,
     set_radius_ticks,
+    turn_axes_into_compass,
 )
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
@@ -33,15 +33,15 @@ _RIM: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
-def draw_rose(axes: Any, rose: FallRose, radius_limit: float | None = None) -> None:
-    """Draw one rose; the area of a sector is proportional to its share, so that large shares do not look too large.
+def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None) -> None:
+    """Draw a rose of fall directions or axes; the area of a sector is proportional to its share of the falls.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
     rose of axes is half of a disk, with 0° at its top. The axis ends at radius
-    ``radius_limit``, by default at `common_radius`.
+    ``radius_limit``, by default at `common_rose_radius`.
     """
-    make_compass(axes)
-    radius_limit = radius_limit or common_radius(rose)
+    turn_axes_into_compass(axes)
+    radius_limit = radius_limit or common_rose_radius(rose)
     centres = np.arange(rose.shares.size) * 2.0 * np.pi / SECTORS
     values = [rose.shares, rose.low, rose.high]
     if rose.is_axial:  # the sector across the top has one half at either end
@@ -69,25 +69,25 @@ def draw_rose(axes: Any, rose: FallRose, radius_limit: float | None = None) -> N
     )
     axes.yaxis.grid(True, linewidth=0.4)
     if rose.is_axial:
-        _label_axis_angles(axes, rose.from_normal)
+        _label_fall_axis_angles(axes, rose.from_normal)
     else:
         axes.set_rlabel_position(_azimuth_for_radius_labels(rose))
 
 
-def _label_axis_angles(axes: Any, from_normal: bool) -> None:
+def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
     """Label the angles of a rose of fall axes, measured from the fault normal or from north."""
     names = ("along\nfault", "−45°", "across the fault (normal)", "45°", "along\nfault")
-    names = names if from_normal else ("W", "NW", "N", "NE", "E")
+    names = names if from_fault_normal else ("W", "NW", "N", "NE", "E")
     axes.set_xticks(np.radians([-90, -45, 0, 45, 90]), names, fontsize=8)
     axes.tick_params(axis="x", pad=10)
     axes.set_rlabel_position(-90.0)
-    if from_normal:
+    if from_fault_normal:
         top = axes.get_ylim()[1]
         axes.plot([0, 0], [0.93 * top, 1.03 * top], color=FAULT, linewidth=2.6, zorder=5, clip_on=False)
         axes.set_ylim(0.0, top)
 
 
-def mark_mean_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
+def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
     """Mark a mean axis, and its interval as an arc, at the rim of a rose of axes; nothing if the axis is NaN.
 
     An arc that leaves the half disk at one end enters it at the other.
@@ -96,27 +96,27 @@ def mark_mean_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
         return
     top = axes.get_ylim()[1]
     axes.plot(np.radians([axis_deg, axis_deg]), [(_RIM - 0.05) * top, (_RIM + 0.05) * top], **_MEAN_AXIS)
-    for low, high in axis_arcs(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
+    for low, high in axis_interval_arcs_deg(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
         angles = np.radians(np.linspace(low, high, 60))
         axes.plot(angles, np.full(60, _RIM * top), **_MEAN_AXIS | {"linewidth": 1.4})
     axes.set_ylim(0.0, top)
 
 
-def axis_arcs(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
-    """Return the arcs, degrees from −90 to 90, of an axis ± its half-width; an axis has a period of 180°."""
+def axis_interval_arcs_deg(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
+    """Return start and end, degrees, of the parts of an axis ± half-width that lie within −90° to 90°."""
     ends = ((axis_deg - half_width_deg + turn, axis_deg + half_width_deg + turn) for turn in (-180.0, 0.0, 180.0))
     clipped = ((max(-90.0, low), min(90.0, high)) for low, high in ends)
     return [(low, high) for low, high in clipped if low < high]
 
 
-def common_radius(*roses: FallRose) -> float:
-    """Return the radius of a polar axis into which all the given roses fit."""
+def common_rose_radius(*roses: FallRose) -> float:
+    """Return the radius of polar axes (square root of a share) into which all the given roses fit."""
     most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
 def _azimuth_for_radius_labels(rose: FallRose) -> float:
-    """Return the azimuth, degrees, for the labels of the radius: half-way between two names, at the lowest sectors."""
+    """Return the azimuth, degrees, along which to label the radius of a rose: where its sectors are smallest."""
     most = np.fmax(rose.shares, rose.high)
     between = np.arange(22.5, 360.0, 45.0)
     centres = np.arange(most.size) * 360.0 / most.size
@@ -124,33 +124,35 @@ def _azimuth_for_radius_labels(rose: FallRose) -> float:
     return float(between[int(np.argmin(near))])
 
 
-def rose_figure(cube: xr.Dataset, summaries: Mapping[str, FallAxisSummary] | None = None) -> Figure:
+def fall_roses_by_group_figure(
+    cube: xr.Dataset, summary_by_group: Mapping[str, FallAxisSummary] | None = None
+) -> Figure:
     """Draw the rose of each group of records of a study (`fall_rose_by_group`), on one scale.
 
-    `summaries` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
+    `summary_by_group` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
     """
-    roses, means = fall_rose_by_group(cube), summaries or {}
+    roses, means = fall_rose_by_group(cube), summary_by_group or {}
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.is_axial for rose in roses.values())
     figure, panels = create_panel_grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
-    top = common_radius(*roses.values())
+    top = common_rose_radius(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
-        draw_rose(axes, rose, top)
+        draw_fall_rose(axes, rose, top)
         frame = "" if rose.from_normal else ", from north"
         axes.set_title(f"{name}\n{rose.title}{frame}", pad=12, fontsize=9)
         if rose.from_normal and name in means:
-            mark_mean_axis(axes, means[name].axis_deg, means[name].half_width_deg)
+            mark_mean_fall_axis(axes, means[name].axis_deg, means[name].half_width_deg)
     marked = any(
         np.isfinite(means[name].axis_deg) for name, rose in roses.items() if rose.from_normal and name in means
     )
     style.add_title_and_legend(
-        figure, "", columns=1 if width < 5 else 2, first_marks=_legend_marks(list(roses.values()), marked)
+        figure, "", legend_columns=1 if width < 5 else 2, first_marks=_rose_legend_marks(list(roses.values()), marked)
     )
     return figure
 
 
-def _legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
-    """Return the marks of the legend of fall roses."""
+def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
+    """Return the legend marks for fall roses: shares, their intervals, and mean axes if there are any."""
     marks = [style.legend_patch(FALLS, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):
         marks.append(style.legend_patch(PALE, "95 % interval of each sector by itself, from the white line"))
@@ -159,7 +161,7 @@ def _legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
     return marks
 
 
-def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
+def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
     """Draw a rose from north for each earthquake with falls, over all its records, on one scale, with fault normals."""
     events = cube["event"].to_numpy().astype(str)
     roses = {
@@ -172,9 +174,9 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     figure, panels = create_panel_grid(
         rows, columns, max(PAGE_WIDTH / 4 * columns, 4.2), 2.0 * rows + 0.2, len(shown), polar=True
     )
-    top = common_radius(*(rose for rose, _ in shown.values()))
+    top = common_rose_radius(*(rose for rose, _ in shown.values()))
     for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
-        draw_rose(axes, rose, top)
+        draw_fall_rose(axes, rose, top)
         axes.tick_params(axis="both", labelsize=7)
         axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
         for normal in cube["fault_normal"].to_numpy()[members]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from overturning.figures.rose import common_radius, draw_rose
+from overturning.figures.rose import common_rose_radius, draw_fall_rose
 from overturning.figures.style import INK, PAGE_WIDTH, SERIES, create_panel_grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
@@ -59,16 +59,16 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
     return figure
 
 
-def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Draw the `fall_rose_of_all_records` of each named cube of a single element, on one scale."""
-    columns = min(len(cubes), 3)
-    rows = -(-len(cubes) // columns)
+def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"]) -> "Figure":
+    """Draw the fall directions of each element under all records as a rose; each cube holds one element."""
+    columns = min(len(cube_by_element_name), 3)
+    rows = -(-len(cube_by_element_name) // columns)
     figure, panels = create_panel_grid(
-        rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cubes), polar=True
+        rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cube_by_element_name), polar=True
     )
-    roses = {name: fall_rose_of_all_records(cube) for name, cube in cubes.items()}
-    top = common_radius(*roses.values())
+    roses = {name: fall_rose_of_all_records(cube) for name, cube in cube_by_element_name.items()}
+    top = common_rose_radius(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
-        draw_rose(axes, rose, top)
+        draw_fall_rose(axes, rose, top)
         axes.set_title(f"{name}\n{rose.title}", pad=12, fontsize=9, parse_math=False)
     return figure

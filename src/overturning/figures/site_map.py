@@ -59,12 +59,18 @@ class EarthquakeOnMap(NamedTuple):
     trace: Trace = ()
 
 
-def local_east_north_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float) -> tuple[Any, Any]:
-    """Return east and north of a point, km, on a plane that touches the sphere at the origin (azimuthal equidistant).
+def local_east_north_km(
+    latitude: Any, longitude: Any, origin_latitude: float, origin_longitude: float
+) -> tuple[Any, Any]:
+    """Return east and north, km, of a point from the origin (azimuthal equidistant projection; degrees).
 
     Distance and direction from the origin are those along the great circle.
     """
-    north, north0, turn = np.radians(latitude), np.radians(latitude0), np.radians(np.asarray(longitude) - longitude0)
+    north, north0, turn = (
+        np.radians(latitude),
+        np.radians(origin_latitude),
+        np.radians(np.asarray(longitude) - origin_longitude),
+    )
     x = np.cos(north) * np.sin(turn)
     y = np.cos(north0) * np.sin(north) - np.sin(north0) * np.cos(north) * np.cos(turn)
     z = np.sin(north0) * np.sin(north) + np.cos(north0) * np.cos(north) * np.cos(turn)
@@ -74,7 +80,7 @@ def local_east_north_km(latitude: Any, longitude: Any, latitude0: float, longitu
 
 
 def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
-    """Return each earthquake with an epicentre and a station, or with two stations, in the order of the cube.
+    """Return the earthquakes of a cube that can be drawn: with epicentre and one station, or with two stations.
 
     Stations are named by the ids of their records. One is left out if its place is unknown, or if the record table
     states it without a source. The axis is the mean axis of its falls over the informative blocks, if their resultant
@@ -96,9 +102,9 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
         shown = [
             StationOnMap(str(ids[row]), *stations[row], strikes[row], axes[row])
             for row in rows
-            if _has_coordinates(stations[row])
+            if _are_coordinates_known(stations[row])
         ]
-        epicentre = next((epicentres[row] for row in rows if _has_coordinates(epicentres[row])), None)
+        epicentre = next((epicentres[row] for row in rows if _are_coordinates_known(epicentres[row])), None)
         if len(shown) < (2 if epicentre is None else 1):
             continue
         traces = (about[row].get("fault_trace", "") for row in rows)
@@ -113,67 +119,73 @@ def _coordinates_of_records(cube: xr.Dataset, place_kind: str) -> list[tuple[flo
     return list(zip(north, east, strict=True))
 
 
-def _has_coordinates(coordinates: tuple[float, float]) -> bool:
+def _are_coordinates_known(coordinates: tuple[float, float]) -> bool:
     """True if latitude and longitude of a place are known."""
     return all(map(math.isfinite, coordinates))
 
 
-def site_maps(sites: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
-    """Yield the figures of `site_map` for any number of earthquakes, each with up to `MOST_SITES` panels."""
-    yield from (site_map(sites[first : first + MOST_SITES]) for first in range(0, len(sites), MOST_SITES))
+def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
+    """Yield as many figures of maps as the earthquakes need, each figure with up to `MOST_SITES` panels."""
+    yield from (
+        earthquake_map_figure(earthquakes[first : first + MOST_SITES])
+        for first in range(0, len(earthquakes), MOST_SITES)
+    )
 
 
-def site_map(sites: Sequence[EarthquakeOnMap]) -> Figure:
-    """Draw the stations of earthquakes, a panel each, with epicentre, fault, and an arrow along the axis of the falls.
+def earthquake_map_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
+    """Draw a map of each earthquake: stations, epicentre, fault, and arrows along the mean axes of the falls.
 
     North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no
     site or one without stations.
     """
-    if not sites:
+    if not earthquakes:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
-    for site in sites:
+    for site in earthquakes:
         _check_earthquake_on_map(site)
-    columns = min(COLUMNS, len(sites))
-    rows = -(-len(sites) // columns)
+    columns = min(COLUMNS, len(earthquakes))
+    rows = -(-len(earthquakes) // columns)
     side = PAGE_WIDTH / COLUMNS if columns == COLUMNS else PAGE_WIDTH / max(columns, 1.6)
     width_pt = 72.0 * (side - 0.12)
     # A letter of a title is about 4.5 pt wide.
-    titles = [wrap(site.name, int(width_pt / 4.5)) for site in sites]
+    titles = [wrap(site.name, int(width_pt / 4.5)) for site in earthquakes]
     above = 0.13 * max(map(len, titles), default=1)
-    figure, panels = create_panel_grid(rows, columns, columns * side, rows * (side + 0.14 + above) + 0.6, len(sites))
-    for axes, site, title in zip(panels.flat, sites, titles, strict=False):
-        _draw_site(axes, site, width_pt)
+    figure, panels = create_panel_grid(
+        rows, columns, columns * side, rows * (side + 0.14 + above) + 0.6, len(earthquakes)
+    )
+    for axes, site, title in zip(panels.flat, earthquakes, titles, strict=False):
+        _draw_earthquake_map(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    add_title_and_legend(figure, "", None, min(3, columns + 1), first_marks=_legend_marks(sites))
+    add_title_and_legend(figure, "", None, min(3, columns + 1), first_marks=_earthquake_map_legend_marks(earthquakes))
     return figure
 
 
-def _check_earthquake_on_map(site: EarthquakeOnMap) -> None:
-    """Raise an error for a site without stations, or with a place off the globe."""
-    if not site.stations:
-        raise ArgumentError(f"{site.name}: no station; leave the earthquake out, or give one")
-    places = {one.name: one[1:3] for one in site.stations} | {"epicentre": site.epicentre or (0.0, 0.0)}
+def _check_earthquake_on_map(earthquake: EarthquakeOnMap) -> None:
+    """Raise an error if an earthquake has no stations, or if a latitude or longitude is outside its range."""
+    if not earthquake.stations:
+        raise ArgumentError(f"{earthquake.name}: no station; leave the earthquake out, or give one")
+    places = {one.name: one[1:3] for one in earthquake.stations} | {"epicentre": earthquake.epicentre or (0.0, 0.0)}
     for name, (latitude, longitude) in places.items():
         if not (abs(latitude) <= 90 and abs(longitude) <= 180):  # NaN fails both
             raise ArgumentError(
-                f"{site.name}, {name}: latitude {latitude:g}, longitude {longitude:g}; give −90 to 90 and −180 to 180"
+                f"{earthquake.name}, {name}: latitude {latitude:g}, longitude {longitude:g}; "
+                "give −90 to 90 and −180 to 180"
             )
 
 
-def _legend_marks(sites: Sequence[EarthquakeOnMap]) -> list[Any]:
+def _earthquake_map_legend_marks(earthquakes: Sequence[EarthquakeOnMap]) -> list[Any]:
     """Return the legend marks of the kinds of places and lines that are on at least one map."""
     from matplotlib.lines import Line2D
 
-    stations = [one for site in sites for one in site.stations]
+    stations = [one for site in earthquakes for one in site.stations]
     kinds = {
-        "epicentre": (any(site.epicentre for site in sites), _EPICENTRE | {"linestyle": "none"}),
+        "epicentre": (any(site.epicentre for site in earthquakes), _EPICENTRE | {"linestyle": "none"}),
         "station": (True, _STATION | {"linestyle": "none"}),
         "mean axis of the falls": (
             any(math.isfinite(one.axis) for one in stations),
             {"color": FALLS, "linewidth": 1.6, "marker": "$\\leftrightarrow$", "markersize": 13, "linestyle": "none"},
         ),
         "strike of the fault": (any(math.isfinite(one.strike) for one in stations), _STRIKE),
-        "trace of the fault": (any(site.trace for site in sites), _TRACE),
+        "trace of the fault": (any(site.trace for site in earthquakes), _TRACE),
     }
     return [Line2D([], [], label=name, **look) for name, (there, look) in kinds.items() if there]
 
@@ -186,15 +198,15 @@ _STRIKE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 1.2, "linestyle":
 _TRACE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 2.2, "alpha": 0.55}
 
 
-def _draw_site(axes: Any, site: EarthquakeOnMap, width_pt: float) -> None:
-    """Draw one earthquake in a panel of a width in points."""
-    origin = site.epicentre or (site.stations[0].latitude, site.stations[0].longitude)
-    places = np.array([local_east_north_km(one.latitude, one.longitude, *origin) for one in site.stations])
-    pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in site.trace]
-    along = _points_along_trace(pieces)
+def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt: float) -> None:
+    """Draw the map of one earthquake in a panel whose width, pt, is given for the placement of names."""
+    origin = earthquake.epicentre or (earthquake.stations[0].latitude, earthquake.stations[0].longitude)
+    places = np.array([local_east_north_km(one.latitude, one.longitude, *origin) for one in earthquake.stations])
+    pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in earthquake.trace]
+    along = _points_along_fault_trace(pieces)
     away = np.hypot(*(along[:, None] - places).T).min(axis=0)
     # The nearest point of the trace is on the map, too.
-    shown = [*places, *([np.zeros(2)] if site.epicentre else []), *([along[away.argmin()]] if away.size else [])]
+    shown = [*places, *([np.zeros(2)] if earthquake.epicentre else []), *([along[away.argmin()]] if away.size else [])]
     low, high = np.min(shown, axis=0), np.max(shown, axis=0)
     middle, reach = (low + high) / 2, max(float(np.max(high - low)) / 2 * MARGIN, LEAST_REACH_KM)
     axes.set(xlim=middle[0] + reach * np.array([-1, 1]), ylim=middle[1] + reach * np.array([-1, 1]), aspect="equal")
@@ -203,11 +215,11 @@ def _draw_site(axes: Any, site: EarthquakeOnMap, width_pt: float) -> None:
     axes.spines[:].set_linewidth(0.6)
     for piece in pieces:
         axes.plot(*piece.T, solid_capstyle="butt", zorder=2, label="trace", **_TRACE)
-    if site.epicentre:
+    if earthquake.epicentre:
         axes.plot(0, 0, zorder=4, label="epicentre", **_EPICENTRE)
-    star = 4.0 * 2 * reach / width_pt * np.array([(0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)])
-    taken = [*along, *(star if site.epicentre else ())]
-    for one, place in zip(site.stations, places, strict=True):
+    star = 4.0 * 2 * reach / panel_width_pt * np.array([(0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)])
+    taken = [*along, *(star if earthquake.epicentre else ())]
+    for one, place in zip(earthquake.stations, places, strict=True):
         for azimuth, half in ((one.strike, 1.35 * ARROW * reach), (one.axis, ARROW * reach)):
             if math.isfinite(azimuth):
                 end = half * np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))])
@@ -219,29 +231,33 @@ def _draw_site(axes: Any, site: EarthquakeOnMap, width_pt: float) -> None:
                 else:
                     axes.plot(*np.transpose([place - end, place + end]), zorder=3, label="strike", **_STRIKE)
         axes.plot(*place, zorder=6, label="station", **_STATION)
-    _write_names(axes, [one.name for one in site.stations], places, taken, width_pt / (2 * reach))
-    _draw_scale_bar(axes, reach, middle[0], -8.0 / width_pt)
+    _write_station_names(axes, [one.name for one in earthquake.stations], places, taken, panel_width_pt / (2 * reach))
+    _draw_map_scale_bar(axes, reach, middle[0], -8.0 / panel_width_pt)
 
 
-def _points_along_trace(pieces: Sequence[Any]) -> Any:
-    """Return points along the pieces of a trace, shape (points, 2)."""
+def _points_along_fault_trace(trace_pieces: Sequence[Any]) -> Any:
+    """Return closely spaced points along the pieces of a fault trace, shape (points, 2)."""
     steps = np.linspace(0, 1, 51)[:, None, None]
-    points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in pieces]
+    points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in trace_pieces]
     return np.concatenate(points) if points else np.empty((0, 2))
 
 
-def _write_names(
-    axes: Any, names: Sequence[str], positions_km: Any, occupied_points_km: list[Any], points_per_km: float
+def _write_station_names(
+    axes: Any,
+    station_names: Sequence[str],
+    station_positions_km: Any,
+    occupied_points_km: list[Any],
+    points_per_km: float,
 ) -> None:
     """Write the name of each station where it covers the fewest lines, marks and other names."""
-    own = points_per_km * np.asarray(positions_km)
-    marks = points_per_km * np.asarray([*positions_km, *occupied_points_km])
+    own = points_per_km * np.asarray(station_positions_km)
+    marks = points_per_km * np.asarray([*station_positions_km, *occupied_points_km])
     frame = points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])
-    boxes: list[NameBox] = []
-    for number, name in enumerate(names):
+    boxes: list[StationNameBox] = []
+    for number, name in enumerate(station_names):
         size = np.array([0.58 * TEXT * len(name) + 2, TEXT + 2])
         around = [own[number] + np.array(side) * (away + size / 2) for away in (6.0, 12.0, 19.0) for side in _SIDES]
-        best = min((NameBox(middle - size / 2, middle + size / 2) for middle in around),
+        best = min((StationNameBox(middle - size / 2, middle + size / 2) for middle in around),
                    key=lambda box: _name_placement_cost(box, number, own, marks, boxes, frame))  # fmt: skip
         boxes.append(best)
         axes.annotate(
@@ -254,37 +270,37 @@ def _write_names(
 _SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
 
 
-class NameBox(NamedTuple):
-    """Corners of a name on a panel, points."""
+class StationNameBox(NamedTuple):
+    """Lower left and upper right corner, pt, of the box of a station's name on a map."""
 
     low: Any
     high: Any
 
-    def distance_to(self, places: Any) -> Any:
-        """Return the distance of places from the box, points; 0 inside it."""
-        return np.hypot(*np.clip(np.maximum(self.low - places, places - self.high), 0, None).T)
+    def distances_to_points(self, points: Any) -> Any:
+        """Return the distances, pt, of points from the box; 0 for points inside the box."""
+        return np.hypot(*np.clip(np.maximum(self.low - points, points - self.high), 0, None).T)
 
 
 def _name_placement_cost(
-    box: NameBox,
+    box: StationNameBox,
     station_index: int,
     station_points: Any,
     occupied_points: Any,
-    placed_boxes: Sequence[NameBox],
+    placed_boxes: Sequence[StationNameBox],
     panel_frame: Any,
 ) -> float:
-    """Return the cost of a box for the name of a station; the name must be nearest to its own station."""
+    """Return the cost of a box for the name of the station `station_index`: large if it covers something else."""
     out = float(np.clip(np.concatenate([panel_frame[:, 0] - box.low, box.high - panel_frame[:, 1]]), 0, None).sum())
     over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in placed_boxes)
-    away = box.distance_to(station_points)
+    away = box.distances_to_points(station_points)
     others = np.delete(away, station_index)
     misleading = bool(others.size) and others.min() < 1.3 * away[station_index]
-    covered = float((box.distance_to(occupied_points) == 0).sum())
+    covered = float((box.distances_to_points(occupied_points) == 0).sum())
     return 3 * out + 3 * covered + 12 * over + 25 * misleading + 0.3 * float(away[station_index])
 
 
-def _draw_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
-    """Draw a scale bar with a round length, km, and the direction of north, below a panel at a share of its height."""
+def _draw_map_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
+    """Draw a scale bar and a north arrow below a map, at `height_share` of the height of its panel."""
     target = half_width_km / 2
     power = 10.0 ** math.floor(math.log10(target))
     length = max(step * power for step in (1, 2, 5) if step * power <= target)

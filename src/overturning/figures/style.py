@@ -58,8 +58,8 @@ SETTINGS: Final[Any] = {
 
 
 @contextmanager
-def style() -> Iterator[None]:
-    """Use the project's Matplotlib settings inside the block and restore the user's settings after it."""
+def project_style() -> Iterator[None]:
+    """Context manager that uses the Matplotlib settings of this package and restores those of the user afterwards."""
     import matplotlib as mpl
 
     collects = gc.isenabled()
@@ -74,23 +74,23 @@ def style() -> Iterator[None]:
             gc.enable()
 
 
-def group_extremes(values: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the extremes of each group of `group_size` samples, shape (2 × groups,).
+def group_extremes(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return indices and values of minimum and maximum in each group of `group_size` samples, shape (2 × groups,).
 
     Each group has two: its minimum and its maximum, in the order of the samples.
     """
-    padded = np.pad(values, (0, -values.size % group_size), mode="edge").reshape(-1, group_size)
+    padded = np.pad(samples, (0, -samples.size % group_size), mode="edge").reshape(-1, group_size)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
     places = (within + group_size * np.arange(len(padded))[:, None]).ravel()
     return places, padded.ravel()[places]
 
 
-def format_short(value: float) -> str:
-    """Format a number for a title: three significant digits, without decimals from 100 on."""
+def format_three_digits(value: float) -> str:
+    """Return a number as text with three significant digits, and without decimals from 100 on."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
 
-def compass_name(azimuth_deg: float) -> str:
+def compass_bearing(azimuth_deg: float) -> str:
     """Return an azimuth, degrees, as a bearing with up to two decimals: N60°E for 60, S28°E for 152, N for 0."""
     azimuth = round(azimuth_deg % 360.0, 2) % 360.0
     if azimuth % 90.0 == 0.0:
@@ -100,45 +100,45 @@ def compass_name(azimuth_deg: float) -> str:
     return f"{'N' if north else 'S'}{round(from_pole, 2):g}°{'E' if east else 'W'}"
 
 
-def create_figure(width: float, height: float, layout: Any = "constrained") -> "Figure":
-    """Create an empty figure of a size in inches, which is not registered with pyplot; notebooks display it."""
+def create_figure(width_inches: float, height_inches: float, layout: Any = "constrained") -> "Figure":
+    """Return an empty figure of a size in inches; pyplot does not know it, but notebooks display it."""
     from io import BytesIO
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    def picture() -> bytes:
+    def png_image() -> bytes:
         data = BytesIO()
-        with style():
+        with project_style():
             figure.savefig(data, format="png", metadata=METADATA["png"])
         return data.getvalue()
 
-    figure = Figure(figsize=(width, height), layout=layout)
+    figure = Figure(figsize=(width_inches, height_inches), layout=layout)
     FigureCanvasAgg(figure)
-    figure._repr_png_ = picture  # type: ignore[attr-defined]
+    figure._repr_png_ = png_image  # type: ignore[attr-defined]
     return figure
 
 
 def create_panel_grid(
-    rows: int,
-    columns: int,
-    width: float,
-    height: float,
-    used: int | None = None,
+    row_count: int,
+    column_count: int,
+    width_inches: float,
+    height_inches: float,
+    visible_count: int | None = None,
     *,
     polar: bool = False,
     layout: Any = "constrained",
     **more: Any,
 ) -> Any:
-    """Create a figure of a size in inches with a grid of panels, an array of shape (rows, columns).
+    """Return a figure of a size in inches and its grid of panels, an array of shape (row_count, column_count).
 
-    Only the first `used` panels are visible, by default all. Further keywords go to
+    Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.
     """
-    figure = create_figure(width, height, layout)
+    figure = create_figure(width_inches, height_inches, layout)
     kind = {"projection": "polar"} if polar else None
-    panels = figure.subplots(rows, columns, subplot_kw=kind, squeeze=False, **more)
-    for axes in panels.flat[used:] if used is not None else ():
+    panels = figure.subplots(row_count, column_count, subplot_kw=kind, squeeze=False, **more)
+    for axes in panels.flat[visible_count:] if visible_count is not None else ():
         axes.set_visible(False)
     return figure, panels
 
@@ -147,7 +147,7 @@ def add_title_and_legend(
     figure: "Figure",
     title: str,
     legend_panel: Any = None,
-    columns: int = 1,
+    legend_columns: int = 1,
     first_marks: Sequence[Any] = (),
     last_marks: Sequence[Any] = (),
 ) -> None:
@@ -161,7 +161,7 @@ def add_title_and_legend(
         *last_marks,
     ]
     if marks:
-        figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
+        figure.legend(handles=marks, loc="outside lower center", ncols=legend_columns, fontsize=8)
     if title:
         # About 13 characters of this size fit in an inch.
         lines = [part for line in title.splitlines() for part in wrap(line, int(13 * figure.get_figwidth())) or [""]]
@@ -176,11 +176,11 @@ def legend_patch(appearance: Any, label: str) -> Any:
     return Patch(label=label, **({"linewidth": 0.4} | own))
 
 
-def label_axes(axes: Any, x_label: str, y_label: str, which: str = "major") -> None:
-    """Label the horizontal and vertical axis of a panel, in a small font."""
+def label_axes(axes: Any, x_label: str, y_label: str, small_ticks: str = "major") -> None:
+    """Label the horizontal and vertical axis of a panel; `small_ticks`: major, minor or both get a small font."""
     axes.set_xlabel(x_label, fontsize=8)
     axes.set_ylabel(y_label, fontsize=8)
-    axes.tick_params(labelsize=8, which=which)
+    axes.tick_params(labelsize=8, which=small_ticks)
 
 
 def set_logarithmic_ticks(axis: Any) -> None:
@@ -198,30 +198,32 @@ def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, 
     axes.plot([-east, east], [-north, north], color=FAULT, **look)
 
 
-def make_compass(
-    axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"), pad: float = 0
+def turn_axes_into_compass(
+    axes: Any,
+    direction_names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"),
+    name_distance_pt: float = 0,
 ) -> None:
     """Make a polar axis a compass: north up, clockwise, with eight named directions."""
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
-    axes.tick_params(axis="x", pad=pad)  # cheaper before the eight ticks exist
-    axes.set_xticks(np.radians(np.arange(0, 360, 45)), names)
+    axes.tick_params(axis="x", pad=name_distance_pt)  # cheaper before the eight ticks exist
+    axes.set_xticks(np.radians(np.arange(0, 360, 45)), direction_names)
     axes.spines["polar"].set_linewidth(0.6)
 
 
-def azimuths_inside_gaps(azimuth_deg: FloatArray) -> FloatArray:
-    """Return the azimuths one step inside each end of every range of azimuths that was not simulated."""
+def azimuths_inside_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
+    """Return the azimuths, degrees, one step inside both ends of every range of azimuths without simulations."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     not_computed, step = azimuth_gaps_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 
 
-def set_radius_ticks(axes: Any, outer_radius: float, ticks: dict[float, str] | None = None, **look: Any) -> None:
+def set_radius_ticks(axes: Any, outer_radius: float, tick_labels: dict[float, str] | None = None, **look: Any) -> None:
     """Set the outer radius of a compass and small tick labels along it, between two named directions."""
     axes.set_ylim(0.0, outer_radius)
-    if ticks is not None:
-        axes.set_yticks(list(ticks), list(ticks.values()))
+    if tick_labels is not None:
+        axes.set_yticks(list(tick_labels), list(tick_labels.values()))
     axes.set_rlabel_position(112.5)
     axes.tick_params(axis="y", labelsize=8, **look)
     for label in axes.get_yticklabels():  # legible on any background
@@ -235,16 +237,16 @@ def set_slenderness_ticks(axes: Any, largest_b_over_h: float, fallback_tick: flo
     set_radius_ticks(axes, largest_b_over_h, {tick: f"{tick:g}" for tick in ticks})
 
 
-def label_radius_arrow(axes: Any, name: str, size: float = 7.5) -> None:
-    """Write the meaning of a larger radius, with an outward arrow, outside the rim of a compass along its labels."""
+def label_radius_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
+    """Write what a larger radius means (such as "stouter") with an outward arrow at the rim of a polar axis."""
     azimuth = axes.get_rlabel_position() % 360.0
     turn, right = 90.0 - azimuth, azimuth < 180.0
-    text, align, pad = (f"{name} →", "left", 3.0) if right else (f"← {name}", "right", 3.0)
+    text, align, pad = (f"{meaning} →", "left", 3.0) if right else (f"← {meaning}", "right", 3.0)
     outward = np.radians(turn)
     axes.annotate(
         text, (np.radians(azimuth), axes.get_ylim()[1]), (pad * np.cos(outward), pad * np.sin(outward)),
         textcoords="offset points", rotation=turn if right else turn + 180.0, rotation_mode="anchor",
-        ha=align, va="center", fontsize=size, annotation_clip=False,
+        ha=align, va="center", fontsize=font_size, annotation_clip=False,
     )  # fmt: skip
 
 

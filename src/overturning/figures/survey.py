@@ -9,7 +9,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import ROW, TEXT, DrawnEstimate, draw_estimate, format_estimate, scale_estimate
+from overturning.figures.answer import (
+    ROW,
+    TEXT,
+    DrawnEstimate,
+    draw_estimate_with_interval,
+    format_estimate,
+    scale_estimate,
+)
 from overturning.figures.style import (
     FALLS,
     INK,
@@ -19,8 +26,8 @@ from overturning.figures.style import (
     create_figure,
     label_axes,
     legend_patch,
-    make_compass,
     set_radius_ticks,
+    turn_axes_into_compass,
 )
 
 OCTANT: Final = np.pi / 4
@@ -37,7 +44,7 @@ _COMPUTED: Final[dict[str, Any]] = {
 
 
 @dataclass(frozen=True)
-class DrawnSurvey:
+class SurveyFigureData:
     """Observed and computed falls of a survey, as its figure shows them.
 
     Attributes
@@ -61,9 +68,9 @@ class DrawnSurvey:
     computed_share: DrawnEstimate
 
 
-def survey_figure(surveys: Sequence[DrawnSurvey]) -> Figure:
-    """Draw the rose of the observed falls of each survey on the computed one, and the shares that fell beside them."""
-    count = len(surveys)
+def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
+    """Draw for each survey the roses of the observed and computed falls, and the shares of stones that fell."""
+    count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
     if count == 1:
         figure = create_figure(PAGE_WIDTH, 3.6)
@@ -74,45 +81,45 @@ def survey_figure(surveys: Sequence[DrawnSurvey]) -> Figure:
         whole = figure.add_gridspec(2, 1, height_ratios=(2.6 * rows, 2.1 * ROW * count + 0.4))
         roses = whole[0].subgridspec(rows, min(count, ROSES_IN_A_ROW))
         places, below = [roses[divmod(place, ROSES_IN_A_ROW)] for place in range(count)], whole[1]
-    for survey, place in zip(surveys, places, strict=True):
+    for survey, place in zip(drawn_surveys, places, strict=True):
         axes = figure.add_subplot(place, projection="polar")
-        _draw_rose(axes, survey)
+        _draw_survey_rose(axes, survey)
         if count > 1:
             axes.set_title(survey.name, fontsize=8.5, pad=9, parse_math=False)
-    _draw_shares(figure.add_subplot(below), surveys)
+    _draw_fallen_shares(figure.add_subplot(below), drawn_surveys)
     marks = [
         legend_patch(FALLS, "observed falls (area: number)"),
         Line2D([], [], **_OUTLINE, label="computed for as many falls"),
     ]
-    if any(one.observed_mean_deg is not None for one in surveys):
-        marks.append(Line2D([], [], **_mean_direction_style(0.0, FALLS, FALLS), label="mean azimuth, observed"))
-    if any(one.computed_mean_deg is not None for one in surveys):
-        marks.append(Line2D([], [], **_mean_direction_style(0.0, SERIES[0], "white"), label="mean azimuth, computed"))
+    if any(one.observed_mean_deg is not None for one in drawn_surveys):
+        marks.append(Line2D([], [], **_mean_direction_marker(0.0, FALLS, FALLS), label="mean azimuth, observed"))
+    if any(one.computed_mean_deg is not None for one in drawn_surveys):
+        marks.append(Line2D([], [], **_mean_direction_marker(0.0, SERIES[0], "white"), label="mean azimuth, computed"))
     if count > 1:
         marks += [
             Line2D([], [], **_OBSERVED, label="observed share, 95 % interval"),
             Line2D([], [], **_COMPUTED, label="computed share, range over the grid"),
         ]
-    add_title_and_legend(figure, surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
+    add_title_and_legend(figure, drawn_surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
     return figure
 
 
-def _draw_rose(axes: Any, survey: DrawnSurvey) -> None:
-    """Draw observed falls as sectors and computed ones as an outline; the area is proportional to the number."""
-    make_compass(axes)
+def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
+    """Draw the observed falls of a survey as sectors and the computed falls as an outline on a polar axis."""
+    turn_axes_into_compass(axes)
     centres = np.arange(8) * OCTANT
-    observed, computed = np.sqrt(survey.observed), np.sqrt(survey.computed)
+    observed, computed = np.sqrt(drawn_survey.observed), np.sqrt(drawn_survey.computed)
     top = 1.06 * max(1.0, float(observed.max()), float(computed.max()))
     axes.bar(centres, observed, width=OCTANT, color=FALLS, edgecolor="white", linewidth=0.6, zorder=2)
     around = np.linspace(-0.5, 0.5, 16) * OCTANT
     outline, radius = (centres[:, None] + around).ravel(), np.repeat(computed, around.size)
     axes.plot(np.append(outline, outline[0] + 2 * np.pi), np.append(radius, radius[0]), zorder=3, **_OUTLINE)
-    for centre, radius, number in zip(centres, observed, survey.observed, strict=True):
+    for centre, radius, number in zip(centres, observed, drawn_survey.observed, strict=True):
         if radius > 0.25 * top:
             axes.text(
                 centre, 0.68 * radius, f"{number:g}", color="white", fontsize=TEXT, ha="center", va="center", zorder=4
             )
-    if not survey.observed.any():
+    if not drawn_survey.observed.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
     shown = [n for n in _COUNTS if 0.4 * top < np.sqrt(n) <= 0.97 * top][-2:] or [1]
     set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
@@ -121,47 +128,47 @@ def _draw_rose(axes: Any, survey: DrawnSurvey) -> None:
     axes.set_rlabel_position(22.5 + 45.0 * int(np.argmin(most + np.roll(most, -1))))
     axes.tick_params(axis="x", pad=5)
     for azimuth, face, edge in (
-        (survey.computed_mean_deg, "white", SERIES[0]),
-        (survey.observed_mean_deg, FALLS, FALLS),
+        (drawn_survey.computed_mean_deg, "white", SERIES[0]),
+        (drawn_survey.observed_mean_deg, FALLS, FALLS),
     ):
         if azimuth is not None:
             axes.plot(
-                np.radians(azimuth), 1.0 * top, **_mean_direction_style(azimuth, edge, face), zorder=6, clip_on=False
+                np.radians(azimuth), 1.0 * top, **_mean_direction_marker(azimuth, edge, face), zorder=6, clip_on=False
             )
     axes.set_ylim(0.0, top)
 
 
-def _mean_direction_style(azimuth_deg: float, edge: str, face: str) -> dict[str, Any]:
-    """Return the look of the mark of a mean direction: a triangle on the rim that points outwards."""
+def _mean_direction_marker(azimuth_deg: float, edge_colour: str, face_colour: str) -> dict[str, Any]:
+    """Return Matplotlib keywords for the mark of a mean direction: a triangle that points to an azimuth."""
     return {
-        "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": edge, "markerfacecolor": face,
-        "markeredgewidth": 1.4, "linestyle": "none",
+        "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": edge_colour,
+        "markerfacecolor": face_colour, "markeredgewidth": 1.4, "linestyle": "none",
     }  # fmt: skip
 
 
-def _draw_shares(axes: Any, surveys: Sequence[DrawnSurvey]) -> None:
+def _draw_fallen_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) -> None:
     """Draw observed and computed share of the stones that fell, a pair of rows for each survey."""
     ticks = []
-    for row, survey in enumerate(surveys):
+    for row, survey in enumerate(drawn_surveys):
         for offset, look, estimate, name in (
             (-0.2, _OBSERVED, survey.observed_share, "observed\n(95 % interval)"),
             (0.2, _COMPUTED, survey.computed_share, "computed\n(range over grid)"),
         ):
             share = scale_estimate(estimate, 100.0)
-            draw_estimate(axes, share, row + offset, look, 1.8)
+            draw_estimate_with_interval(axes, share, row + offset, look, 1.8)
             text = f"{format_estimate(share, 0)}"
             axes.annotate(
                 text, (1.0, row + offset), (6, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
                 va="center", fontsize=TEXT, color=look["color"],
             )  # fmt: skip
             ticks.append((row + offset, name))
-    if len(surveys) == 1:
+    if len(drawn_surveys) == 1:
         axes.set_yticks([at for at, _ in ticks], [name for _, name in ticks])
     else:
-        axes.set_yticks(range(len(surveys)), [one.name for one in surveys], parse_math=False)
-        for row in range(1, len(surveys)):
+        axes.set_yticks(range(len(drawn_surveys)), [one.name for one in drawn_surveys], parse_math=False)
+        for row in range(1, len(drawn_surveys)):
             axes.axhline(row - 0.5, color=INK, linewidth=0.4)
-    axes.set_ylim(len(surveys) - 0.5, -0.5)
+    axes.set_ylim(len(drawn_surveys) - 0.5, -0.5)
     axes.set_xlim(0, 100)
     axes.grid(True, axis="x")
     axes.tick_params(axis="y", length=0)

@@ -13,11 +13,11 @@ _NAME: Final = re.compile(r' id="([^"]*)"')
 _NAMED: Final = re.compile(r'(?:href="|url\()#([^")]*)')
 
 
-def compact_svg(text: str) -> str:
+def compact_svg(svg_text: str) -> str:
     """Shorten the text of a Matplotlib SVG file without changing the picture by more than 0.01 pt."""
-    used = set(_NAMED.findall(text))
-    text = _NAME.sub(lambda one: one[0] if one[1] in used else "", _METADATA.sub("", text))
-    return _COORDINATES.sub(_round_coordinates, text)
+    used = set(_NAMED.findall(svg_text))
+    svg_text = _NAME.sub(lambda one: one[0] if one[1] in used else "", _METADATA.sub("", svg_text))
+    return _COORDINATES.sub(_round_coordinates, svg_text)
 
 
 def _round_coordinates(attribute_match: "re.Match[str]") -> str:

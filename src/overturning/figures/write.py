@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import DPI, METADATA, SETTINGS, style
+from overturning.figures.style import DPI, METADATA, SETTINGS, project_style
 from overturning.figures.svg import compact_svg
 from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
 from overturning.quantities import parse_quantity
 from overturning.study.evaluation import FORMATS, Figures
-from overturning.translation.texts import ENGLISH, check_font, current_language
+from overturning.translation.texts import ENGLISH, check_font_is_installed, current_language
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +25,7 @@ NO_TITLE: Final = "none"
 """Title of a figure that is to have none."""
 
 
-def save(
+def save_figure_files(
     figure: "Figure", *paths: Path, dpi: float = DPI, width: float | None = None, font: float | None = None
 ) -> None:
     """Write a figure to .svg, .png and .pdf files, in the order of the paths; the files are reproducible.
@@ -56,7 +56,7 @@ def save(
         kind = path.suffix.removeprefix(".")
         with atomic_write(path) as part:
             if kind != "svg" and ((scale != 1.0 and kind == "pdf") or current_language() != ENGLISH):
-                _save_by_typst(figure, part, kind, scale, dpi)
+                _save_figure_by_typst(figure, part, kind, scale, dpi)
                 continue
             figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
             if kind == "svg":
@@ -67,8 +67,8 @@ def save(
                 part.write_text(text, encoding="utf-8")
 
 
-def _save_by_typst(figure: "Figure", path: Path, kind: str, scale: float, dpi: float) -> None:
-    """Write a figure as a PDF page or as PNG, scaled by a factor, by placing its SVG with typst.
+def _save_figure_by_typst(figure: "Figure", path: Path, file_format: str, scale: float, dpi: float) -> None:
+    """Write a figure as PDF or PNG (`file_format`), scaled by a factor: typst converts its SVG.
 
     A `MissingDataError` is raised if there is no font of the current language.
     """
@@ -78,7 +78,7 @@ def _save_by_typst(figure: "Figure", path: Path, kind: str, scale: float, dpi: f
 
     translated = current_language() != ENGLISH
     if translated:
-        check_font(current_language(), path.name)
+        check_font_is_installed(current_language(), path.name)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         drawing = folder / "figure.svg"
@@ -90,7 +90,9 @@ def _save_by_typst(figure: "Figure", path: Path, kind: str, scale: float, dpi: f
         (folder / "page.typ").write_text(page + '#image("figure.svg", width: 100%)\n', encoding="utf-8")
         families = [one for one in matplotlib.rcParams["font.family"] if one != "sans-serif"]
         fonts = sorted({Path(matplotlib.font_manager.findfont(one)).parent for one in families})
-        options: dict[str, Any] = {"format": kind, "ppi": dpi} if kind == "png" else {"format": kind}
+        options: dict[str, Any] = (
+            {"format": file_format, "ppi": dpi} if file_format == "png" else {"format": file_format}
+        )
         path.write_bytes(
             typst.compile(
                 folder / "page.typ",
@@ -103,16 +105,16 @@ def _save_by_typst(figure: "Figure", path: Path, kind: str, scale: float, dpi: f
         )
 
 
-def has_overlapping_text(figure: "Figure") -> bool:
+def has_cut_or_overlapping_text(figure: "Figure") -> bool:
     """True if titles or legend of a saved figure are cut off at its edge, or if titles or labels overlap."""
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [one.get_window_extent(renderer).padded(-1.0) for one in (axes.title for axes in shown) if one.get_text()]
-    outer = [one.get_window_extent(renderer) for one in figure.texts if _is_drawn(one)]
+    outer = [one.get_window_extent(renderer) for one in figure.texts if _is_visible_text(one)]
     outer += [one.get_window_extent(renderer).padded(-2.0 * _TOUCH) for one in figure.legends]  # a legend has margins
     if any(not whole.contains(*corner) for box in (*titles, *outer) for corner in (box.min, box.max)):
         return True
-    inner = [one.get_window_extent(renderer) for axes in shown for one in _panel_labels(axes)]
+    inner = [one.get_window_extent(renderer) for axes in shown for one in _visible_panel_texts(axes)]
     boxes = [box.padded(-_TOUCH) for box in (*titles, *outer, *inner)]
     return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
 
@@ -121,43 +123,43 @@ _TOUCH: Final = 3.0
 """Margin of the box of a text, pixels: boxes that only touch do not overlap."""
 
 
-def _is_drawn(text: "Text") -> bool:
+def _is_visible_text(text: "Text") -> bool:
     """True if a text is visible and has letters."""
     return bool(text.get_visible() and text.get_text())
 
 
-def _panel_labels(axes: Any) -> "list[Text]":
-    """Return the labels of a panel: names of its axes and of the ticks in view, and horizontal texts in it."""
+def _visible_panel_texts(axes: Any) -> "list[Text]":
+    """Return the visible texts of a panel: axis labels, tick labels in view, and horizontal or vertical texts."""
     found = [one for one in (axes.xaxis.label, axes.yaxis.label, *axes.texts) if one.get_rotation() % 90.0 == 0.0]
     for axis, along in ((axes.xaxis, 0), (axes.yaxis, 1)):
         low, high = sorted(axis.get_view_interval())
         room = 1e-6 * (high - low)
         labels = axis.get_majorticklabels()
         found += [one for one in labels if low - room <= one.get_position()[along] <= high + room]
-    return [one for one in found if _is_drawn(one)]
+    return [one for one in found if _is_visible_text(one)]
 
 
-def set_title(figure: "Figure", title: str | None) -> None:
+def set_figure_title(figure: "Figure", title: str | None) -> None:
     """Replace the title above all panels of a figure; ``none`` removes it, None leaves it unchanged."""
     if title is not None and (title != NO_TITLE or figure.get_suptitle()):
         text = figure.suptitle("" if title == NO_TITLE else title, parse_math=False)
         text.set_in_layout(title != NO_TITLE)
 
 
-def parse_font(text: str) -> tuple[str | None, float | None]:
+def parse_font_family_and_size(font_text: str) -> tuple[str | None, float | None]:
     """Return family and size, pt, of a font such as ``8``, ``Liberation Serif`` or ``Liberation Serif 8``.
 
     The family can also be a font file (.ttf or .otf). None stands for the figure's own family or size.
     """
     from matplotlib import font_manager
 
-    family, _, last = text.strip().rpartition(" ")
+    family, _, last = font_text.strip().rpartition(" ")
     try:
         size: float | None = float(last)
     except ValueError:
-        family, size = text.strip(), None
+        family, size = font_text.strip(), None
     if size is not None and not 1.0 <= size <= 72.0:
-        raise ArgumentError(f"--font {text!r}: {size:g} pt; it must be 1 to 72 pt")
+        raise ArgumentError(f"--font {font_text!r}: {size:g} pt; it must be 1 to 72 pt")
     if family.endswith((".ttf", ".otf")) and Path(family).is_file():
         font_manager.fontManager.addfont(family)
         family = font_manager.FontProperties(fname=family).get_name()
@@ -165,60 +167,66 @@ def parse_font(text: str) -> tuple[str | None, float | None]:
         try:
             font_manager.findfont(family, fallback_to_default=False)
         except ValueError:
-            raise ArgumentError(f"--font {text!r}: no font {family!r} is installed; name a font file (.ttf)") from None
+            raise ArgumentError(
+                f"--font {font_text!r}: no font {family!r} is installed; name a font file (.ttf)"
+            ) from None
     return family or None, size
 
 
 _REMEDY: Final = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
 
 
-def parse_figure_width(text: str) -> float | None:
+def parse_figure_width_inches(width_text: str) -> float | None:
     """Return the width of a figure's file from a quantity such as ``80mm``, inches; None for an empty text."""
     try:
-        metres = parse_quantity(text, "m") if text else None
+        metres = parse_quantity(width_text, "m") if width_text else None
     except ValueError as problem:
-        raise ArgumentError(f"--width {text!r}: {problem}") from None
+        raise ArgumentError(f"--width {width_text!r}: {problem}") from None
     if metres is not None and not 0.02 <= metres <= 2.0:
-        raise ArgumentError(f"--width {text!r}: {metres:g} m; it must be 0.02 to 2 m, 80mm")
+        raise ArgumentError(f"--width {width_text!r}: {metres:g} m; it must be 0.02 to 2 m, 80mm")
     return None if metres is None else metres / 0.0254
 
 
-def save_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: str = "") -> str:
-    """Write a figure like `save`, and return a warning if its text is cut off or overlaps; otherwise "".
+def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: str = "") -> str:
+    """Write a figure like `save_figure_files`, and return a warning if its text is cut off or overlaps; otherwise "".
 
-    `font` is a size, a family or both; see `parse_font`. An `ArgumentError` is raised if it is not installed, or if the
-    text leaves no room for the panels.
+    `font` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is raised if the font is
+    not installed, or if the text leaves no room for the panels.
     """
     import matplotlib as mpl
     from matplotlib.text import Text
 
-    family, size = parse_font(font) if font else (None, None)
-    with style(), warnings.catch_warnings():
+    family, size = parse_font_family_and_size(font) if font else (None, None)
+    with project_style(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         if family:  # ticks that are made while drawing have the family of the settings
             mpl.rcParams["font.family"] = [family, *SETTINGS["font.family"]]
             for text in figure.findobj(Text):
                 text.set_fontfamily(mpl.rcParams["font.family"])
         try:
-            save(figure, path, dpi=dpi, width=width, font=size)
+            save_figure_files(figure, path, dpi=dpi, width=width, font=size)
         except UserWarning:
             raise ArgumentError(f"{path.name}: the text leaves no room for the panels; {_REMEDY}") from None
-    return f"text is cut off or overlaps; {_REMEDY}" if has_overlapping_text(figure) else ""
+    return f"text is cut off or overlaps; {_REMEDY}" if has_cut_or_overlapping_text(figure) else ""
 
 
 Write = Callable[["Figure", Path], None]
 """Function that writes a figure to a path without extension, in all formats of a study."""
 
 
-def write_figure(settings: Figures, figure: "Figure", stem: Path) -> None:
-    """Write a figure in the size, resolution and formats of a study, and remove files of its other formats.
+def write_figure_in_study_formats(figure_settings: Figures, figure: "Figure", path_without_suffix: Path) -> None:
+    """Write a figure in the size, resolution and formats of a study, and remove its files in other formats.
 
-    `stem` is the path without extension.
+    `path_without_suffix` is the path without extension.
     """
-    figure.set_size_inches(*(settings.size * figure.get_size_inches()))
-    for kind in set(FORMATS) - set(settings.formats):
-        stem.with_name(f"{stem.name}.{kind}").unlink(missing_ok=True)
-    save(figure, *(stem.with_name(f"{stem.name}.{kind}") for kind in settings.formats), dpi=settings.dpi)
+    figure.set_size_inches(*(figure_settings.size * figure.get_size_inches()))
+    for kind in set(FORMATS) - set(figure_settings.formats):
+        path_without_suffix.with_name(f"{path_without_suffix.name}.{kind}").unlink(missing_ok=True)
+    save_figure_files(
+        figure,
+        *(path_without_suffix.with_name(f"{path_without_suffix.name}.{kind}") for kind in figure_settings.formats),
+        dpi=figure_settings.dpi,
+    )
 
 
 @contextmanager

@@ -4,7 +4,7 @@ import numpy as np
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
-from overturning.labels import azimuth_gap_ranges, earthquake_assignment_notes
+from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.by_record import record_groups
@@ -101,7 +101,7 @@ def study_extent(results: StudyResults) -> StudyExtent:
         frictions=sizes["friction"],
         blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"],
         direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
-        azimuth_gaps=azimuth_gap_ranges(cube),
+        azimuth_gaps=unsimulated_azimuth_ranges(cube),
         mirrored=mirrored,
         elements=len(variant_scene(study).free_element_names),
         element=element_name_of_cube(cube),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
-from overturning.errors import ArgumentError, suggest_keywords
+from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes, values_at_cells
@@ -86,7 +86,7 @@ class Start:
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-@suggest_keywords()
+@suggest_closest_keyword()
 @dataclass(frozen=True)
 class Body(Model):
     """3-D model: one rigid body on a flat base; each orientation of the grid has the same weight.

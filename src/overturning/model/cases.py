@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import ArrayLike
-from overturning.errors import ArgumentError, suggest_keywords
+from overturning.errors import ArgumentError, suggest_closest_keyword
 
 MOST_CASES: Final = 50_000_000
 """Largest number of cases in one call; more would not fit into the memory of an ordinary machine."""
@@ -18,7 +18,7 @@ BYTES_PER_CASE: Final = 300
 """Memory of inputs, plan and results of one case, bytes."""
 
 
-@suggest_keywords()
+@suggest_closest_keyword()
 @dataclass(frozen=True)
 class Cases:
     """Cases to simulate: for each parameter a value per case, or one for all cases.

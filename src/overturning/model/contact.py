@@ -11,7 +11,7 @@ from overturning.errors import ArgumentError
 from overturning.model.solid import Solid
 from overturning.quantities import Damping, Stiffness
 from overturning.units import STANDARD_GRAVITY
-from overturning.validation import StrictModel, raise_argument_errors
+from overturning.validation import StrictModel, make_constructor_raise_argument_errors
 
 STATIC_PENETRATION: Final = 1e-7
 """Default δ/B of a block. With `DAMPING_RATIO`, the block then behaves like a rigid one (docs/method.md)."""
@@ -67,7 +67,7 @@ class ContactSettings(StrictModel):
         return type(self)(**kept | self.model_dump(include=self.model_fields_set))
 
 
-@raise_argument_errors
+@make_constructor_raise_argument_errors
 class Contact(ContactSettings):
     """Contact law of a block: springs and dashpots at each corner, per metre of depth.
 
@@ -142,7 +142,7 @@ class Contact(ContactSettings):
         return normal, self.stiffness_ratio * normal, dashpot
 
 
-@raise_argument_errors
+@make_constructor_raise_argument_errors
 class VertexContact(StrictModel):
     """Contact law of a 3-D body: springs and dashpots at each vertex.
 

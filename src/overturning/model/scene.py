@@ -14,7 +14,7 @@ from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive
 from overturning.model.geometry import WIDE_GROUND, check_scene_geometry
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
-from overturning.validation import StrictModel, describe_faults
+from overturning.validation import StrictModel, describe_invalid_keys
 
 MAX_ELEMENTS: Final = 64
 """Largest number of elements; with more, the arrays of the kernel exceed the processor's caches."""
@@ -200,7 +200,7 @@ def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
-        lines = describe_faults(error, Scene, partial(_name_elements_in_key_path, content))
+        lines = describe_invalid_keys(error, Scene, partial(_name_elements_in_key_path, content))
         raise ConfigError("\n       ".join(f"{file_name}: {line}" for line in lines)) from None
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.arrays import ArrayLike, FloatArray
-from overturning.errors import ArgumentError, OverturningError, suggest_keywords
+from overturning.errors import ArgumentError, OverturningError, suggest_closest_keyword
 from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible_amplitude_reason, recorded_axis_doubts
@@ -117,7 +117,7 @@ class Accelerogram:
         return (self.samples - 1) * self.sampling_interval
 
 
-@suggest_keywords()
+@suggest_closest_keyword()
 class Motion(Accelerogram):
     """Ground acceleration at a point.
 
@@ -180,7 +180,7 @@ class Motion(Accelerogram):
         return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
 
     @classmethod
-    @suggest_keywords()
+    @suggest_closest_keyword()
     def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
         """Return the motion of an obspy Stream with three components, or two horizontal ones.
 
@@ -217,7 +217,7 @@ class Motion(Accelerogram):
         return motion
 
     @classmethod
-    @suggest_keywords()
+    @suggest_closest_keyword()
     def sine(
         cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
         sampling_interval: float = 0.005,

@@ -10,7 +10,7 @@ from overturning.errors import ConfigError, MissingDataError
 from overturning.records.declarations import FileDeclarations, FileProperties
 from overturning.records.fault_trace import checked_fault_trace_text
 from overturning.records.source import SourceFile, read_source_file, unpack_archive
-from overturning.tables import read_rows
+from overturning.tables import read_table_rows
 
 
 def convert_to_utc_text(time_text: str) -> str:
@@ -162,7 +162,9 @@ def read_record_table(path: Path | str) -> dict[str, RecordEntry]:
     """
     path = Path(path)
     entries: dict[str, RecordEntry] = {}
-    for line, entry in read_rows(path, RecordEntry, delimiter="\t", error_class=ConfigError, table_kind="record table"):
+    for line, entry in read_table_rows(
+        path, RecordEntry, delimiter="\t", error_class=ConfigError, table_kind="record table"
+    ):
         if entry.id in entries:
             raise ConfigError(f"{path} line {line}: column id {entry.id!r}: it occurs twice; ids must differ")
         entries[entry.id] = entry

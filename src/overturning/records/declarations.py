@@ -7,7 +7,7 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
-from overturning.validation import raise_argument_errors
+from overturning.validation import make_constructor_raise_argument_errors
 
 Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
 Sensor = Literal["surface", "borehole"]
@@ -48,7 +48,7 @@ class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docst
     """Accept contradictions of header and data, and amplitudes that are implausible for a ground motion."""
 
 
-@raise_argument_errors
+@make_constructor_raise_argument_errors
 class FileDeclarations(FileProperties, frozen=True):
     """Properties of record files that the user declares; raises an `ArgumentError` if one is invalid."""
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import Final
 
-from overturning.errors import RecordError, RefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import RecordComponent
 from overturning.records.declarations import FileDeclarations
 from overturning.records.formats.table import (
@@ -35,7 +35,7 @@ def read_components(files: Iterable[SourceFile], declarations: FileDeclarations)
     components: list[RecordComponent] = []
     left_out: dict[SourceFile, str] = {}
     tables: list[SourceFile] = []
-    reasons = RefusalReasons()
+    reasons = RecordRefusalReasons()
     for member, file in packed:
         in_archive = member is not file
         if member in declarations.metadata:

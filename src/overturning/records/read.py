@@ -14,8 +14,8 @@ from overturning.errors import (
     ConfigError,
     OverturningError,
     RecordError,
-    RefusalReasons,
-    suggest_keywords,
+    RecordRefusalReasons,
+    suggest_closest_keyword,
 )
 from overturning.records.assembly import assemble_record, borehole_station_name
 from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_files
@@ -32,7 +32,7 @@ from overturning.records.record import Record
 from overturning.records.source import is_archive, read_source_file
 from overturning.records.steps import Step, Steps
 from overturning.records.store import round_to_stored_precision
-from overturning.validation import describe_faults
+from overturning.validation import describe_invalid_keys
 
 NO_SOURCE: Final = "left off the map: its coordinates have no source; name one in the column coordinates_source"
 """Note on a record whose coordinates the record table states without a source."""
@@ -128,7 +128,7 @@ def _assemble_record_of_declared_sensor(
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
-    reasons, sensor = RefusalReasons(), declarations.sensor or "surface"
+    reasons, sensor = RecordRefusalReasons(), declarations.sensor or "surface"
     chosen = [c for c in components if c.sensor == sensor]
     records = group_components_by_record(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
@@ -238,7 +238,7 @@ def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@suggest_keywords(*(name for name in FileDeclarations.model_fields if name != "metadata"))
+@suggest_closest_keyword(*(name for name in FileDeclarations.model_fields if name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,
@@ -281,7 +281,7 @@ def read(
     try:
         steps = None if processing is None else TypeAdapter(Steps).validate_python(processing)
     except ValidationError as problem:
-        lines = describe_faults(problem, Steps, lambda steps: ["processing", *steps])
+        lines = describe_invalid_keys(problem, Steps, lambda steps: ["processing", *steps])
         raise ArgumentError("\n       ".join(lines)) from None
     record = read_record_without_processing(paths, FileDeclarations(**declarations), record_id)
     for note in record.notes:

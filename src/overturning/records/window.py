@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import RecordComponent, seed_band_and_instrument_code
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.record import pga_pgv_pgd_of_larger_component
@@ -24,7 +24,7 @@ MAX_STATION_DISTANCE_KM = 1.0
 """Largest distance between stated places of one station, km; files round them to degrees or minutes."""
 
 
-class AssemblyRefusalCollector(RefusalReasons):
+class AssemblyRefusalCollector(RecordRefusalReasons):
     """Collector of the reasons to refuse components as one record, and of contradictions that the user trusts."""
 
     def __init__(self, *, trust_contradictions: bool) -> None:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import DrawnEstimate, contrast_figure, references_figure
-from overturning.figures.fall_rate import fall_rate_figure
-from overturning.figures.polar_map import plane_map_figure
+from overturning.figures.answer import DrawnEstimate, alignment_with_references_figure, overturned_share_contrast_figure
+from overturning.figures.fall_rate import overturned_fraction_figure
+from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.style import style
-from overturning.figures.survey import DrawnSurvey, survey_figure
+from overturning.figures.style import project_style
+from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
-from overturning.figures.write import save
+from overturning.figures.write import save_figure_files
 from overturning.files import write_text
 from overturning.findings.collect import Findings
 from overturning.findings.contrast import VariantContrast
@@ -80,9 +80,9 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
     for number, inferred in enumerate(results.inferred_motions, 1):
         draw[f"backwards-{number}"] = partial(posterior, inferred)
     paths = {name: folder / f"{name}.svg" for name in draw}
-    with style():
+    with project_style():
         for name, figure in draw.items():
-            save(figure(), paths[name])
+            save_figure_files(figure(), paths[name])
     return paths
 
 
@@ -107,7 +107,7 @@ def _references(found: Findings) -> "Figure":
     for group in found.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
         groups[group.group] = {one.reference: drawn(one.all_b_over_h) for one in axes}
-    return references_figure(groups)
+    return alignment_with_references_figure(groups)
 
 
 def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
@@ -130,7 +130,7 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
         rows = ["stones of a cemetery", *rows]
         here, there = [drawn(one.rate_here), *here], [drawn(one.rate_there), *there]
         differences = [drawn(one.primary_difference), *differences]
-    return contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
+    return overturned_share_contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
 
 
 def _surveys(surveys: Sequence[SurveyFindings]) -> "Figure":
@@ -143,9 +143,9 @@ def _surveys(surveys: Sequence[SurveyFindings]) -> "Figure":
     def share(one: Any) -> DrawnEstimate:
         return DrawnEstimate(None) if one is None else DrawnEstimate(one.value, one.low, one.high)
 
-    return survey_figure(
+    return survey_falls_figure(
         [
-            DrawnSurvey(
+            SurveyFigureData(
                 name=f"{one.stones}, {one.record}",
                 observed=counts(one.observed_by_octant),
                 computed=counts(one.predicted_by_octant),
@@ -161,8 +161,8 @@ def _surveys(surveys: Sequence[SurveyFindings]) -> "Figure":
 
 def draw_surveys(surveys: Sequence[SurveyFindings], path: Path) -> None:
     """Draw observed next to computed falls of surveys into a file."""
-    with style():
-        save(_surveys(surveys), path)
+    with project_style():
+        save_figure_files(_surveys(surveys), path)
 
 
 def _maps(results: StudyResults, found: Findings) -> "Figure":
@@ -172,7 +172,7 @@ def _maps(results: StudyResults, found: Findings) -> "Figure":
     block = results.cube.sel(first_shown_height_and_friction(results.cube, results.study))
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
-    return plane_map_figure(cubes, "", peaks)
+    return azimuth_map_figure(cubes, "", peaks)
 
 
 def _fall_rate(results: StudyResults) -> "Figure":
@@ -180,7 +180,7 @@ def _fall_rate(results: StudyResults) -> "Figure":
     found = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
     rates, jma = found["fall_rate"].to_numpy(), jma_intensities_of_motions(found, results.intensity)
-    return fall_rate_figure(rates, intensities_by_measure(found, results.intensity)[MEASURE], curve, jma)
+    return overturned_fraction_figure(rates, intensities_by_measure(found, results.intensity)[MEASURE], curve, jma)
 
 
 def posterior(found: SurveyInversionResult) -> "Figure":
@@ -200,11 +200,11 @@ def posterior(found: SurveyInversionResult) -> "Figure":
 
 def draw_posterior(found: SurveyInversionResult, path: Path) -> None:
     """Draw the posterior of a motion that was inferred from a survey into a file."""
-    with style():
-        save(posterior(found), path)
+    with project_style():
+        save_figure_files(posterior(found), path)
 
 
 def draw_fall_rates(results: StudyResults, path: Path) -> None:
     """Draw the fall rates of the study's population into a file."""
-    with style():
-        save(_fall_rate(results), path)
+    with project_style():
+        save_figure_files(_fall_rate(results), path)

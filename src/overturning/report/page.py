@@ -12,9 +12,9 @@ from urllib.parse import unquote
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
-from overturning.figures.page import film_player_script, read_template
+from overturning.figures.page import film_player_script, read_template_text
 from overturning.report.render import container_of, parse_inline, picture_of
-from overturning.translation.texts import read_labels
+from overturning.translation.texts import read_label_translations
 
 LAZY: Final = "fold"
 """Container whose figures are images, which a browser reads when they come into view."""
@@ -46,19 +46,20 @@ def report_page(
         Files of the figures (.svg or .png) by the names that the text uses. None: a page without figures, which shows
         their alternative text.
     films : mapping of str to str
-        Elements of the films (`figures.page.film_element`) by the names that the text uses.
+        Elements of the films (`figures.page.film_html_element`) by the names that the text uses.
 
     Raises
     ------
     ResultError
         If the text uses a figure that does not exist.
     """
-    style, script = (read_template(name, "report") for name in ("report.css", "report.js"))
-    body = "\n".join(_Page(figures, films, read_labels(language)).blocks(tree.children))
+    style, script = (read_template_text(name, "report") for name in ("report.css", "report.js"))
+    body = "\n".join(_Page(figures, films, read_label_translations(language)).blocks(tree.children))
     return (
         f'<!DOCTYPE html>\n<html lang="{language}">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>\n{style}{read_template('player.css')}\n</style>\n</head>\n<body>\n"
+        f"<title>{escape(title)}</title>\n"
+        f"<style>\n{style}{read_template_text('player.css')}\n</style>\n</head>\n<body>\n"
         f"<main>\n{body}\n</main>\n<script>\n{script}{film_player_script()}\n</script>\n</body>\n</html>\n"
     )
 
@@ -71,7 +72,7 @@ class _Page:
     figures, films : mapping
         Files of the figures, and elements of the films, by name.
     labels : mapping
-        Words of the language; see `overturning.translation.texts.read_labels`.
+        Words of the language; see `overturning.translation.texts.read_label_translations`.
     """
 
     def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:

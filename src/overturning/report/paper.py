@@ -13,7 +13,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.report.render import container_of, parse_inline, picture_of
-from overturning.translation.texts import check_font, installed_fonts, read_labels
+from overturning.translation.texts import check_font_is_installed, installed_fonts_of_language, read_label_translations
 
 LEFT_OUT: Final = ("fold", "page")
 """Containers that paper does not show."""
@@ -43,9 +43,9 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
     import typst
 
     files: dict[str, str] = {}
-    check_font(language, "PDF of the report")
-    fonts = installed_fonts(language)
-    words = {kind: read_labels(language)[kind] for kind in ("figure", "table")}
+    check_font_is_installed(language, "PDF of the report")
+    fonts = installed_fonts_of_language(language)
+    words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
     data = {
         "title": title,
         "language": language,

@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from overturning.errors import ResultError
 from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
-from overturning.translation.texts import LANGUAGES, label, read_labels, translate
+from overturning.translation.texts import LANGUAGES, label, read_label_translations, translate
 
 CONTAINERS: Final = (
     "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
@@ -86,7 +86,7 @@ def environment(language: str) -> jinja2.Environment:
     """Return the environment of the templates of a language; `ResultError` if there is no such language."""
     if language not in LANGUAGES:
         raise ResultError(f"language {language}: no report in this language; choose one of {', '.join(LANGUAGES)}")
-    labels = read_labels(language)
+    labels = read_label_translations(language)
     loaded = jinja2.Environment(
         loader=jinja2.PackageLoader("overturning", f"report/templates/{language}"),
         undefined=jinja2.StrictUndefined,
@@ -100,7 +100,7 @@ def environment(language: str) -> jinja2.Environment:
     )
     loaded.filters |= FILTERS
     loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
-    loaded.filters["label"] = partial(label, table=labels)
+    loaded.filters["label"] = partial(label, translation_table=labels)
     loaded.filters["translated"] = partial(translate, language=language)
     loaded.tests["infinite"] = math.isinf
     return loaded

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import ResultError
-from overturning.figures.drawn_case import DrawnCase, read_cases
-from overturning.figures.page import film_element
+from overturning.figures.drawn_case import DrawnIllustrativeCase, read_drawn_cases
+from overturning.figures.page import film_html_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
 from overturning.findings.results import open_study_results
@@ -16,7 +16,13 @@ from overturning.report.paper import report_paper
 from overturning.report.render import Media, parse_markdown, render_markdown
 from overturning.study.cube import open_cube, study_for_presentation
 from overturning.study.schema import Study
-from overturning.translation.texts import check_language, label, read_labels, translate, visible_language
+from overturning.translation.texts import (
+    check_language_is_known,
+    label,
+    read_label_translations,
+    translate,
+    use_visible_language,
+)
 
 FINDINGS = "findings.json"
 """Name of the findings of a study, in its folder of results."""
@@ -36,7 +42,7 @@ class FilmFacts:
     rule: str
 
 
-def _film_facts(name: str, case: DrawnCase) -> FilmFacts:
+def _film_facts(name: str, case: DrawnIllustrativeCase) -> FilmFacts:
     """Return the facts about the film of a case, in the current language."""
     panels = zip(map(translate, case.headings), map(translate, case.outcomes), strict=True)
     return FilmFacts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
@@ -73,18 +79,18 @@ def write_report(
     study = study or _study_of_results(results)
     with open_study_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found, language = read_findings(results / FINDINGS), language or opened.study.language
-        check_language(language)
+        check_language_is_known(language)
         figures = study_figures(results / "figures")
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
-        cases = {f"film-{number}": case for number, case in enumerate(read_cases(folder), 1)}
+        cases = {f"film-{number}": case for number, case in enumerate(read_drawn_cases(folder), 1)}
         figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
         figures = translate_figures(figures, Path(drawings) / language, language)
-        with visible_language(language):
+        with use_visible_language(language):
             films = {
-                name: film_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))
+                name: film_html_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))
                 for name, case in cases.items()
             }
             facts = [_film_facts(name, case) for name, case in cases.items()]
@@ -96,7 +102,7 @@ def write_report(
             posteriors=bool(opened.inferred_motions),
             rose="rose" in figures and bool(found.cases.share_overturned),
         )
-        title = label(found.study.title, read_labels(language))
+        title = label(found.study.title, read_label_translations(language))
         tree = parse_markdown(render_markdown(found, language, media))
         with atomic_write(path) as part:
             page = report_page(tree, title, language, figures, films)

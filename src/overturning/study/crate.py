@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
-from overturning.files import project_folders, read_yaml_mapping, write_text
+from overturning.files import project_file_folders, read_yaml_mapping, write_text
 from overturning.study.cube import CONFIGURATION
 from overturning.study.load import study_without_absolute_paths
 from overturning.study.schema import Study
@@ -154,7 +154,7 @@ def _record_and_package_metadata_of_cube(path: Path) -> dict[str, Any]:
 
 def _citation_metadata_of_program() -> dict[str, Any]:
     """Read the citation metadata (CITATION.cff) of this version of the program."""
-    files = (root / "CITATION.cff" for root in project_folders())
+    files = (root / "CITATION.cff" for root in project_file_folders())
     return read_yaml_mapping(
         next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io"
     )

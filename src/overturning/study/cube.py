@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import skip_dask_import
-from overturning.errors import ArgumentError, ResultError, suggest_keywords
+from overturning.errors import ArgumentError, ResultError, suggest_closest_keyword
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of_cube
 from overturning.model.grid import AXES
@@ -51,7 +51,7 @@ def _first_missing_variable(cube: "xr.Dataset") -> str:
     return ""
 
 
-@suggest_keywords()
+@suggest_closest_keyword()
 def open_cube(
     path: str | Path,
     chunks: dict[str, int] | str | None = None,

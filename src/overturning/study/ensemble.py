@@ -26,7 +26,7 @@ from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.settings import Ensemble
-from overturning.tables import read_rows
+from overturning.tables import read_table_rows
 
 Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
@@ -109,7 +109,7 @@ class EnsembleMembers:
             raise ResultError(
                 f"{csv_path}: damaged, or no table of ensemble members; run the study again to recreate it"
             )
-        rows = read_rows(
+        rows = read_table_rows(
             csv_path, _MemberRow, delimiter=",", error_class=ResultError, table_kind="table of ensemble members"
         )
         numbers = [[getattr(row, name) for name in COLUMNS] for _, row in rows]

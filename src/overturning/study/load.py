@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from overturning.errors import ConfigError, closest_name_hint
 from overturning.files import find_project_file, path_without_absolute_folder, read_yaml_mapping
 from overturning.study.schema import Study
-from overturning.validation import describe_faults
+from overturning.validation import describe_invalid_keys
 
 if TYPE_CHECKING:
     from overturning.records.catalogue import RecordEntry
@@ -34,7 +34,7 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
     try:
         return Study.model_validate(dict(content))
     except ValidationError as error:
-        lines = describe_faults(error, Study, file_description="the study")
+        lines = describe_invalid_keys(error, Study, file_description="the study")
         raise ConfigError("\n       ".join(f"{study_file}: {line}" for line in lines)) from None
 
 

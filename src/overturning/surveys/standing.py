@@ -15,7 +15,7 @@ from scipy.special import log_ndtr, ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.tables import read_rows
+from overturning.tables import read_table_rows
 
 CAPACITIES: Final = np.linspace(-6.0, 6.0, 241)
 """Integration points for the capacity of a stone relative to its class, in standard deviations."""
@@ -337,7 +337,7 @@ def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
     """Read the rows of a fragility table (``fragility.csv``); a ResultError if it is invalid."""
     return [
         row
-        for _, row in read_rows(
+        for _, row in read_table_rows(
             path, FragilityCurveRow, delimiter=",", error_class=ResultError, table_kind="fragility table"
         )
     ]
@@ -349,7 +349,9 @@ def read_hazard_curves(path: Path) -> dict[str, HazardCurve]:
     A ResultError is raised if levels do not ascend, or rates grow with the level.
     """
     rows: dict[str, list[tuple[int, HazardCurveRow]]] = {}
-    for line, row in read_rows(path, HazardCurveRow, delimiter=",", error_class=ResultError, table_kind="hazard table"):
+    for line, row in read_table_rows(
+        path, HazardCurveRow, delimiter=",", error_class=ResultError, table_kind="hazard table"
+    ):
         rows.setdefault(row.measure, []).append((line, row))
     found = {}
     for measure, of_measure in rows.items():

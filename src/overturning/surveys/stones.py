@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_va
 
 from overturning.errors import RecordError
 from overturning.model.cases import checked_stone_height
-from overturning.tables import read_rows
+from overturning.tables import read_table_rows
 
 OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 """Compass octants in their order; octant i is centred on 45° i."""
@@ -268,7 +268,7 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
         others.append(column_name or "without a name")
         return ""
 
-    rows = read_rows(
+    rows = read_table_rows(
         path,
         SurveyRow,
         delimiter=",",

@@ -34,14 +34,14 @@ _NUMBER: Final = r"[+−–-]?\d[\d,]*(?:\.\d+)?(?:e[+−-]?\d+)?"
 _language: ContextVar[str] = ContextVar("language", default=ENGLISH)
 
 
-def check_language(language: str) -> None:
-    """Raise an error that names the languages if there is no translation into a language."""
+def check_language_is_known(language: str) -> None:
+    """Raise an ArgumentError that lists the known languages if a language code is not among them."""
     if language not in LANGUAGES:
         raise ArgumentError(f"language {language}: no texts in this language; choose one of {', '.join(LANGUAGES)}")
 
 
 @contextmanager
-def visible_language(language: str | None) -> Iterator[None]:
+def use_visible_language(language: str | None) -> Iterator[None]:
     """Translate visible texts into a language inside the block; None stands for English.
 
     Raises
@@ -49,7 +49,7 @@ def visible_language(language: str | None) -> Iterator[None]:
     ArgumentError
         If there is no translation into the language.
     """
-    check_language(language or ENGLISH)
+    check_language_is_known(language or ENGLISH)
     token = _language.set(language or ENGLISH)
     try:
         yield
@@ -63,29 +63,29 @@ def current_language() -> str:
 
 
 @cache
-def read_table(language: str, name: str) -> dict[str, str]:
-    """Return a table of a language: ``labels``, ``figures`` or ``explorer``; empty if the language has none."""
+def read_translation_table(language: str, table_name: str) -> dict[str, str]:
+    """Return the translations of English texts in a table (``labels``, ``figures`` or ``explorer``) of a language."""
     import yaml
 
-    path = resources.files("overturning").joinpath("translation", "tables", language, f"{name}.yaml")
+    path = resources.files("overturning").joinpath("translation", "tables", language, f"{table_name}.yaml")
     table: dict[str, str] = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
     return table
 
 
-def read_labels(language: str) -> dict[str, str]:
-    """Return the labels of a language: its words for the names that findings contain."""
-    return read_table(language, "labels")
+def read_label_translations(language: str) -> dict[str, str]:
+    """Return the translations into a language of the English names that findings contain, by English name."""
+    return read_translation_table(language, "labels")
 
 
 @cache
-def _visible_table(language: str) -> dict[str, str]:
-    """Return the words of a language for figures and films, which include its labels."""
-    return read_labels(language) | read_table(language, "figures")
+def _label_and_figure_translations(language: str) -> dict[str, str]:
+    """Return the translations for figures and films into a language, including the labels, by English text."""
+    return read_label_translations(language) | read_translation_table(language, "figures")
 
 
-def label(text: str, table: Mapping[str, str]) -> str:
+def label(text: str, translation_table: Mapping[str, str]) -> str:
     """Return the translation of a text that has an entry of its own in a table, or the text if it has none."""
-    found = _entry_translation(text, tuple(table.items()))
+    found = _entry_translation(text, tuple(translation_table.items()))
     return text if found is None else found
 
 
@@ -95,7 +95,11 @@ def translate(text: str, language: str | None = None) -> str:
     Lines of a text that have an entry only together, since a sentence was broken, are translated together.
     """
     language = language or current_language()
-    return text if language == ENGLISH else _translate_lines(text, tuple(_visible_table(language).items()))
+    return (
+        text
+        if language == ENGLISH
+        else _translate_text_lines(text, tuple(_label_and_figure_translations(language).items()))
+    )
 
 
 def translate_strings(data: Any, language: str | None = None) -> Any:
@@ -109,8 +113,8 @@ def translate_strings(data: Any, language: str | None = None) -> Any:
     return data
 
 
-def installed_fonts(language: str) -> list[str]:
-    """Return the names of the installed fonts of a language; empty for one that the own fonts of figures can write."""
+def installed_fonts_of_language(language: str) -> list[str]:
+    """Return the names of installed fonts for a language; empty for a language that needs no special font."""
     import typst
 
     _, names = FONTS.get(language, ("", ()))
@@ -118,16 +122,16 @@ def installed_fonts(language: str) -> list[str]:
     return [name for name in names if name in families]
 
 
-def check_font(language: str, file_name: str) -> None:
+def check_font_is_installed(language: str, file_name: str) -> None:
     """Raise an error that names the Debian package if a file needs a font of a language, and none is installed."""
-    if language in FONTS and not installed_fonts(language):
+    if language in FONTS and not installed_fonts_of_language(language):
         raise MissingDataError(
             f"{file_name}: no font for the language {language}; install the Debian package {FONTS[language][0]}"
         )
 
 
-class _Entry(NamedTuple):
-    """Entry of a table that contains fields."""
+class _EntryWithFields(NamedTuple):
+    """Entry of a translation table whose English text contains fields, such as ``{}`` or ``{name}``."""
 
     pattern: "re.Pattern[str]"
     names: tuple[str, ...]  # of the fields in the English text; "" for a number
@@ -135,23 +139,25 @@ class _Entry(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _entries_with_fields(table: tuple[tuple[str, str], ...]) -> tuple[dict[str, str], list[_Entry]]:
-    """Return a table as a dictionary, and its entries with fields in their order."""
+def _exact_and_field_entries(
+    table_entries: tuple[tuple[str, str], ...],
+) -> tuple[dict[str, str], list[_EntryWithFields]]:
+    """Return all entries of a table as a dictionary, and the list of those that contain fields, in their order."""
     found = []
-    for english, translation in table:
+    for english, translation in table_entries:
         fixed, names = _FIELD.split(english)[::2], tuple(_FIELD.findall(english))
         if names:
             parts = [r"\s+".join(map(re.escape, re.split(r"\s+", part))) for part in fixed]
             fields = (f"(?P<{name}>[^;:]*?[^;:,])" if name else f"({_NUMBER})" for name in names)
             pattern = parts[0] + "".join(field + part for field, part in zip(fields, parts[1:], strict=True))
-            found.append(_Entry(re.compile(pattern), names, translation))
-    return dict(table), found
+            found.append(_EntryWithFields(re.compile(pattern), names, translation))
+    return dict(table_entries), found
 
 
 @lru_cache(maxsize=4096)
-def _entry_translation(text: str, table: tuple[tuple[str, str], ...]) -> str | None:
+def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
     """Return the translation of a text by an entry of a table; None if there is no such entry."""
-    exact, entries = _entries_with_fields(table)
+    exact, entries = _exact_and_field_entries(table_entries)
     if text in exact:
         return exact[text]
     if (joined := " ".join(text.split("\n"))) in exact:  # a line that was broken
@@ -159,32 +165,32 @@ def _entry_translation(text: str, table: tuple[tuple[str, str], ...]) -> str | N
     for entry in entries:
         if match := entry.pattern.fullmatch(text):
             numbers = [one for one, name in zip(match.groups(), entry.names, strict=True) if not name]
-            named = {name: _translate_lines(one, table) for name, one in match.groupdict().items()}
+            named = {name: _translate_text_lines(one, table_entries) for name, one in match.groupdict().items()}
             return entry.translation.format(*numbers, **named)
     return None
 
 
-def _translate_lines(text: str, table: tuple[tuple[str, str], ...]) -> str:
+def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
     """Return a text translated line by line; lines that have an entry only together are translated together."""
     lines, translated, start = text.split("\n"), list[str](), 0
     while start < len(lines):
         for end in range(start + 1, len(lines) + 1):
-            if (found := _entry_translation("\n".join(lines[start:end]), table)) is not None:
+            if (found := _entry_translation("\n".join(lines[start:end]), table_entries)) is not None:
                 translated.append(found)
                 break
         else:
             end = start + 1
-            translated.append(_translate_list(lines[start], table))
+            translated.append(_translate_list_parts(lines[start], table_entries))
         start = end
     return "\n".join(translated)
 
 
-def _translate_list(text: str, table: tuple[tuple[str, str], ...]) -> str:
-    """Return a text whose parts between separators are translated; unchanged if none of them has an entry."""
+def _translate_list_parts(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
+    """Return a list such as "a, b" with its parts translated; unchanged if no part of it has an entry."""
     for separator in SEPARATORS:
         parts = text.split(separator)
         if len(parts) > 1:
-            translated = [_translate_lines(part, table) for part in parts]
+            translated = [_translate_text_lines(part, table_entries) for part in parts]
             if translated != parts:
-                return dict(table).get(separator, separator).join(translated)
+                return dict(table_entries).get(separator, separator).join(translated)
     return text

@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
 from overturning.records.declarations import FileDeclarations
 from overturning.records.formats.headings import (
@@ -32,7 +32,7 @@ def read_components(source_file: SourceFile, declarations: FileDeclarations) -> 
     eight values of one axis per line, ``north:gal*8F10`` the same in fields of ten characters. Headings and lines that
     begin with ``#`` are skipped.
     """
-    name, reasons = source_file.name, RefusalReasons()
+    name, reasons = source_file.name, RecordRefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect():
         text, sisters = _columns_of_file_and_record_key(declarations.columns, name)

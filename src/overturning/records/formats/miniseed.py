@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
@@ -74,7 +74,7 @@ def stream_components_in_m_s2(
             raise RecordError(f"{name}: channel {trace.id} has a gap or an overlap; cut the file to one side of it")
         if trace.stats.npts < 2:
             raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
-    components, reasons = [], RefusalReasons()
+    components, reasons = [], RecordRefusalReasons()
     for trace in stream:
         with reasons.collect():
             components.append(_trace_component(trace, inventory, source_file, declarations))

@@ -65,8 +65,8 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
             text = f"The mean fall rate over the records on the ground “{ground_name(one)}” is {fall_rates[0]}."
             if one.axis_turned_deg is not None:
                 text += (
-                    f" Compared with rock, the axis of falls turns by {one.axis_turned_deg:.0f}° "
-                    f"(median over {one.axes_compared} records)."
+                    f" The axis of falls on “{ground_name(one)}” differs from that on rock by "
+                    f"{one.axis_turned_deg:.0f}° (median over {one.axes_compared} records)."
                 )
             answers.append(text)
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
@@ -76,7 +76,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     )
     return {
         "soft-ground": markdown_table((*heads, "axis turned, median (records)"), rows),
-        "soft-ground-answer": "\n".join(wrap_text(sentence, "- ") for sentence in answers),
+        "soft-ground-answer": wrap_text(" ".join(answers)),
         "soft-ground-convergence": wrap_text(text),
     }
 

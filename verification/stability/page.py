@@ -87,14 +87,14 @@ def _scenes(rows: pd.DataFrame) -> str:
     summary = (
         f"The table counts {len(rows)} cases of scenes. A case has at most {rows.attrs['budget']:.3g} time steps, or "
         f"{rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions. {_summary(rows)} "
-        f"{len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
-        f"blocks; {(compared == 0).sum()} of these cases have a different flag in the two programs."
+        f"The program for single blocks also ran the {len(compared)} cases of gravestones that stay on the ground; "
+        f"{(compared == 0).sum()} of these cases have a different flag in the two programs."
     )
     return f"{_counted('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
-    """Return a Markdown list of the inputs without an answer, with their shares in this run."""
+    """Return a paragraph for each kind of input without an answer, with its share in this run."""
     ending, ratio = blocks["ending"], blocks["penetration_ratio"]
     soft = ratio > 0.1
     unstable = (ending == Ending.UNSTABLE) & (ratio < 1e-2)
@@ -105,16 +105,16 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     lines = [
         "Very soft contacts, with a penetration δ at rest above a tenth of the width B or of the smaller side: the "
         "weight of the block presses its corners so deep into the base that the contact law no longer applies. "
-        f"{_percent(ending[soft] == Ending.UNSTABLE)} of "
-        f"the {int(soft.sum())} blocks with δ/B above 0.1 are marked `unstable`.",
+        f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == Ending.UNSTABLE)} are marked "
+        "`unstable`.",
         f"Very stiff contacts, with a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} of the "
         "height H: the penetration is below the resolution of double precision. The program refuses such a block or "
         "scene, and the error names `stiffness`.",
         "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
         "have a damping ratio ξ below 0.1, and half have a peak acceleration above "
-        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. {_percent(sunk[unstable])} of these unstable "
-        "blocks penetrate too deep; in the other unstable blocks work and energy do not balance to 10⁻². Of the "
+        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of these unstable blocks, "
+        f"{_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
         f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1, and half have a peak "
         f"acceleration above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
@@ -126,7 +126,7 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         f"enough energy to overturn, are `undecided`. Of the {int(undecided.sum())} undecided blocks, "
         f"{_percent(blocks['friction'][undecided] < 0.02)} have a friction µ below 0.02.",
     ]
-    return "\n".join(wrap_text(line, "- ") for line in lines)
+    return "\n\n".join(wrap_text(line) for line in lines)
 
 
 def _percent(chosen: "pd.Series[bool]") -> str:

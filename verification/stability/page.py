@@ -108,20 +108,21 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == Ending.UNSTABLE)} are marked "
         "`unstable`.",
         f"Very stiff contacts, with a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} of the "
-        "height H: the penetration is below the resolution of double precision. The program refuses such a block or "
-        "scene, and the error names `stiffness`.",
+        "height H: the penetration is below the resolution of double precision. The program refuses a block or "
+        "scene with such a contact, and the error names `stiffness`.",
         "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
         "have a damping ratio ξ below 0.1, and half have a peak acceleration above "
-        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of these unstable blocks, "
-        f"{_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to 10⁻². Of the "
+        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the unstable blocks with "
+        f"δ/B below 10⁻², {_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to "
+        "10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
         f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1, and half have a peak "
         f"acceleration above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
         "Small blocks under long records, mostly with Cundall's scheme and stiff springs: the time steps are so short "
         f"that a case reaches its largest number of steps (`over_budget`). Half of the {int(over.sum())} blocks over "
         f"budget are lower than {np.median(blocks['height'][over]):.2g} m. The largest number of steps is "
-        f"{blocks.attrs['budget']:.2g} in this map and {BUDGET:.0e} in a study.",
+        f"{blocks.attrs['budget']:.2g} in the map of stability and {BUDGET:.0e} in a study.",
         "Blocks with little friction that still slide at the time 20/p after the record (p: rocking frequency), with "
         f"enough energy to overturn, are `undecided`. Of the {int(undecided.sum())} undecided blocks, "
         f"{_percent(blocks['friction'][undecided] < 0.02)} have a friction µ below 0.02.",

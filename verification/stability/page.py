@@ -113,9 +113,8 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
         "have a damping ratio ξ below 0.1, and half have a peak acceleration above "
-        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the unstable blocks with "
-        f"δ/B below 10⁻², {_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to "
-        "10⁻². Of the "
+        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the unstable blocks with δ/B below 10⁻², "
+        f"{_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
         f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1, and half have a peak "
         f"acceleration above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",

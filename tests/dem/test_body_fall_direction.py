@@ -6,7 +6,7 @@ from numba import njit
 from scipy.spatial import ConvexHull
 
 from overturning.dem.body.ending import body_has_fallen
-from overturning.dem.body.state import TerminationLimits
+from overturning.dem.body.state import BodyTerminationLimits
 from overturning.dem.body.vectors import Quaternion, rotation_matrix
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
@@ -59,7 +59,7 @@ def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -
     """True if the kernel counts a body rotated about a horizontal axis as fallen."""
     return bool(
         body_has_fallen(
-            rotation_matrix(Quaternion(w, x, y, 0.0)), TerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors
+            rotation_matrix(Quaternion(w, x, y, 0.0)), BodyTerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors
         )
     )
 

@@ -11,10 +11,10 @@ from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.plan import plan_scene_simulation
-from overturning.dem.polygon.rules import borrow_scene_arrays, finish_sample
+from overturning.dem.polygon.rules import finish_sample, view_scene_arrays_without_reference_counts
 from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import compute_step
-from overturning.dem.polygon.suspended_pairs import resume_pairs
+from overturning.dem.polygon.suspended_pairs import resume_pairs_up_to_motion
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
@@ -27,13 +27,13 @@ CHANGE = rows.ELEMENT.row_start(ElementState, "trial.change.x")
 @njit
 def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
     """Solve the equations of linked elements, equal in every lane; return the number of submatrices used."""
-    pattern, matrix = equations.empty_pattern(size), np.zeros(size * size * equations.SIZE)
+    pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SIZE)
     for k in range(size):
         pattern.used[k, k] = True
     for i, k in links:
         if not pattern.used[i, k]:
-            equations.mark_nonzero(pattern, i, k)
-            equations.mark_nonzero(pattern, k, i)
+            equations.mark_submatrix_nonzero(pattern, i, k)
+            equations.mark_submatrix_nonzero(pattern, k, i)
     for i in range(size):
         for k in range(size):
             if pattern.used[i, k]:
@@ -43,7 +43,7 @@ def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
                         matrix[place] = blocks[i, k, number // 3, number % 3]
     equations.solve_velocity_changes(borrowed(state), borrowed(matrix), pattern, size)
     used = pattern.used.sum()
-    equations.clear_pattern(pattern)
+    equations.clear_nonzero_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     return used, pattern.used.any() or pattern.count.any(), matrix[0], state[0]
 
@@ -89,14 +89,14 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
 def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
     workspace, cases = allocate_workspace(inputs), np.zeros(rows.COLUMNS, np.int64)
-    scene, most, state = borrow_scene_arrays(inputs.scene), 0, workspace.state
+    scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene), 0, workspace.state
     for lane in range(rows.COLUMNS):
         start_case(inputs, workspace, lane, 0)
     for sample in range(samples):
         load_motion_of_next_sample(inputs, workspace, cases, rows.COLUMNS)
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
-                resume_pairs(state, scene, workspace.pairs, np.inf)
+                resume_pairs_up_to_motion(state, scene, workspace.pairs, np.inf)
             compute_step(
                 inputs.ground.up, state, borrowed(workspace.matrix), borrowed(workspace.pattern),
                 borrowed(workspace.pairs), borrowed(workspace.moves), scene, inputs.settings.ticks,

@@ -259,7 +259,7 @@ def test_a_wall_tilted_against_its_neighbour_stands_if_it_does_not_move() -> Non
     found = run_case(made, quiet, 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0])
     assert found.peak_rotation[0, 1] < 0.1, "in degrees: it has no α"
-    assert np.isnan(prepare_scene(made).alpha[2])
+    assert np.isnan(prepare_scene(made).tipping_angles[2])
 
 
 def test_a_wall_that_comes_to_rest_on_its_neighbour_has_fallen() -> None:
@@ -283,7 +283,7 @@ def arch() -> Scene:
 
 def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() -> None:
     made = arch()
-    assert np.isnan(prepare_scene(made).alpha[1:]).all()
+    assert np.isnan(prepare_scene(made).tipping_angles[1:]).all()
     path = trajectory(sine(0.01, 2.0), made, azimuth_deg=0.0, friction=1.0)
     assert path["status"] == Status.SIMULATED
     assert path["overturned"][1:].to_numpy().tolist() == [0, 0, 0]

@@ -76,7 +76,7 @@ def test_submatrix_operations_equal_matrix_operations() -> None:
     def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-def]
         equations.subtract_submatrix_product(fresh, one, other, True)
         equations.subtract_submatrix_product(added, one, other, False)
-        equations.invert_submatrix(other)
+        equations.invert_submatrix_in_place(other)
         equations.multiply_by_pivot_inverse(one, other)
 
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)

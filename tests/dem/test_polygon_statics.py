@@ -281,7 +281,7 @@ def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean
     made = leaning_shaft(np.radians(lean_deg))
     prepared = prepare_scene(made)
     expected = np.arctan(1.0 / 3.0) - abs(np.radians(lean_deg))
-    np.testing.assert_allclose(prepared.alpha[1:], [np.arctan(0.6 / 0.5), expected], rtol=1e-9)
+    np.testing.assert_allclose(prepared.tipping_angles[1:], [np.arctan(0.6 / 0.5), expected], rtol=1e-9)
     time = np.arange(0.0, 2.0, 0.01)
     motion = shaken(4.0 * np.sin(2.0 * np.pi * 2.0 * time))
     found, upright = (
@@ -295,7 +295,7 @@ def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean
 
 
 def test_a_shaft_leaning_more_has_no_critical_angle_but_its_base_has() -> None:
-    alpha = prepare_scene(leaning_shaft(np.radians(0.2))).alpha
+    alpha = prepare_scene(leaning_shaft(np.radians(0.2))).tipping_angles
     assert np.isnan(alpha[2])
     assert alpha[1] == pytest.approx(np.arctan(0.6 / 0.5))
 
@@ -304,4 +304,6 @@ def test_a_shaft_a_tenth_of_a_degree_from_a_wall_has_a_critical_angle() -> None:
     lean = np.radians(0.05)
     edge = prepare_scene(leaning_shaft(lean)).placed[2].vertices_in_scene[:, 0].max()
     wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}
-    assert prepare_scene(leaning_shaft(lean, wall)).alpha[2] == pytest.approx(np.arctan(1.0 / 3.0) - lean, rel=1e-6)
+    assert prepare_scene(leaning_shaft(lean, wall)).tipping_angles[2] == pytest.approx(
+        np.arctan(1.0 / 3.0) - lean, rel=1e-6
+    )

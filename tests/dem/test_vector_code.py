@@ -20,7 +20,7 @@ from overturning.dem.polygon.centred import (
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import PairSubmatrices
-from overturning.dem.polygon.step import correct_element, predict_element
+from overturning.dem.polygon.step import correct_element_motion, predict_element_motion
 from overturning.dem.run import run, run_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
@@ -57,14 +57,14 @@ LOOPS: dict[str, Compile] = {
     ),
     "correct": compiled(compute_solved_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "keep": compiled(store_accepted_pair_history, PAIR, OWN),
-    "invert": compiled(equations.invert_submatrix, BLOCK),
+    "invert": compiled(equations.invert_submatrix_in_place, BLOCK),
     "divide": compiled(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
     "eliminate": compiled(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
     "subtract product": compiled(equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()),
-    "predict, vertical": compiled(predict_element, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "predict, level": compiled(predict_element, None, ELEMENT, OWN, 128.0, 9.80665),
-    "correct state, vertical": compiled(correct_element, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "correct state, level": compiled(correct_element, None, ELEMENT, OWN, 128.0, 9.80665),
+    "predict, vertical": compiled(predict_element_motion, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "predict, level": compiled(predict_element_motion, None, ELEMENT, OWN, 128.0, 9.80665),
+    "correct state, vertical": compiled(correct_element_motion, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "correct state, level": compiled(correct_element_motion, None, ELEMENT, OWN, 128.0, 9.80665),
     "cundall contact": compiled(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "motion, vertical": compiled(cundall.advance_element, UP, ELEMENT, OWN, 9.80665),
     "motion, level": compiled(cundall.advance_element, None, ELEMENT, OWN, 9.80665),

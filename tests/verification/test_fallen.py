@@ -27,7 +27,7 @@ def case(scene: Scene) -> CaseResults:
 
 def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:
     """An answer with other rotations and flags, and the times that go with these."""
-    rotation = np.radians([turned_deg]) / prepared.rotation_unit[prepared.free_elements]
+    rotation = np.radians([turned_deg]) / prepared.peak_rotation_units[prepared.free_element_indices]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
     changed = {
         "peak_rotation": rotation,

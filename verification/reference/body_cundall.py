@@ -22,11 +22,15 @@ from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
     base_lands_flat,
     both_base_ends_rest,
-    contact_is_deferred,
-    landing_time_at_touch,
+    contact_waits_for_base_ends,
+    landing_time_of_new_contact,
     update_base_contacts,
 )
-from overturning.dem.body.centred import centre_acceleration, flat_landing_friction, rim_point_position
+from overturning.dem.body.centred import (
+    centre_acceleration,
+    flat_landing_slip_direction,
+    rim_point_position_from_centre,
+)
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
     COLUMNS,
@@ -35,14 +39,14 @@ from overturning.dem.body.state import (
     VERTEX,
     BaseContactState,
     BodyBalanceAccount,
-    BodyPeaks,
-    BodyShaking,
+    BodyBaseMotion,
+    BodyPeakValues,
     BodyState,
     BodyVertex,
-    PointBeforeAndAfter,
-    VertexHistory,
-    angular_velocity,
-    lean_measure,
+    ContactPointBeforeAndAfter,
+    ContactPointHistory,
+    angular_velocity_from_momentum,
+    lean_as_squared_sine,
 )
 from overturning.dem.body.state import BodyConstants as Constants
 from overturning.dem.body.statics import largest_unit_spring_eigenvalue
@@ -122,7 +126,7 @@ class ContactPoint(NamedTuple):
 
 @njit(**INLINE)
 def vertex_contact_point(
-    body_state: BodyState, body_axes: Matrix, vertex: BodyVertex, history: VertexHistory
+    body_state: BodyState, body_axes: Matrix, vertex: BodyVertex, history: ContactPointHistory
 ) -> ContactPoint:
     """Return the contact point at a vertex; its displacement is the difference from its last position."""
     arm = matrix_times_vector(body_axes, vertex.own)
@@ -135,7 +139,7 @@ def rim_contact_point(
     body: Constants, body_state: BodyState, body_axes: Matrix, along_lean: float, across_lean: float, time_step: float
 ) -> ContactPoint:
     """Return the contact point at a point of the rim; its displacement is that of the body at this point."""
-    arm = rim_point_position(body, body_axes, along_lean, across_lean)
+    arm = rim_point_position_from_centre(body, body_axes, along_lean, across_lean)
     v = plus(body_state.velocity, cross_product(body_state.spin, arm))
     return ContactPoint(arm, -(body_state.place.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
 
@@ -145,10 +149,10 @@ def apply_contact_law(
     body: Constants,
     body_state: BodyState,
     contact_point: ContactPoint,
-    history: VertexHistory,
+    history: ContactPointHistory,
     dashpot_rate: float,
     contact_flags: tuple[bool, bool, float, float],
-) -> tuple[ContactWrench, VertexHistory]:
+) -> tuple[ContactWrench, ContactPointHistory]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
     `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
@@ -170,7 +174,7 @@ def apply_contact_law(
         -(body.tangential * tx) - dashpot_rate * contact_point.slip_x,
         -(body.tangential * ty) - dashpot_rate * contact_point.slip_y,
     )
-    drift_x, drift_y, drifts, tilting = flat_landing_friction(
+    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
         body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
@@ -189,7 +193,7 @@ def apply_contact_law(
     moment = cross_product(lever, force)
     of_springs = cross_product(contact_point.arm, Vector(body.tangential * kx, body.tangential * ky, -spring))
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
-    return wrench, VertexHistory(
+    return wrench, ContactPointHistory(
         sx=kx,
         sy=ky,
         x=body_state.place.x + contact_point.arm.x,
@@ -222,10 +226,10 @@ def advance_body_one_step(
     body_state: BodyState,
     body_axes: Matrix,
     contact_totals: ContactTotals,
-    peaks: BodyPeaks,
+    peaks: BodyPeakValues,
     account: BodyBalanceAccount,
-    shaking: BodyShaking,
-) -> tuple[BodyState, BodyPeaks, BodyBalanceAccount]:
+    shaking: BodyBaseMotion,
+) -> tuple[BodyState, BodyPeakValues, BodyBalanceAccount]:
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.step * WHOLE
     half = 0.5 * dt
@@ -237,26 +241,26 @@ def advance_body_one_step(
     a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity, half, a)
-    w = angular_velocity(body, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
+    w = angular_velocity_from_momentum(body, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
     loss = account.lost + (let_go + dt * -(dot_product(t.damping, c) + dot_product(t.braking, w)))
     spin = account.spin + dt * (t.moment.z + (body_state.place.x * a.y - body_state.place.y * a.x))
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
-        lean_measure(body_axes),
+        lean_as_squared_sine(body_axes),
         body_state.place.x - body.foot * body_axes.xz,
         body_state.place.y - body.foot * body_axes.yz,
     )
-    peaks = BodyPeaks(
+    peaks = BodyPeakValues(
         updated_maximum(peaks.lean, lean), updated_maximum(peaks.slip, bx * bx + by * by),
         updated_maximum(peaks.depth, contact_totals.depth),
         body_state.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
     v, momentum = extrapolate_vector(body_state.velocity, dt, a), extrapolate_vector(body_state.momentum, dt, t.moment)
-    w = angular_velocity(body, body_axes, momentum)
-    w = angular_velocity(body, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum)
+    w = angular_velocity_from_momentum(body, body_axes, momentum)
+    w = angular_velocity_from_momentum(body, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum)
     place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.turn, dt, w)
     moved = BodyState(
         place=place,
@@ -280,19 +284,19 @@ ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.lane_access(ContactTotals)
 no_wrench = tuple_arithmetic(ContactWrench).zero
-load_shaking = ROWS.lane_access(BodyShaking, unused_fields=UNUSED).load
+load_shaking = ROWS.lane_access(BodyBaseMotion, unused_fields=UNUSED).load
 load_peaks, load_account = (
-    ROWS.lane_access(BodyPeaks).load,
+    ROWS.lane_access(BodyPeakValues).load,
     ROWS.lane_access(BodyBalanceAccount, unused_fields=UNUSED).load,
 )
 store_state, store_frame = (ROWS.lane_access(of).store for of in (BodyState, Matrix))
 store_peaks, store_account = (
-    ROWS.lane_access(BodyPeaks).store,
+    ROWS.lane_access(BodyPeakValues).store,
     ROWS.lane_access(BodyBalanceAccount, unused_fields=UNUSED).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX.lane_access(BodyVertex).load,
-    VERTEX.lane_access(PointBeforeAndAfter, "old", unused_fields=UNUSED),
+    VERTEX.lane_access(ContactPointBeforeAndAfter, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
 
@@ -331,9 +335,9 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                contact_is_deferred(body, base_contact, p, at.arm.z, left),
+                contact_waits_for_base_ends(body, base_contact, p, at.arm.z, left),
                 base_lands_flat(base_contact),
-                landing_time_at_touch(body, base_contact),
+                landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
             ),
         )
@@ -344,9 +348,9 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                contact_is_deferred(body, base_contact, q, on.arm.z, right),
+                contact_waits_for_base_ends(body, base_contact, q, on.arm.z, right),
                 base_lands_flat(base_contact),
-                landing_time_at_touch(body, base_contact),
+                landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
             ),
         )
@@ -374,7 +378,7 @@ def add_rim_contact_forces(
         between, flat, begun = (
             (across_lean != 0.0) & (not both_base_ends_rest(base_contact)),
             base_lands_flat(base_contact),
-            landing_time_at_touch(body, base_contact),
+            landing_time_of_new_contact(body, base_contact),
         )
         tilting = base_contact.tilting
         at, on = (
@@ -490,8 +494,8 @@ class CundallPlan(body_plan.BodySimulationPlan):
     queue: ClassVar[Any] = staticmethod(run_cundall)
 
     @property
-    def body_marker(self) -> Any:
-        """Marker whose type selects the loops; see `BodySimulationPlan.body_marker`."""
+    def loop_selector(self) -> Any:
+        """Marker whose type selects the loops; see `BodySimulationPlan.loop_selector`."""
         return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
 
 

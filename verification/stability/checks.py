@@ -149,7 +149,7 @@ def find_scene_contradiction(
     bounds = CaseBounds(
         max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
     )
-    turned = results.peak_rotation[row] * prepared.rotation_unit[prepared.free_elements]
+    turned = results.peak_rotation[row] * prepared.peak_rotation_units[prepared.free_element_indices]
     return find_contradiction(
         bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
     )
@@ -198,7 +198,7 @@ def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
     element with an upright face. CaseResults contain rotations up to 90° only: infinite for larger angles.
     """
     angle = _fall_rotations(prepared)
-    for place, index in enumerate(prepared.free_elements):
+    for place, index in enumerate(prepared.free_element_indices):
         item = prepared.placed[index]
         # The longest face that this rotation turns down.
         length = max(
@@ -214,7 +214,7 @@ def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
 def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
-    for index, asked in zip(prepared.free_elements, _fall_rotations(prepared), strict=True):
+    for index, asked in zip(prepared.free_element_indices, _fall_rotations(prepared), strict=True):
         item = prepared.placed[index]
         on_ground = all(prepared.placed[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
@@ -225,7 +225,7 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
 
 
 def _fall_rotations(prepared: PreparedScene) -> FloatArray:
-    items = [prepared.placed[index] for index in prepared.free_elements]
+    items = [prepared.placed[index] for index in prepared.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
         max(_rest_rotations(item)) if angle is None else np.radians(angle)

@@ -17,8 +17,8 @@ from overturning.dem.body.state import (
     BodyConstants,
     BodyState,
     BodyVertex,
-    PointBeforeAndAfter,
-    VertexHistory,
+    ContactPointBeforeAndAfter,
+    ContactPointHistory,
 )
 from overturning.dem.body.vectors import Matrix, Vector, matrix_times_vector, transpose
 from overturning.dem.kernel.lanes import INLINE, INNER
@@ -32,31 +32,31 @@ RESTS: Final = 0.5
 
 
 @njit(**INLINE)
-def belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
+def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
     """True if a vertex of a body belongs to its base."""
     return vertex.own.z <= -LEVEL * body.foot
 
 
 @njit(**INLINE)
-def rests_on_spring(body: BodyConstants, point_history: VertexHistory) -> float:
-    """Return 1 if a contact point is carried by its spring, not its dashpot (it neither lands nor lifts), else 0."""
+def point_rests_on_spring(body: BodyConstants, point_history: ContactPointHistory) -> float:
+    """Return 1 if the spring, not the dashpot, carries a contact point (which neither lands nor lifts off), else 0."""
     spring = body.stiffness * point_history.depth
     return 1.0 if (point_history.depth > 0.0) & (abs(point_history.normal - spring) < RESTS * spring) else 0.0
 
 
 @njit(**INLINE)
-def update_extreme_base_vertices(
+def base_contact_including_vertex(
     body: BodyConstants,
     base_contact: BaseContactState,
     body_axes: Matrix,
     vertex: BodyVertex,
-    point_history: VertexHistory,
+    point_history: ContactPointHistory,
 ) -> BaseContactState:
-    """Return the base contact with the lowest and highest base vertex updated by one more vertex of the body."""
+    """Return `base_contact` in which `vertex`, if of the base, replaces a less extreme lowest or highest vertex."""
     height, below, still = (
         matrix_times_vector(body_axes, vertex.own).z,
-        belongs_to_base(body, vertex),
-        rests_on_spring(body, point_history),
+        vertex_belongs_to_base(body, vertex),
+        point_rests_on_spring(body, point_history),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & ((height < base_contact.low) | ((height == base_contact.low) & (still > base_contact.low_rests)))
@@ -69,14 +69,14 @@ def update_extreme_base_vertices(
 
 
 @njit(**INLINE)
-def contact_is_deferred(
+def contact_waits_for_base_ends(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,
     vertex_height: float,
-    point_history: VertexHistory,
+    point_history: ContactPointHistory,
 ) -> bool:
-    """True if a base vertex between the lowest and the highest one carries no load yet, as these two do not both rest.
+    """True if a base vertex may not carry load yet, because the lowest and the highest base vertex do not both rest.
 
     `vertex_height` is the height of the vertex relative to the centre, m.
     """
@@ -84,26 +84,26 @@ def contact_is_deferred(
     between = (
         (vertex_height > base_contact.low + slack)
         & (vertex_height < base_contact.high - slack)
-        & belongs_to_base(body, vertex)
+        & vertex_belongs_to_base(body, vertex)
     )
     return between & (point_history.depth <= 0.0) & (not both_base_ends_rest(base_contact))
 
 
 @njit(**INLINE)
 def base_lands_flat(base_contact: BaseContactState) -> bool:
-    """True if all points of the base land together, so that dashpots may pull; see `dem.block.landing`."""
+    """True if all points of a base land together; dashpots may then pull (see `overturning.dem.block.landing`)."""
     return base_contact.landing > 0.0
 
 
 @njit(**INLINE)
-def longer_landing_time(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
-    """Return the longer of two landing times, s; that of a point counts only if the point is in contact (depth > 0)."""
+def longest_landing_time_with_point(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
+    """Return the larger of `longest_time` and, if the point is in contact, `point_landing_time` (both in s)."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
 
 @njit(**INLINE)
-def landing_time_at_touch(body: BodyConstants, base_contact: BaseContactState) -> float:
-    """Return the landing time, s, of a contact point that touches now: that of points in contact, else the full one."""
+def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
+    """Return the landing time (s) of a point that touches now: that of the points in contact, or the full time."""
     return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
 
@@ -116,11 +116,14 @@ def both_base_ends_rest(base_contact: BaseContactState) -> bool:
 load_body, load_frame = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(Matrix).load
 load_state = ROWS.lane_access(BodyState).load
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
-load_vertex, load_memory = VERTEX.lane_access(BodyVertex).load, VERTEX.lane_access(PointBeforeAndAfter, "old").load
+load_vertex, load_memory = (
+    VERTEX.lane_access(BodyVertex).load,
+    VERTEX.lane_access(ContactPointBeforeAndAfter, "old").load,
+)
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = (
-    VERTEX.row_start(PointBeforeAndAfter, "old.landing"),
-    VERTEX.row_start(PointBeforeAndAfter, "old.depth"),
+    VERTEX.row_start(ContactPointBeforeAndAfter, "old.landing"),
+    VERTEX.row_start(ContactPointBeforeAndAfter, "old.depth"),
 )
 SHORTEST, LONGEST = ROWS.row_start(BaseContactState, "landing"), ROWS.row_start(BaseContactState, "longest_landing")
 TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
@@ -136,8 +139,8 @@ def any_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 
 @njit(**INNER)
-def update_tilting(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Update the share of the moment of friction that tilts a body that slides in a flat landing: 0 or 1.
+def update_friction_tilting_shares(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
+    """Set `BaseContactState.tilting` to 1 in the lanes where friction tilts a body that slides in a flat landing.
 
     The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of it,
     in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal forces
@@ -157,7 +160,7 @@ def update_tilting(state: Any, vertex_rows: Any, row_count: int, lane_count: int
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the contact state of the bases of all bodies.
+    """Update the `BaseContactState` of the body in each lane from its base vertices or its rim.
 
     The rows of the opposite vertices start at index `opposite_start_index` of `vertex_rows`.
     """
@@ -167,12 +170,13 @@ def update_base_contacts(
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = longer_landing_time(
-                longer_landing_time(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
+            longest = longest_landing_time_with_point(
+                longest_landing_time_with_point(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
             )
             tilting = 0.0 if body.friction * body.foot <= body.radius else 1.0
             store_base_contact(state, j, BaseContactState(
-                0.0, 0.0, rests_on_spring(body, ahead), rests_on_spring(body, behind), landing, longest, tilting
+                0.0, 0.0, point_rests_on_spring(body, ahead), point_rests_on_spring(body, behind), landing, longest,
+                tilting,
             ))  # fmt: skip
         return
     few = base_vertex_count <= MAX_CARRYING_CORNERS
@@ -183,19 +187,21 @@ def update_base_contacts(
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
-            of_base = belongs_to_base(load_body(state, j), load_vertex(one, j))
+            of_base = vertex_belongs_to_base(load_body(state, j), load_vertex(one, j))
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
-            state[LONGEST + j] = longer_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            state[LONGEST + j] = (
+                longest_landing_time_with_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            )
     if any_base_lands_flat(state, lane_count):
-        update_tilting(state, vertex_rows, 2 * opposite_start_index, lane_count)
+        update_friction_tilting_shares(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:
         return
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
             base_contact = load_base_contact(state, j)
-            store_base_contact(state, j, update_extreme_base_vertices(
+            store_base_contact(state, j, base_contact_including_vertex(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
             ))  # fmt: skip

@@ -1,6 +1,6 @@
 """The centred scheme for a 3-D body: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one body has three parts, as for a block: `predict_body` and `solve_velocity_change` are here,
+The step of one body has three parts, as for a block: `predict_body_at_step_end` and `solve_velocity_change` are here,
 `compute_point_forces` and `complete_body_step` in `overturning.dem.body.commit`. The unknowns are the corrections e of
 velocity and angular velocity at the end of the step. `centred_loops` has the loops over the bodies.
 """
@@ -11,15 +11,15 @@ from typing import Final
 from numba import njit
 
 from overturning.dem.body.state import (
+    BodyBaseMotion,
     BodyConstants,
-    BodyShaking,
     BodyState,
     BodyVelocityChange,
-    ContactEquations,
+    ContactEquationTerms,
+    ContactPointHistory,
     PredictedBody,
-    PredictedPoint,
-    VertexHistory,
-    angular_velocity,
+    PredictedContactPoint,
+    angular_velocity_from_momentum,
 )
 from overturning.dem.body.vectors import (
     Matrix,
@@ -52,7 +52,7 @@ LEAST_FREEDOM: Final = 0.25
 
 @njit(**INLINE)
 def centre_acceleration(force_per_mass: Vector, inertial_acceleration: Vector) -> Vector:
-    """Return the acceleration of the centre of a body in the frame of the base, m/s²."""
+    """Return the acceleration (m/s²) of a body's centre in the frame of the base, from contact force and gravity."""
     return Vector(
         force_per_mass.x + inertial_acceleration.x,
         force_per_mass.y + inertial_acceleration.y,
@@ -64,10 +64,10 @@ def centre_acceleration(force_per_mass: Vector, inertial_acceleration: Vector) -
 
 
 @njit(**INLINE)
-def predict_body(
-    body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyShaking, ticks_per_sample: float
+def predict_body_at_step_end(
+    body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyBaseMotion, ticks_per_sample: float
 ) -> PredictedBody:
-    """Predict the state of a body at the end of a step from its acceleration at the start of the step."""
+    """Predict the state of a body at the end of a step of `step_ticks` ticks, from its acceleration at the start."""
     dt, tick = body.step * step_ticks, state.tick + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
@@ -75,10 +75,10 @@ def predict_body(
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.momentum, half, state.moment),
     )
-    w = angular_velocity(body, rotation_matrix(state.turn), momentum)
-    w = angular_velocity(body, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
+    w = angular_velocity_from_momentum(body, rotation_matrix(state.turn), momentum)
+    w = angular_velocity_from_momentum(body, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
     turn = rotate_quaternion(state.turn, dt, w)
-    spin = angular_velocity(body, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
+    spin = angular_velocity_from_momentum(body, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
     at_end = Vector(
         base_acceleration_up_to_next_sample(shaking.push_x, tick, past),
         base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
@@ -97,10 +97,10 @@ def predict_body(
 
 
 @njit(**INLINE)
-def rim_point_position(
+def rim_point_position_from_centre(
     body: BodyConstants, body_axes: Matrix, lean_component: float, transverse_component: float
 ) -> Vector:
-    """Return the position of a point of the rim of a round base from the centre of the body, m.
+    """Return the vector (m) from the centre of a body to a point of the rim of its round base.
 
     `lean_component` and `transverse_component` (−1, 0 or 1) give the direction of the point from the axis: along the
     lean and across it. The lowest point of the rim is always one of the four points, and all four carry equally if the
@@ -125,12 +125,12 @@ def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) 
 
 
 @njit(**INLINE)
-def flat_landing_friction(
+def flat_landing_slip_direction(
     body: BodyConstants, lever_arm: Vector, velocity: Vector, spin: Vector, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
-    """Return the direction in which a contact point slides in a flat landing (unit vector), and True if it slides.
+    """Return how a contact point slides in a flat landing: x and y of its direction, whether it slides, tilting share.
 
-    The last value is the share of the moment of its friction that tilts the body. `landing` holds whether the body
+    The tilting share is the part of the moment of its friction that tilts the body. `landing` holds whether the body
     lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
@@ -148,11 +148,11 @@ def predict_contact_point(
     predicted_body: PredictedBody,
     body_axes: Matrix,
     lever_arm: Vector,
-    point_history: VertexHistory,
+    point_history: ContactPointHistory,
     step_is_fine: bool,
     has_rim: bool,
     contact_rule: tuple[bool, bool, float, float],
-) -> PredictedPoint:
+) -> PredictedContactPoint:
     """Predict a contact point at the end of a step, and whether the equations assume that it touches and slides.
 
     In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
@@ -185,20 +185,20 @@ def predict_contact_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if step_is_fine else point_history.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts, tilting = flat_landing_friction(
+    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
         body, lever_arm, predicted_body.end, predicted_body.spin, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
     slides = square > most * most if step_is_fine else point_history.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity(body, body_axes, Vector(
+    turn = angular_velocity_from_momentum(body, body_axes, Vector(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
     free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > LEAST_FREEDOM
     slides = in_contact & slides & (some | smooth | drifts) & free
-    return PredictedPoint(
+    return PredictedContactPoint(
         arm=lever_arm,
         depth=depth,
         tx=tx,
@@ -220,8 +220,8 @@ def predict_contact_point(
 
 
 @njit(**INLINE)
-def friction_share(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
-    """Return the friction limit as a share (0 to 1) of the force that would hold a sliding contact point."""
+def friction_share_of_holding_force(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
+    """Return the friction limit over the tangential force that would hold a sliding contact point, at most 1."""
     part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
@@ -231,10 +231,10 @@ def friction_share(friction_limit: float, squared_holding_force: float, point_sl
 def contact_equation_terms(
     body: BodyConstants,
     half_step_time: float,
-    predicted_point: PredictedPoint,
-    point_history: VertexHistory,
+    predicted_point: PredictedContactPoint,
+    point_history: ContactPointHistory,
     step_is_fine: bool,
-) -> ContactEquations:
+) -> ContactEquationTerms:
     """Return the terms of a contact point in the equations for the velocity changes of a body in a step.
 
     The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
@@ -254,7 +254,9 @@ def contact_equation_terms(
         -(body.tangential * predicted_point.tx) - body.dashpot * u.x,
         -(body.tangential * predicted_point.ty) - body.dashpot * u.y,
     )
-    part = friction_share(body.friction * (n if step_is_fine else point_history.normal), hx * hx + hy * hy, slides)
+    part = friction_share_of_holding_force(
+        body.friction * (n if step_is_fine else point_history.normal), hx * hx + hy * hy, slides
+    )
     mx, my = body.friction * predicted_point.dx, body.friction * predicted_point.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
     across = half_step_time * (stick * part if slides else stick)
@@ -275,7 +277,7 @@ def contact_equation_terms(
     cz = cross_product(at, Vector(gxz, gyz, gzz))
     dx, dy = cross_product(at, Vector(bx.x, by.x, bz.x)), cross_product(at, Vector(bx.y, by.y, bz.y))
     dz = cross_product(at, Vector(bx.z, by.z, bz.z))
-    return ContactEquations(
+    return ContactEquationTerms(
         f,
         cross_product(at, f),
         Matrix(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
@@ -290,9 +292,9 @@ def contact_equation_terms(
 
 @njit(**INLINE)
 def solve_velocity_change(
-    body: BodyConstants, state: BodyState, predicted_body: PredictedBody, contact_terms: ContactEquations
+    body: BodyConstants, state: BodyState, predicted_body: PredictedBody, contact_terms: ContactEquationTerms
 ) -> BodyVelocityChange:
-    """Solve the equations of a step for the velocity and angular velocity changes of a body, by 3 × 3 blocks."""
+    """Solve the equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
     u = scale_vector(
         predicted_body.half, minus(centre_acceleration(contact_terms.force, predicted_body.shaking), state.acceleration)

@@ -8,24 +8,24 @@ from numba import njit
 from overturning.dem.body.base_contact import (
     base_lands_flat,
     both_base_ends_rest,
-    contact_is_deferred,
-    landing_time_at_touch,
+    contact_waits_for_base_ends,
+    landing_time_of_new_contact,
     update_base_contacts,
 )
 from overturning.dem.body.centred import (
     contact_equation_terms,
     is_fine_step,
-    predict_body,
+    predict_body_at_step_end,
     predict_contact_point,
-    rim_point_position,
+    rim_point_position_from_centre,
     solve_velocity_change,
 )
 from overturning.dem.body.commit import (
     AcceptedBodyStep,
+    base_motion_stays_below_limit,
     complete_body_step,
     compute_point_forces,
-    rim_contact_turns_fast,
-    shaking_stays_weak,
+    rim_contact_point_moves_fast,
     step_contact_changes,
 )
 from overturning.dem.body.state import (
@@ -33,58 +33,58 @@ from overturning.dem.body.state import (
     VERTEX,
     BaseContactState,
     BodyBalanceAccount,
+    BodyBaseMotion,
     BodyConstants,
-    BodyPeaks,
-    BodyShaking,
+    BodyPeakValues,
     BodyState,
+    BodyTerminationLimits,
     BodyVelocityChange,
     BodyVertex,
-    ContactEquations,
+    ContactEquationTerms,
     ContactForceSum,
-    LargestPointFindings,
-    PointBeforeAndAfter,
+    ContactPointBeforeAndAfter,
+    LargestContactPointFindings,
     PredictedBody,
-    PredictedPoint,
-    StepRejection,
-    TerminationLimits,
+    PredictedContactPoint,
+    StepRejectionFlags,
 )
 from overturning.dem.body.vectors import Matrix, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
 
-load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyShaking).load
+load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyBaseMotion).load
 load_frame, store_frame, _ = ROWS.lane_access(Matrix)
 load_state, _, store_state = ROWS.lane_access(BodyState)
-load_limits = ROWS.lane_access(TerminationLimits).load
+load_limits = ROWS.lane_access(BodyTerminationLimits).load
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
-load_peaks, _, store_peaks = ROWS.lane_access(BodyPeaks)
+load_peaks, _, store_peaks = ROWS.lane_access(BodyPeakValues)
 load_account, _, store_account = ROWS.lane_access(BodyBalanceAccount)
 load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt)
-load_rejection, store_rejection, _ = ROWS.lane_access(StepRejection)
+load_rejection, store_rejection, _ = ROWS.lane_access(StepRejectionFlags)
 load_step_control = ROWS.lane_access(CaseStepControl).load
 load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBody)
-load_equations, store_equations, _ = ROWS.lane_access(ContactEquations)
+load_equations, store_equations, _ = ROWS.lane_access(ContactEquationTerms)
 load_change, store_change, _ = ROWS.lane_access(BodyVelocityChange)
 load_sum, store_sum, _ = ROWS.lane_access(ContactForceSum)
-load_largest, store_largest, _ = ROWS.lane_access(LargestPointFindings)
+load_largest, store_largest, _ = ROWS.lane_access(LargestContactPointFindings)
 add_equations, add_sum, larger_of = (
-    tuple_arithmetic(ContactEquations).plus,
+    tuple_arithmetic(ContactEquationTerms).plus,
     tuple_arithmetic(ContactForceSum).plus,
-    tuple_arithmetic(LargestPointFindings).largest,
+    tuple_arithmetic(LargestContactPointFindings).largest,
 )
 load_vertex = VERTEX.lane_access(BodyVertex).load
-load_memory, _, store_memory = VERTEX.lane_access(PointBeforeAndAfter, "old")
-load_point, store_point, _ = VERTEX.lane_access(PredictedPoint)
-load_next, store_next, _ = VERTEX.lane_access(PointBeforeAndAfter, "new")
+load_memory, _, store_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old")
+load_point, store_point, _ = VERTEX.lane_access(PredictedContactPoint)
+load_next, store_next, _ = VERTEX.lane_access(ContactPointBeforeAndAfter, "new")
 OF_A_VERTEX: Final = VERTEX.size
-SLID: Final = VERTEX.row_start(PointBeforeAndAfter, "old.slid")
+SLID: Final = VERTEX.row_start(ContactPointBeforeAndAfter, "old.slid")
 
 
 @njit(**INNER)
-def predict_bodies(state: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Predict the bodies of all lanes at the end of the step with constant acceleration, without contact points."""
+def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: float) -> None:
+    """Predict the body of each lane at the end of its step, with constant acceleration; contact points come later."""
     for j in range(lane_count):
-        w = predict_body(
+        w = predict_body_at_step_end(
             load_body(state, j),
             load_state(state, j),
             load_attempt(state, j).length,
@@ -102,7 +102,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
-        flat, new_landing = base_lands_flat(base_contact), landing_time_at_touch(body, base_contact)
+        flat, new_landing = base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
         a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
@@ -116,7 +116,12 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 left,
                 fine,
                 False,
-                (contact_is_deferred(body, base_contact, p, a.z, left), flat, new_landing, base_contact.tilting),
+                (
+                    contact_waits_for_base_ends(body, base_contact, p, a.z, left),
+                    flat,
+                    new_landing,
+                    base_contact.tilting,
+                ),
             ),
         )
         store_point(
@@ -130,7 +135,12 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 right,
                 fine,
                 False,
-                (contact_is_deferred(body, base_contact, q, b.z, right), flat, new_landing, base_contact.tilting),
+                (
+                    contact_waits_for_base_ends(body, base_contact, q, b.z, right),
+                    flat,
+                    new_landing,
+                    base_contact.tilting,
+                ),
             ),
         )
 
@@ -141,7 +151,7 @@ def predict_rim_point_pair(
 ) -> None:
     """Predict the contact of a rim point and of the point opposite to it, for the bodies of all lanes.
 
-    For `lean_component` and `transverse_component` see `rim_point_position`.
+    For `lean_component` and `transverse_component` see `rim_point_position_from_centre`.
     """
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
@@ -152,10 +162,10 @@ def predict_rim_point_pair(
             (transverse_component != 0.0) & (not both_base_ends_rest(load_base_contact(state, j))),
         )
         base_contact = load_base_contact(state, j)
-        flat, new_landing = base_lands_flat(base_contact), landing_time_at_touch(body, base_contact)
+        flat, new_landing = base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
         a, b = (
-            rim_point_position(body, f, lean_component, transverse_component),
-            rim_point_position(body, f, -lean_component, -transverse_component),
+            rim_point_position_from_centre(body, f, lean_component, transverse_component),
+            rim_point_position_from_centre(body, f, -lean_component, -transverse_component),
         )
         store_point(
             point_rows,
@@ -188,10 +198,12 @@ def predict_rim_point_pair(
 
 
 @njit(**INNER)
-def add_contact_equations(state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, accumulate: Any) -> None:
-    """Add the terms of two opposite contact points to the equations of all bodies.
+def add_point_pair_to_equations(
+    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds_to_other_pairs: Any
+) -> None:
+    """Add the terms of two opposite contact points to the equations of the body in each lane.
 
-    `accumulate` is None for the first two points, whose terms replace those of the last step.
+    `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
     """
     for j in range(lane_count):
         body, half = load_body(state, j), load_predicted(state, j).half
@@ -199,14 +211,14 @@ def add_contact_equations(state: Any, point_rows: Any, opposite_rows: Any, lane_
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
         part = add_equations(a, b)
-        if accumulate is not None:
+        if adds_to_other_pairs is not None:
             part = add_equations(load_equations(state, j), part)
         store_equations(state, j, part)
 
 
 @njit(**INNER)
 def solve_velocity_changes(state: Any, lane_count: int) -> None:
-    """Solve the equations of the step for the velocity changes of all bodies."""
+    """Solve the equations of the step for the velocity correction of the body in each lane."""
     for j in range(lane_count):
         store_change(state, j, solve_velocity_change(
             load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
@@ -215,11 +227,11 @@ def solve_velocity_changes(state: Any, lane_count: int) -> None:
 
 @njit(**INNER)
 def compute_point_pair_forces(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, accumulate: Any
+    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, adds_to_other_pairs: Any
 ) -> None:
-    """Compute the forces of two opposite contact points of all bodies at the end of the step.
+    """Compute the forces of two opposite contact points at the end of the step, for the body in each lane.
 
-    `accumulate` is None for the first two points, whose forces replace those of the last step.
+    `adds_to_other_pairs` is None for the first two points of a body: their forces replace those of the last step.
     """
     for j in range(lane_count):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
@@ -233,7 +245,7 @@ def compute_point_pair_forces(
         store_next(point_rows, j, next_a)
         store_next(opposite_rows, j, next_b)
         forces, findings = add_sum(a, b), larger_of(findings_a, findings_b)
-        if accumulate is not None:
+        if adds_to_other_pairs is not None:
             forces, findings = add_sum(load_sum(state, j), forces), larger_of(load_largest(state, j), findings)
         store_sum(state, j, forces)
         store_largest(state, j, findings)
@@ -246,8 +258,10 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         w, d = load_predicted(state, j), load_change(state, j)
-        fast = rim_contact_turns_fast(s, w, most) if has_rim else False
-        steady = shaking_stays_weak(load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady)
+        fast = rim_contact_point_moves_fast(s, w, most) if has_rim else False
+        steady = base_motion_stays_below_limit(
+            load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady
+        )
         findings = step_contact_changes(most, t.force.z, fast, steady)
         again, sooner, following = choose_next_step_attempt(
             BODY, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
@@ -255,15 +269,15 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         accepted = AcceptedBodyStep(s, load_peaks(state, j), load_account(state, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.depth, attempt.length)
         store_attempt(state, j, following)
-        store_rejection(state, j, StepRejection(1.0 if again else 0.0, 1.0 if sooner else 0.0))
+        store_rejection(state, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(state, j, again, accepted.state)
         store_peaks(state, j, again, accepted.peaks)
         store_account(state, j, again, accepted.account)
 
 
 @njit(**INNER)
-def store_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
-    """Store the new state of a contact point in lanes with an accepted step; in the others, only whether it slid."""
+def store_accepted_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
+    """Store the new state of a contact point where the step is accepted; elsewhere only whether the point slid."""
     for j in range(lane_count):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)
@@ -271,15 +285,15 @@ def store_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
 
 
 @cache
-def sample_step_loop(has_rim: bool) -> Any:
-    """Return the compiled function that computes the steps of a sample, for bodies with vertices or with a rim.
+def build_sample_step_loop(has_rim: bool) -> Any:
+    """Return the compiled function that computes the steps of a sample, for bodies with a rim (`has_rim`) or vertices.
 
-    The type of its argument `body_marker` makes the compiled names of the two variants differ.
+    The type of its argument `loop_selector` makes the compiled names of the two variants differ.
     """
 
     @njit(**INNER)
-    def advance_sample(
-        body_marker: Any,  # noqa: ARG001
+    def compute_sample_steps(
+        loop_selector: Any,  # noqa: ARG001
         state: Any,
         vertex_rows: Any,
         vertex_count: int,
@@ -290,7 +304,7 @@ def sample_step_loop(has_rim: bool) -> Any:
     ) -> None:
         half = vertex_count // 2 * OF_A_VERTEX
         for _ in range(step_count):
-            predict_bodies(state, lane_count, ticks_per_sample)
+            predict_bodies_at_step_end(state, lane_count, ticks_per_sample)
             update_base_contacts(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = (
@@ -303,9 +317,9 @@ def sample_step_loop(has_rim: bool) -> Any:
                 else:
                     predict_vertex_pair(state, one, other, lane_count)
                 if pair == 0:
-                    add_contact_equations(state, one, other, lane_count, None)
+                    add_point_pair_to_equations(state, one, other, lane_count, None)
                 else:
-                    add_contact_equations(state, one, other, lane_count, 1)
+                    add_point_pair_to_equations(state, one, other, lane_count, 1)
             solve_velocity_changes(state, lane_count)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = (
@@ -318,6 +332,6 @@ def sample_step_loop(has_rim: bool) -> Any:
                     compute_point_pair_forces(state, one, other, lane_count, has_rim, 1)
             accept_or_reject_steps(state, lane_count, ticks_per_sample, has_rim)
             for point in range(0, 2 * half, OF_A_VERTEX):
-                store_point_histories(state, vertex_rows[point : point + OF_A_VERTEX], lane_count)
+                store_accepted_point_histories(state, vertex_rows[point : point + OF_A_VERTEX], lane_count)
 
-    return advance_sample
+    return compute_sample_steps

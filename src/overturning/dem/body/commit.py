@@ -5,20 +5,20 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred import centre_acceleration, flat_landing_friction
+from overturning.dem.body.centred import centre_acceleration, flat_landing_slip_direction
 from overturning.dem.body.state import (
     BodyBalanceAccount,
+    BodyBaseMotion,
     BodyConstants,
-    BodyPeaks,
-    BodyShaking,
+    BodyPeakValues,
     BodyState,
     BodyVelocityChange,
     ContactForceSum,
-    LargestPointFindings,
+    ContactPointHistory,
+    LargestContactPointFindings,
     PredictedBody,
-    PredictedPoint,
-    VertexHistory,
-    lean_measure,
+    PredictedContactPoint,
+    lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
     Vector,
@@ -42,7 +42,7 @@ FAST_TURN: Final = 0.1
 @njit(**INLINE)
 def released_spring_energy(
     body: BodyConstants,
-    point_history: VertexHistory,
+    point_history: ContactPointHistory,
     penetration: float,
     stretch_before_slip: tuple[float, float],
     stretch_after_slip: tuple[float, float],
@@ -68,17 +68,20 @@ def released_spring_energy(
 
 
 @njit(**INLINE)
-def contact_point_findings(
-    predicted_point: PredictedPoint,
-    point_history: VertexHistory,
+def step_findings_of_contact_point(
+    predicted_point: PredictedContactPoint,
+    point_history: ContactPointHistory,
     penetration: float,
     force: Vector,
     velocity: Vector,
     friction_limit: float,
     slips: bool,
     step_is_fine: bool,
-) -> LargestPointFindings:
-    """Return the findings on a contact point at the end of an attempted step; in a fine step, no state is wrong."""
+) -> LargestContactPointFindings:
+    """Return what the step control needs to know of a contact point at the end of an attempted step.
+
+    In a fine step, no assumed state of the point counts as wrong.
+    """
     carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not step_is_fine
     deeper = predicted_point.depth if predicted_point.depth > penetration else penetration
     wrong = carries & (slips != assumed)
@@ -93,7 +96,7 @@ def contact_point_findings(
         )
     )
     changed = -penetration if point_history.depth > 0.0 else deeper
-    return LargestPointFindings(
+    return LargestContactPointFindings(
         changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
         1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
     )  # fmt: skip
@@ -103,13 +106,13 @@ def contact_point_findings(
 def compute_point_forces(
     body: BodyConstants,
     predicted_body: PredictedBody,
-    predicted_point: PredictedPoint,
-    point_history: VertexHistory,
+    predicted_point: PredictedContactPoint,
+    point_history: ContactPointHistory,
     velocity_change: BodyVelocityChange,
     step_is_fine: bool,
     has_rim: bool,
-) -> tuple[ContactForceSum, LargestPointFindings, VertexHistory]:
-    """Compute the forces of a contact point at the end of a step, within their limits, its findings and new state."""
+) -> tuple[ContactForceSum, LargestContactPointFindings, ContactPointHistory]:
+    """Return forces, step-control findings and new state of a contact point at the end of a step."""
     half, r, e = (
         predicted_body.half,
         predicted_point.arm,
@@ -126,7 +129,7 @@ def compute_point_forces(
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     spin = plus(predicted_body.spin, velocity_change.spin)
-    drift_x, drift_y, drifts, tilting = flat_landing_friction(
+    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
         body, r, plus(predicted_body.end, velocity_change.velocity), spin,
         (predicted_point.held > 0.0, predicted_point.base_tilting),
     )  # fmt: skip
@@ -148,7 +151,9 @@ def compute_point_forces(
     landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
     force = Vector(fx, fy, n)
     moment = cross_product(lever, force)
-    findings = contact_point_findings(predicted_point, point_history, depth, force, u, most, slips, step_is_fine)
+    findings = step_findings_of_contact_point(
+        predicted_point, point_history, depth, force, u, most, slips, step_is_fine
+    )
     x, y = (
         (u.x if has_rim else (predicted_body.place.x + r.x) + half * e.x),
         (u.y if has_rim else (predicted_body.place.y + r.y) + half * e.y),
@@ -158,7 +163,7 @@ def compute_point_forces(
             force, moment, scale_vector(more, force), scale_vector(more, moment), power, let_go + more * power
         ),
         findings,
-        VertexHistory(
+        ContactPointHistory(
             sx=kx,
             sy=ky,
             x=x,
@@ -172,8 +177,8 @@ def compute_point_forces(
 
 
 @njit(**INLINE)
-def rim_contact_turns_fast(
-    state: BodyState, predicted_body: PredictedBody, largest_findings: LargestPointFindings
+def rim_contact_point_moves_fast(
+    state: BodyState, predicted_body: PredictedBody, largest_findings: LargestContactPointFindings
 ) -> bool:
     """True if the lowest point of a tilted rim moves along the rim by more than `FAST_TURN` (tangent) in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
@@ -186,13 +191,13 @@ def rim_contact_turns_fast(
 
 
 @njit(**INLINE)
-def shaking_stays_weak(
-    shaking: BodyShaking, end_acceleration: Vector, ticks_per_sample: float, horizontal_limit: float
+def base_motion_stays_below_limit(
+    shaking: BodyBaseMotion, end_acceleration: Vector, ticks_per_sample: float, horizontal_limit: float
 ) -> bool:
-    """True if the base motion stays below the limit of a standing body at the end of this step and of the next sample.
+    """True if the base motion stays below a limit at the end of this step and of the next sample.
 
-    The limit is a share of the weight. Above it, sample-long steps would let the springs vibrate too strongly, with too
-    much sliding and rocking.
+    The horizontal base acceleration must be below `horizontal_limit` × (gravity + upward base acceleration). Above this
+    limit, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
@@ -209,9 +214,9 @@ def shaking_stays_weak(
 
 @njit(**INLINE)
 def step_contact_changes(
-    largest_findings: LargestPointFindings, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
+    largest_findings: LargestContactPointFindings, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
-    """Return what the step control needs to know of an attempted step; `rim_turns_fast` requests a shorter step."""
+    """Return what the step control needs to know of a body's step; `rim_turns_fast` asks for a shorter step."""
     slides = (largest_findings.holds == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_findings.off == 0.0)
     return StepContactChanges(
@@ -227,10 +232,10 @@ def step_contact_changes(
 
 
 class AcceptedBodyStep(NamedTuple):
-    """State, peak values and balance of a body: the values that an accepted step changes."""
+    """State, peak values and balance account of a body, which change only with an accepted step."""
 
     state: BodyState
-    peaks: BodyPeaks
+    peaks: BodyPeakValues
     account: BodyBalanceAccount
 
 
@@ -244,7 +249,7 @@ def complete_body_step(
     largest_penetration: float,
     step_ticks: float,
 ) -> AcceptedBodyStep:
-    """Compute state, peak values and balance of a body at the end of a step; `largest_penetration` is in m."""
+    """Return state, peak values and balance account of a body at the end of a step (`largest_penetration`: m)."""
     (s, peaks, account), half = previous_step, predicted_body.half
     a, push, tick = (
         centre_acceleration(contact_sum.force, predicted_body.shaking),
@@ -272,8 +277,8 @@ def complete_body_step(
         contact_sum.loss,
         torque,
     )
-    lean, x, y = lean_measure(f), place.x - body.foot * f.xz, place.y - body.foot * f.yz
-    peaks = BodyPeaks(
+    lean, x, y = lean_as_squared_sine(f), place.x - body.foot * f.xz, place.y - body.foot * f.yz
+    peaks = BodyPeakValues(
         updated_maximum(peaks.lean, lean),
         updated_maximum(peaks.slip, x * x + y * y),
         updated_maximum(peaks.depth, largest_penetration),

@@ -9,14 +9,14 @@ from overturning.dem.body.state import (
     ROWS,
     VERTEX,
     BodyBalanceAccount,
+    BodyBaseMotion,
     BodyConstants,
-    BodyPeaks,
-    BodyShaking,
+    BodyPeakValues,
     BodyState,
-    PointBeforeAndAfter,
-    TerminationLimits,
-    lean_measure,
-    state_angular_velocity,
+    BodyTerminationLimits,
+    ContactPointBeforeAndAfter,
+    angular_velocity_of_state,
+    lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
     Matrix,
@@ -35,44 +35,46 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
+load_body, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BodyConstants, BodyState, BodyPeakValues))
 load_account, load_course, load_limits = (
-    ROWS.lane_access(of).load for of in (BodyBalanceAccount, CaseProgress, TerminationLimits)
+    ROWS.lane_access(of).load for of in (BodyBalanceAccount, CaseProgress, BodyTerminationLimits)
 )
-load_shaking = ROWS.lane_access(BodyShaking).load
-load_memory = VERTEX.lane_access(PointBeforeAndAfter, "old").load
+load_shaking = ROWS.lane_access(BodyBaseMotion).load
+load_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row_start(StepAttempt, "length")
 
 
 @njit(**INLINE)
-def twice_kinetic_energy(body: BodyConstants, state: BodyState) -> float:
+def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> float:
     """Return twice the kinetic energy of a body per mass, m²/s²."""
     return dot_product(state.velocity, state.velocity) + dot_product(
-        state.momentum, state_angular_velocity(body, state)
+        state.momentum, angular_velocity_of_state(body, state)
     )
 
 
 @njit(**INLINE)
-def finite_check_sum(state: BodyState) -> float:
-    """Return the sum of position, rotation and velocity components of a body; it is finite if all of them are."""
+def sum_of_state_components(state: BodyState) -> float:
+    """Return the sum of all position, rotation and velocity components of a body, which is finite if each one is."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INNER)
-def body_energy(body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int) -> float:
+def body_energy_per_mass(
+    body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int
+) -> float:
     """Compute the kinetic, gravitational and spring energy of a body per mass, m²/s²."""
     springs = 0.0
     for i in range(vertex_count):
         one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)
         depth = max(one.depth, 0.0)
         springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
-    return 0.5 * (twice_kinetic_energy(body, state) + springs) + GRAVITY * (state.place.z - body.foot)
+    return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (state.place.z - body.foot)
 
 
 @njit(**INLINE)
-def angular_momentum_about_origin(state: BodyState) -> float:
+def vertical_angular_momentum_about_origin(state: BodyState) -> float:
     """Return the vertical angular momentum of a body about the origin per mass, m²/s."""
     return float(state.momentum.z + (state.place.x * state.velocity.y - state.place.y * state.velocity.x))
 
@@ -88,21 +90,21 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 @njit(**INLINE)
 def tilt_energy_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
-    """Return the energy per mass, m²/s², that tilts a body over its nearest edge to `lean` (sin² of the tilt)."""
+    """Return the energy per mass (m²/s²) that tilts a body over its nearest base edge to `lean` (sin² of the tilt)."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
 
 @njit(**INLINE)
-def is_upright(body: BodyConstants, state: BodyState) -> bool:
+def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body is below its critical angle."""
-    return bool(lean_measure(rotation_matrix(state.turn)) < body.critical)
+    return bool(lean_as_squared_sine(rotation_matrix(state.turn)) < body.critical)
 
 
 @njit(**INLINE)
-def will_slide_further(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
-    """True if an upright body will still slide or spin farther than `STILL_TO_SLIDE`; False without friction."""
-    w, f = state_angular_velocity(body, state), rotation_matrix(state.turn)
+def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
+    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m); False without friction."""
+    w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
     v = plus(state.velocity, cross_product(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
     square = (v.x * v.x + v.y * v.y) + turn * turn
@@ -110,7 +112,7 @@ def will_slide_further(body: BodyConstants, state: BodyState, edge_distance: flo
 
 
 @njit(**INLINE)
-def pseudo_angle(x: float, y: float) -> float:
+def direction_pseudo_angle(x: float, y: float) -> float:
     """Return a measure of the direction (x, y), 0 to 4, that increases with the anticlockwise angle from the x axis."""
     share = abs(x) / (abs(x) + abs(y))
     if y >= 0.0:
@@ -119,7 +121,7 @@ def pseudo_angle(x: float, y: float) -> float:
 
 
 @njit(**INNER)
-def body_has_fallen(body_axes: Matrix, termination_limits: TerminationLimits, fall_sectors: Any) -> bool:
+def body_has_fallen(body_axes: Matrix, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
     """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
     For `fall_sectors` see `overturning.model.solid.Solid`.
@@ -128,7 +130,7 @@ def body_has_fallen(body_axes: Matrix, termination_limits: TerminationLimits, fa
         return False
     if fall_sectors.shape[0] == 0 or body_axes.zx * body_axes.zx + body_axes.zy * body_axes.zy == 0.0:
         return True
-    turn, k = pseudo_angle(-body_axes.zx, -body_axes.zy), 0
+    turn, k = direction_pseudo_angle(-body_axes.zx, -body_axes.zy), 0
     while k + 1 < fall_sectors.shape[0] and turn >= fall_sectors[k + 1, 0]:
         k += 1
     return bool(
@@ -147,27 +149,27 @@ def case_status(
     last_sample: float,
     fall_sectors: Any,
 ) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON` if the case has not ended."""
+    """Return the `Status` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
-    if not np.isfinite(finite_check_sum(s)) or peaks.depth > limits.deepest:
+    if not np.isfinite(sum_of_state_components(s)) or peaks.depth > limits.deepest:
         return Status.UNSTABLE
     if body_has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
-    still = 0.5 * twice_kinetic_energy(body, s) < REST_ENERGY * GRAVITY * limits.reach
+    still = 0.5 * twice_kinetic_energy_per_mass(body, s) < REST_ENERGY * GRAVITY * limits.reach
     if sample >= course.calm and still and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count:
         return Status.SIMULATED
     if sample < last_sample:
         return GOES_ON
-    now = body_energy(body, s, vertex_rows, count, lane)
-    stands = now < course.barrier and is_upright(body, s)
+    now = body_energy_per_mass(body, s, vertex_rows, count, lane)
+    stands = now < course.barrier and body_is_upright(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
     past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy_per_mass(body, limits.reach, peaks.lean)
-    if stands and past and not will_slide_further(body, s, limits.reach):
+    if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
@@ -188,7 +190,9 @@ def body_is_at_rest(
     for i in range(vertex_count):
         one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)
         held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
-    return bool(held >= base_vertex_count and lean_measure(rotation_matrix(s.turn)) < UPRIGHT * UPRIGHT * body.critical)
+    return bool(
+        held >= base_vertex_count and lean_as_squared_sine(rotation_matrix(s.turn)) < UPRIGHT * UPRIGHT * body.critical
+    )
 
 
 @njit(**INLINE)
@@ -201,7 +205,7 @@ def vector_length(vector: Vector) -> float:
 def write_case_results(
     state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_sectors: Any
 ) -> None:
-    """Write the results of the case in a lane."""
+    """Write the results of the case in a lane into `result_row` (columns: `BodyResultColumns`)."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
@@ -209,14 +213,16 @@ def write_case_results(
     fallen = status == Status.SIMULATED and body_has_fallen(f, limits, fall_sectors)
     result_row.fallen = 1.0 if fallen else 0.0
     result_row.overturning_time = course.upright_until if fallen else np.nan
-    result_row.lean = max(peaks.lean, lean_measure(f))
+    result_row.lean = max(peaks.lean, lean_as_squared_sine(f))
     result_row.peak_slip = np.sqrt(peaks.slip)
     result_row.slip_x, result_row.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     result_row.peak_penetration = peaks.depth
-    balance = (body_energy(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
+    balance = (body_energy_per_mass(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
     result_row.energy_error = abs(balance) / max(account.work, course.barrier, course.energy)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + limits.reach * limits.reach) ** 1.5)
-    result_row.angular_momentum_error = abs(angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
+    result_row.angular_momentum_error = (
+        abs(vertical_angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
+    )
     result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.turn
 
 
@@ -224,13 +230,13 @@ def write_case_results(
 def record_body_motion(
     state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write the motion of the body in a lane into a row of its trajectory."""
+    """Write time, pose and velocities of the body in a lane, and the base acceleration, into `trajectory_row`."""
     body, s, shaking = load_body(state, lane), load_state(state, lane), load_shaking(state, lane)
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.place
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.turn
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
-    trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = state_angular_velocity(body, s)
+    trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
     trajectory_row.ground_x = -base_acceleration_at_tick(shaking.push_x, s.tick)
     trajectory_row.ground_y = -base_acceleration_at_tick(shaking.push_y, s.tick)
     trajectory_row.ground_z = base_acceleration_at_tick(shaking.lift, s.tick)

@@ -22,10 +22,10 @@ class BodyTrajectory:
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
     def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the dataset of a case, including its results."""
+        """Return variables, coordinates and attributes of the case's dataset, with the outcomes in `results`."""
         cosine, sine = self.cosines
 
-        def to_enu(components: FloatArray) -> FloatArray:
+        def to_east_north_up(components: FloatArray) -> FloatArray:
             # x points towards the orientation, y 90° anticlockwise from it.
             x, y, z = np.moveaxis(components, -1, 0)
             return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
@@ -35,30 +35,35 @@ class BodyTrajectory:
 
         quaternion = columns("qw", "qx", "qy", "qz")
         w, x, y, z = quaternion.T
-        axis = to_enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
+        axis = to_east_north_up(
+            np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+        )
         variables = {
             "place": dataset_variable_tuple(
-                "time enu", to_enu(columns("x", "y", "z")), "m", "centre, in the frame of the base"
+                "time enu", to_east_north_up(columns("x", "y", "z")), "m", "centre, in the frame of the base"
             ),
             "quaternion": dataset_variable_tuple(
                 "time wxyz",
-                np.concatenate([quaternion[:, :1], to_enu(quaternion[:, 1:])], axis=1),
+                np.concatenate([quaternion[:, :1], to_east_north_up(quaternion[:, 1:])], axis=1),
                 "1",
                 "rotation from the pose at rest",
             ),
             "velocity": dataset_variable_tuple(
-                "time enu", to_enu(columns("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
+                "time enu", to_east_north_up(columns("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
             ),
             "angular_velocity": dataset_variable_tuple(
-                "time enu", to_enu(columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
+                "time enu", to_east_north_up(columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
             ),
             "tilt_north": dataset_variable_tuple("time", axis[:, 1], "1", "northward component of the body's axis"),
             "tilt_east": dataset_variable_tuple("time", axis[:, 0], "1", "eastward component of the body's axis"),
             "ground_acceleration": dataset_variable_tuple(
-                "time enu", to_enu(columns("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
+                "time enu",
+                to_east_north_up(columns("ground_x", "ground_y", "ground_z")),
+                "m s-2",
+                "acceleration of the base",
             ),
             "outline": dataset_variable_tuple(
-                "corner enu", to_enu(self.corners), "m", "corners at rest, from the centre"
+                "corner enu", to_east_north_up(self.corners), "m", "corners at rest, from the centre"
             ),
             "edges": (("edge", "end"), self.edges),
         }

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables
-from overturning.dem.body.rules import BodyKernelInput, RimBodyMarker, VertexBodyMarker
+from overturning.dem.body.rules import BodyKernelInput, RimLoopSelector, VertexLoopSelector
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
     largest_unit_spring_eigenvalue,
     pose_at_rest,
     smallest_unit_spring_eigenvalue,
-    vertex_unloading_limits,
+    vertex_unloading_acceleration_and_least_load,
 )
 from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
@@ -63,24 +63,24 @@ class BodySimulationPlan(SimulationPlan):
 
     @property
     def queue_numbers(self) -> NDArray[np.int64]:
-        """Queue number of each case, shape (n,); cases with equal step lengths, moving and at rest, share a queue."""
+        """Queue number of each case, shape (n,); cases share a queue if their step lengths are equal."""
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 
     @property
-    def body_marker(self) -> Any:
-        """Marker whose type selects the compiled loops: `RimBodyMarker` for round bases, else `VertexBodyMarker`."""
-        return RimBodyMarker() if self.solids[0].radius > 0 else VertexBodyMarker()
+    def loop_selector(self) -> Any:
+        """Tuple whose type selects the compiled loops: `RimLoopSelector` for round bases, else `VertexLoopSelector`."""
+        return RimLoopSelector() if self.solids[0].radius > 0 else VertexLoopSelector()
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
-        """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if there is none."""
+        """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record and without vertical motion."""
         up = super().vertical_base_acceleration
         return np.zeros(self.motion.samples + 3) if up is None else up
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BodyKernelInput:
-        """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
+        """Return the input of the body kernel for cases of one queue, with their steps divided by `step_divisor`."""
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
@@ -88,7 +88,7 @@ class BodySimulationPlan(SimulationPlan):
         queued["cases"]["settled"] *= step_divisor
         return BodyKernelInput(
             **queued,
-            body_marker=self.body_marker,
+            loop_selector=self.loop_selector,
             bodies=self.bodies,
             points=self.points,
             base=self.solids[0].base,
@@ -98,13 +98,13 @@ class BodySimulationPlan(SimulationPlan):
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of cases by name, each of shape (cases,), from the kernel's results."""
+        """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
         faces = [self.solids[index].faces for index in self.table["body"][case_numbers]]
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         return outcome_variables(result_tables["results"], orientation, self.cosines[case_numbers], faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
-        """Return the trajectory of a body at rest in the first `sample_count` samples, one row per sample."""
+        """Return trajectory rows with the body at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
@@ -113,7 +113,7 @@ class BodySimulationPlan(SimulationPlan):
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
-        """Convert the rows that the kernel recorded for the only case to its trajectory."""
+        """Convert the kernel's trajectory rows of the plan's only case to a `BodyTrajectory`."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
@@ -139,9 +139,11 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, pace = _clock_settings(numerics, square[which], dashpot * modes[which], interval, period[which])
+    steps, pace = _steps_per_sample_and_clock_settings(
+        numerics, square[which], dashpot * modes[which], interval, period[which]
+    )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
-    row, cosines, along = _base_accelerations(motion, cases)
+    row, cosines, along = _base_accelerations_by_orientation(motion, cases)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),
         np.full(cases.size, np.inf),
@@ -156,7 +158,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
-        rest_limit = _rest_thresholds(made, which, laws, dashpot, friction, interval)
+        rest_limit = _rest_acceleration_thresholds(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.size, CASE)
     columns = {
         "body": which,
@@ -181,7 +183,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         table["start"] = np.array([_initial_conditions_at_rest(pose) for pose in poses])[which]
     else:
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
-    bodies, points = _body_tables(made)
+    bodies, points = _body_and_vertex_tables(made)
     return BodySimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
@@ -203,7 +205,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: Numerics) -> None
         raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
 
 
-def _rest_thresholds(
+def _rest_acceleration_thresholds(
     solids: list[Solid],
     solid_indices: NDArray[np.int64],
     laws: FloatArray,
@@ -211,14 +213,14 @@ def _rest_thresholds(
     friction: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `dem.quiet.rest_acceleration_threshold`.
+    """Return the base acceleration, |a|/g, up to which a body at rest skips samples, one value per case, shape (n,).
 
-    `laws` are the contact constants per mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and
-    `friction` have a value for each case, shape (n,).
+    See `overturning.dem.quiet.rest_acceleration_threshold`. `laws` are the contact constants per mass of each solid,
+    shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case, shape (n,).
     """
     slowest, unloads = (
         np.array([function(body) for body in solids])
-        for function in (smallest_unit_spring_eigenvalue, vertex_unloading_limits)
+        for function in (smallest_unit_spring_eigenvalue, vertex_unloading_acceleration_and_least_load)
     )
     ratio = np.array([body.min_base_edge_distance for body in solids]) / np.array(
         [body.centre_height for body in solids]
@@ -233,7 +235,7 @@ def _rest_thresholds(
     )  # fmt: skip
 
 
-def _clock_settings(
+def _steps_per_sample_and_clock_settings(
     numerics: Numerics,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
@@ -276,10 +278,12 @@ def _clock_settings(
     }
 
 
-def _base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return the motion row and direction cosines of each case, and the base acceleration of each row, m/s².
+def _base_accelerations_by_orientation(
+    motion: Motion, cases: Cases
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Return for n cases the row of the base motion, direction cosines (north, east), and all base motions (m/s²).
 
-    Shapes (n,), (n, 2) and (rows, 2, samples + 3); the acceleration has components along x and y.
+    Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.
     """
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))
@@ -297,7 +301,7 @@ def _deepest_penetration(body: Solid, rest_pose: FloatArray) -> float:
 
 
 def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
-    """Convert the pose of a body at rest to initial conditions of type `START`."""
+    """Convert a pose of shape (6,), see `pose_at_rest`, to a record of type `START` with zero velocities."""
     half = 0.5 * rest_pose[3:]
     begin = np.zeros((), START)
     begin["x"], begin["y"], begin["z"] = rest_pose[:3]
@@ -305,8 +309,8 @@ def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
     return begin
 
 
-def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's table of bodies, and their vertices and edges (see `BodyKernelInput.points`).
+def _body_and_vertex_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
+    """Return the kernel's table of bodies, type `BODY`, and the array of their vertices, `BodyKernelInput.points`.
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """

@@ -16,7 +16,7 @@ def outcome_variables(
     orientation_cosines: FloatArray,
     face_normals: list[FloatArray],
 ) -> dict[str, Any]:
-    """Return the outcome variables and ``block_steps`` of n cases.
+    """Return the outcome variables of n cases by name, each of shape (n,), and ``block_steps``, their numbers of steps.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def outcome_variables(
     orientation_cosines : ndarray
         Direction cosines of the orientation, north and east, shape (n, 2).
     face_normals : list of ndarray
-        Outward normals of the faces of each body at rest, shape (faces, 3).
+        Outward normals of the faces of the body at rest, one array of shape (faces, 3) per case.
     """
     w, x, y, z = (kernel_results[name] for name in ("qw", "qx", "qy", "qz"))
     top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
@@ -46,7 +46,7 @@ def outcome_variables(
             "status": kernel_results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
-                _lowest_face(side, one) if is_down and len(side) else INT8_MISSING
+                _lowest_face_index(side, one) if is_down and len(side) else INT8_MISSING
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": _rounded_degrees(tilt),
@@ -64,12 +64,12 @@ def outcome_variables(
 
 
 def _rounded_degrees(radians: FloatArray) -> FloatArray:
-    """Convert radians to degrees, rounded: libm and SIMD versions differ in the last digit between processors."""
+    """Convert radians to degrees, rounded to 9 decimals, because the last digits differ between processors."""
     return np.asarray(np.round(np.degrees(radians), 9))
 
 
-def _lowest_face(face_normals: FloatArray, quaternion: FloatArray) -> int:
-    """Return the index of the face whose normal points most nearly down after the rotation of the body."""
+def _lowest_face_index(face_normals: FloatArray, quaternion: FloatArray) -> int:
+    """Return the index of the face that points most nearly down after the body is rotated by `quaternion`."""
     w, x, y, z = quaternion
     down = -(
         2.0 * (x * z - w * y) * face_normals[:, 0]

@@ -11,14 +11,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.centred_loops import sample_step_loop
+from overturning.dem.body.centred_loops import build_sample_step_loop
 from overturning.dem.body.ending import (
-    angular_momentum_about_origin,
-    body_energy,
+    body_energy_per_mass,
     body_is_at_rest,
     case_status,
-    finite_check_sum,
     record_body_motion,
+    sum_of_state_components,
+    vertical_angular_momentum_about_origin,
     write_case_results,
 )
 from overturning.dem.body.state import (
@@ -26,16 +26,16 @@ from overturning.dem.body.state import (
     ROWS,
     TICKS,
     VERTEX,
+    BodyBaseMotion,
     BodyConstants,
-    BodyPeaks,
-    BodyShaking,
+    BodyPeakValues,
     BodyState,
+    BodyTerminationLimits,
     BodyVertex,
-    LoadedSample,
-    PointBeforeAndAfter,
-    TerminationLimits,
-    VertexHistory,
-    lean_measure,
+    ContactPointBeforeAndAfter,
+    ContactPointHistory,
+    LoadedSampleNumber,
+    lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
     Matrix,
@@ -76,24 +76,24 @@ from overturning.dem.kernel.queue import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-class VertexBodyMarker(NamedTuple):
-    """Marker type for bodies with vertices; from it the compiler chooses the loops written for them."""
+class VertexLoopSelector(NamedTuple):
+    """Type that makes the compiler choose the loops for bodies whose base has vertices (see `LOOPS`)."""
 
     round: bool = False
 
 
-class RimBodyMarker(NamedTuple):
-    """Marker type for bodies with a round rim; from it the compiler chooses the loops written for them."""
+class RimLoopSelector(NamedTuple):
+    """Type that makes the compiler choose the loops for bodies whose base has a round rim (see `LOOPS`)."""
 
     round: bool = True
 
 
-LOOPS: Final = {VertexBodyMarker: sample_step_loop(False), RimBodyMarker: sample_step_loop(True)}
-"""Function that computes the steps of a sample, by the type of the marker."""
+LOOPS: Final = {VertexLoopSelector: build_sample_step_loop(False), RimLoopSelector: build_sample_step_loop(True)}
+"""Function that computes the steps of a sample, by the type of the selector."""
 
 
 class BodyKernelInput(NamedTuple):
-    """Kernel input for cases of 3-D bodies that all have as many steps per sample and as many vertices."""
+    """Kernel input for cases of 3-D bodies with equal numbers of steps per sample and equal numbers of vertices."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -102,7 +102,7 @@ class BodyKernelInput(NamedTuple):
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT`, shape (n,)."""
     ground: GroundMotion
-    body_marker: Any
+    loop_selector: Any
     """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
     """Constants of the bodies, of type `BODY`, shape (bodies,)."""
@@ -116,7 +116,7 @@ class BodyKernelInput(NamedTuple):
 
 
 class BodyWorkspace(NamedTuple):
-    """Arrays in which the kernel computes a queue of cases of 3-D bodies."""
+    """State arrays of the lanes in which the kernel computes a queue of cases of 3-D bodies."""
 
     state: Any
     """Rows of the bodies, followed by those of the vertices."""
@@ -127,50 +127,53 @@ class BodyWorkspace(NamedTuple):
 load_body, store_body, _ = ROWS.lane_access(BodyConstants)
 load_state, store_state, _ = ROWS.lane_access(BodyState)
 store_turn = ROWS.lane_access(BodyState, "turn").store
-load_peaks, store_peaks, _ = ROWS.lane_access(BodyPeaks)
+load_peaks, store_peaks, _ = ROWS.lane_access(BodyPeakValues)
 load_course, store_course, _ = ROWS.lane_access(CaseProgress)
-load_limits, store_limits, _ = ROWS.lane_access(TerminationLimits)
+load_limits, store_limits, _ = ROWS.lane_access(BodyTerminationLimits)
 store_shaking, store_attempt, store_step_control = (
-    ROWS.lane_access(of).store for of in (BodyShaking, StepAttempt, CaseStepControl)
+    ROWS.lane_access(of).store for of in (BodyBaseMotion, StepAttempt, CaseStepControl)
 )
-store_vertex, store_memory = VERTEX.lane_access(BodyVertex).store, VERTEX.lane_access(PointBeforeAndAfter, "old").store
+store_vertex, store_memory = (
+    VERTEX.lane_access(BodyVertex).store,
+    VERTEX.lane_access(ContactPointBeforeAndAfter, "old").store,
+)
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
-TICK, LAST_UPRIGHT = ROWS.row_start(BodyState, "tick"), ROWS.row_start(BodyPeaks, "last_upright")
-LENGTH, LOADED = ROWS.row_start(StepAttempt, "length"), ROWS.row_start(LoadedSample, "sample")
+TICK, LAST_UPRIGHT = ROWS.row_start(BodyState, "tick"), ROWS.row_start(BodyPeakValues, "last_upright")
+LENGTH, LOADED = ROWS.row_start(StepAttempt, "length"), ROWS.row_start(LoadedSampleNumber, "sample")
 REST_LIMIT, AT_REST = ROWS.row_start(CaseRestState, "rest_limit"), ROWS.row_start(CaseRestState, "at_rest")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(CaseProgress, "upright_until")
 
 
 loop_of = create_lookup_by_type(LOOPS)
-"""Return the loops of bodies, selected by the type of their marker."""
+"""Return the loops of bodies, selected by the type of their loop selector."""
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
-    """Allocate the arrays for the bodies, and their vertices, in all lanes (one lane: one case in progress)."""
+    """Return the arrays for body and vertices in each lane; a lane computes one case at a time."""
     state = aligned_zeros(NUMBERS * COLUMNS + kernel_input.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load a case of a 3-D body into a lane, in its initial state."""
+    """Load the initial state of case number `case` of a 3-D body into a lane."""
     given = kernel_input.cases[case]
     body, points, interval = (
         kernel_input.bodies[given.body],
         kernel_input.points[given.body],
         kernel_input.settings.interval,
     )
-    initialise_lane(
+    initialise_body_in_lane(
         workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks
     )
 
 
 @njit(**INNER)
-def initialise_lane(
+def initialise_body_in_lane(
     state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
-    """Store constants and initial state of a body, and of its vertices, in the columns of a lane."""
+    """Store constants and initial state of a body and its vertices in the lane's columns of `state`, `vertex_rows`."""
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
     ks, at = case_parameters.tangential, case_parameters.start
@@ -217,10 +220,12 @@ def initialise_lane(
         depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
         store_memory(
-            one, lane, VertexHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0)
+            one,
+            lane,
+            ContactPointHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0),
         )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
-    momentum = angular_momentum(body.inverse, f, w)
+    momentum = angular_momentum_from_velocity(body.inverse, f, w)
     begin = BodyState(
         place=place,
         turn=turn,
@@ -238,7 +243,7 @@ def initialise_lane(
     store_step_control(state, lane, case_step_control)
     store_state(state, lane, begin)
     store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
-    store_peaks(state, lane, BodyPeaks(lean_measure(f), 0.0, 0.0, -1.0))
+    store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(f), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (
         np.sqrt(body_constants.reach * body_constants.reach + body_constants.foot * body_constants.foot)
         - body_constants.foot
@@ -246,20 +251,22 @@ def initialise_lane(
     store_course(state, lane, CaseProgress(
         case_parameters.amplitude, case_parameters.first, case_parameters.calm, case_parameters.after,
         case_parameters.first * sampling_interval,
-        body_energy(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
+        body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
     ))  # fmt: skip
     state[REST_LIMIT + lane] = case_parameters.rest_limit
-    store_limits(state, lane, TerminationLimits(
-        angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen, body_constants.deepest,
-        case_parameters.steady,
+    store_limits(state, lane, BodyTerminationLimits(
+        vertical_angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen,
+        body_constants.deepest, case_parameters.steady,
     ))  # fmt: skip
 
 
 @njit(**INNER)
-def angular_momentum(inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector) -> Vector:
-    """Return the angular momentum of a body per mass, m²/s, in space.
+def angular_momentum_from_velocity(
+    inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector
+) -> Vector:
+    """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
 
-    `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in space, rad/s.
+    `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in the axes of the base, rad/s.
     """
     a = inverse_inertia_per_mass
     cofactors = SymmetricMatrix(
@@ -280,7 +287,7 @@ def angular_momentum(inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matri
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Begin a sample: scale the rotation quaternions to length 1 and load the base motion of each lane."""
+    """Begin a sample in each lane: scale the body's quaternion to length 1 and load the base motion of the sample."""
     load_next_sample_into_lanes(
         workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
     )
@@ -290,7 +297,7 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 def load_next_sample_into_lanes(
     state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
 ) -> None:
-    """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
+    """In each lane, scale the body's quaternion to length 1 and load the base motion of the lane's current sample."""
     along, up, ticks, interval, scale = (
         ground_motion.along,
         ground_motion.up,
@@ -317,18 +324,18 @@ def load_next_sample_into_lanes(
         push_x = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
         push_y = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
         store_shaking(
-            state, j, BodyShaking(push_x, push_y, base_acceleration_over_sample(up, i, course.amplitude, scale))
+            state, j, BodyBaseMotion(push_x, push_y, base_acceleration_over_sample(up, i, course.amplitude, scale))
         )
 
 
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample in all lanes; record the first lane's body at its start, if not yet recorded."""
+    """Compute the steps of a sample in all lanes; return the trajectory of the first lane and its number of rows."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, marker, count, base = (
         kernel_input.settings,
-        kernel_input.body_marker,
+        kernel_input.loop_selector,
         kernel_input.points.shape[1],
         kernel_input.base,
     )
@@ -351,7 +358,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set a mark for each lane whose case may have ended, and return the number of marked lanes."""
+    """Set `lane_marks` to 1 for each lane whose case may have ended, else 0; return the number of ones."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
@@ -365,7 +372,7 @@ def mark_lanes_that_may_have_ended(
 def mark_possibly_ended_lanes(
     state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
-    """Mark and count lanes whose body fell, whose case failed, or whose remaining motion cannot move the body."""
+    """Set `lane_marks` to 1 where the case may have ended (fall, failure, or too weak motion ahead); count the ones."""
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
@@ -373,7 +380,7 @@ def mark_possibly_ended_lanes(
         end_marks_out[j] = (
             0.0
             if case_must_continue(
-                load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound
+                load_course(state, j), s.tick, ticks_per_sample, last_sample, sum_of_state_components(s), sound
             )
             else 1.0
         )
@@ -384,7 +391,7 @@ def mark_possibly_ended_lanes(
 
 @njit(**INNER)
 def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
-    """Mark the lanes whose body may be at rest, and count them: a quick test that every body at rest passes."""
+    """Set `CaseRestState.at_rest` to 1 in the lanes whose body may be at rest, by a quick test; count these lanes."""
     number = 0
     for j in range(active_lane_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
@@ -400,7 +407,7 @@ def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip, in lanes whose body is at rest, the samples in which the base motion cannot move the body."""
+    """In each lane with its body at rest, skip the samples whose base motion is too weak to move the body."""
     settings, state, ground, row, base = (
         kernel_input.settings,
         workspace.state,
@@ -427,7 +434,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Return the `Status` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
     end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
     return case_status(
         workspace.state, workspace.vertices, kernel_input.base, lane, kernel_input.settings.ticks, end, sectors
@@ -435,7 +442,7 @@ def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> 
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of the case in a lane."""
+    """Write the results of case number `case`, which a lane computes, into `kernel_input.results`."""
     sectors = kernel_input.sectors[kernel_input.cases[case].body]
     write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
 

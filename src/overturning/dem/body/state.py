@@ -57,7 +57,7 @@ class BodyConstants(NamedTuple):
     friction: float
     """Coefficient of friction μ."""
     critical: float
-    """`lean_measure` at the critical angle."""
+    """`lean_as_squared_sine` at the critical angle."""
     ends: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
     step: float
@@ -88,7 +88,7 @@ class BodyState(NamedTuple):
 
 
 class BodyVertex(NamedTuple):
-    """Position of a vertex of a body."""
+    """Position of a vertex of a body, and the base edge that starts at this vertex."""
 
     own: Vector
     """Position from the centre in the body's own axes, m."""
@@ -99,7 +99,7 @@ class BodyVertex(NamedTuple):
     """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
-class VertexHistory(NamedTuple):
+class ContactPointHistory(NamedTuple):
     """State of a contact point at the end of the last step."""
 
     sx: float
@@ -120,11 +120,11 @@ class VertexHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class PointBeforeAndAfter(NamedTuple):
-    """Contact point before a step, and its new state if the step is accepted."""
+class ContactPointBeforeAndAfter(NamedTuple):
+    """State of a contact point before a step (`old`), and at its end (`new`), which counts if the step is accepted."""
 
-    old: VertexHistory
-    new: VertexHistory
+    old: ContactPointHistory
+    new: ContactPointHistory
 
 
 IN_THE_AIR: Final = -1e300
@@ -132,7 +132,7 @@ IN_THE_AIR: Final = -1e300
 
 
 class BaseContactState(NamedTuple):
-    """Contact state of a body's base: its lowest and highest vertex, and the remaining times of a flat landing."""
+    """Contact state of a body's base: lowest and highest vertex, remaining times of a flat landing, tilting share."""
 
     low: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
@@ -150,17 +150,18 @@ class BaseContactState(NamedTuple):
     """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
 
-class BodyPeaks(NamedTuple):
-    """Largest lean, squared slip (m²) and penetration (m) of a body; last tick below its critical angle, or −1."""
+class BodyPeakValues(NamedTuple):
+    """Largest lean, squared slip (m²) and penetration (m) of a body so far; its last tick upright in this sample."""
 
     lean: float
     slip: float
     depth: float
     last_upright: float
+    """Last tick of this sample below the critical angle; −1 if there is none."""
 
 
 class BodyBalanceAccount(NamedTuple):
-    """Balance of a body per mass: work of the base, losses (m²/s²), and vertical angular momentum supplied (m²/s).
+    """Work done by the base, energy lost (m²/s²) and vertical angular momentum supplied (m²/s) to a body, per mass.
 
     `power`, `loss` and `torque` are the rates of these at the last step. The angular momentum is about the origin.
     """
@@ -173,8 +174,8 @@ class BodyBalanceAccount(NamedTuple):
     torque: float
 
 
-class BodyShaking(NamedTuple):
-    """Inertial accelerations of the moving base in the body's frame, m/s²."""
+class BodyBaseMotion(NamedTuple):
+    """Accelerations (m/s²) that the moving base causes in the frame of the base, as functions of time in a sample."""
 
     push_x: LinearBaseAcceleration
     """−a along x."""
@@ -184,14 +185,14 @@ class BodyShaking(NamedTuple):
     """Upward acceleration of the base, added to gravity."""
 
 
-class LoadedSample(NamedTuple):
+class LoadedSampleNumber(NamedTuple):
     """Number of the sample whose base motion is loaded in a lane, counted from 1; 0 if none is loaded."""
 
     sample: float
 
 
-class TerminationLimits(NamedTuple):
-    """Limits at which the case of a body ends or fails, in addition to those in `CaseProgress`."""
+class BodyTerminationLimits(NamedTuple):
+    """Limits at which the case of a body ends or fails; `CaseProgress` has further ones."""
 
     spin: float
     """Vertical angular momentum about the origin at the start, per mass, m²/s."""
@@ -205,8 +206,8 @@ class TerminationLimits(NamedTuple):
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 
-class PredictedPoint(NamedTuple):
-    """Contact point at the predicted end of a step."""
+class PredictedContactPoint(NamedTuple):
+    """Predicted state of a contact point at the end of a step."""
 
     arm: Vector
     """Position from the centre, m."""
@@ -238,8 +239,8 @@ class PredictedPoint(NamedTuple):
     """Landing time of the point if it touches now, s."""
 
 
-class StepRejection(NamedTuple):
-    """Two flags, 1 or 0: the last step was rejected (`again`); the next attempt keeps its assumptions (`sooner`)."""
+class StepRejectionFlags(NamedTuple):
+    """Flags (1 or 0): `again`, the attempted step is rejected; `sooner`, the next one keeps its contact assumptions."""
 
     again: float
     sooner: float
@@ -264,8 +265,11 @@ class PredictedBody(NamedTuple):
     """Half the length of the step, s."""
 
 
-class ContactEquations(NamedTuple):
-    """Terms of contact points in the equations of a step: forces, moments, and their derivatives by the velocities."""
+class ContactEquationTerms(NamedTuple):
+    """Sums over contact points for the equations of a step: force, moment, and their derivatives by the velocities.
+
+    The derivatives count with the opposite sign and are multiplied by half the length of the step.
+    """
 
     force: Vector
     moment: Vector
@@ -280,7 +284,7 @@ class ContactEquations(NamedTuple):
 
 
 class BodyVelocityChange(NamedTuple):
-    """Correction of a body's predicted velocity (m/s) and angular velocity (rad/s), from the equations of the step."""
+    """Correction of a body's predicted velocity (m/s) and angular velocity (rad/s) at the end of a step."""
 
     velocity: Vector
     spin: Vector
@@ -301,8 +305,8 @@ class ContactForceSum(NamedTuple):
     """Energy released by springs, m²/s²."""
 
 
-class LargestPointFindings(NamedTuple):
-    """Findings on an attempted step, each the largest value over all contact points; 0 or less if no point has it."""
+class LargestContactPointFindings(NamedTuple):
+    """Findings on an attempted step: for each property, the largest value over the body's contact points."""
 
     changed: float
     """Above 0 if a contact opened or closed."""
@@ -321,16 +325,17 @@ class LargestPointFindings(NamedTuple):
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeaks, BodyBalanceAccount,
-    BodyShaking, LoadedSample, CaseProgress, TerminationLimits, StepAttempt, StepRejection, PredictedBody,
-    ContactEquations, BodyVelocityChange, ContactForceSum, LargestPointFindings, CaseRestState,
+    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeakValues, BodyBalanceAccount,
+    BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits, StepAttempt, StepRejectionFlags,
+    PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum, LargestContactPointFindings,
+    CaseRestState,
 )  # fmt: skip
-VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, PointBeforeAndAfter, PredictedPoint)
+VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, PredictedContactPoint)
 
 
 @njit(**INLINE)
-def angular_velocity(body: BodyConstants, body_axes: Matrix, angular_momentum: Vector) -> Vector:
-    """Return the angular velocity in space, rad/s, from the angular momentum; `body_axes` holds the body's axes."""
+def angular_velocity_from_momentum(body: BodyConstants, body_axes: Matrix, angular_momentum: Vector) -> Vector:
+    """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
     return matrix_times_vector(
         body_axes,
         matrix_times_vector(full_matrix(body.inverse), matrix_times_vector(transpose(body_axes), angular_momentum)),
@@ -338,13 +343,13 @@ def angular_velocity(body: BodyConstants, body_axes: Matrix, angular_momentum: V
 
 
 @njit(**INLINE)
-def state_angular_velocity(body: BodyConstants, state: BodyState) -> Vector:
-    """Return the angular velocity of a body in space, rad/s, from the angular momentum in its state."""
-    return angular_velocity(body, rotation_matrix(state.turn), state.momentum)
+def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector:
+    """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
+    return angular_velocity_from_momentum(body, rotation_matrix(state.turn), state.momentum)
 
 
 @njit(**INLINE)
-def lean_measure(body_axes: Matrix) -> float:
-    """Return the lean of a body: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
+def lean_as_squared_sine(body_axes: Matrix) -> float:
+    """Return the lean of a body: sin² of the tilt of the body's vertical axis up to 90°, 2 − sin² of it beyond."""
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     return square if body_axes.zz > 0.0 else 2.0 - square

@@ -12,7 +12,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
-    """Compute the pose at rest on the springs of the base: centre (m) and small rotation vector (rad), shape (6,).
+    """Return the pose of a body at rest on its base springs: centre (m) and small rotation vector (rad), shape (6,).
 
     The penetration is a linear function of position; vertices that it would lift carry no load.
     `normal_stiffness` is the stiffness of a vertex per mass, 1/s².
@@ -34,26 +34,26 @@ def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
 
 
 def largest_unit_spring_eigenvalue(body: Solid) -> float:
-    """Return the largest eigenvalue of a body on equal isotropic springs, for unit stiffness of a spring per mass.
+    """Return the largest eigenvalue ω² of a body on equal isotropic springs with a stiffness per mass of 1/s² each.
 
-    Each further spring only raises it: the body has a higher frequency on all vertices of a face than on an edge or a
-    single vertex. The tilt does not matter for isotropic springs. So the maximum over the faces that can lie flat, each
-    with all its vertices, is enough.
+    Each further spring only raises the eigenvalue: the body has a higher frequency on all vertices of a face than on an
+    edge or a single vertex. The tilt does not matter for isotropic springs. So the maximum over the faces that can lie
+    flat, each with all its vertices, is enough.
     """
     faces = (np.arange(body.base), *body.facets)
-    return max(highest_eigenvalue(_unit_stiffness_matrix(body, face)) for face in faces)
+    return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
 
 
 def smallest_unit_spring_eigenvalue(body: Solid) -> float:
-    """Return the smallest eigenvalue of a body upright on unit springs at all vertices of its base.
+    """Return the smallest eigenvalue of an upright body with a unit spring at each vertex of its base.
 
     See `largest_unit_spring_eigenvalue`.
     """
-    return lowest_eigenvalue(_unit_stiffness_matrix(body, np.arange(body.base)))
+    return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base)))
 
 
-def vertex_unloading_limits(body: Solid) -> tuple[float, float]:
-    """Return the acceleration that unloads a base vertex, and the smallest vertex load as a share of the mean load.
+def vertex_unloading_acceleration_and_least_load(body: Solid) -> tuple[float, float]:
+    """Return the |a|/g that unloads a base vertex of a body, and its smallest vertex load over the mean vertex load.
 
     The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
     body at rest. Both are 0 if a vertex carries no load at rest.
@@ -71,8 +71,8 @@ def vertex_unloading_limits(body: Solid) -> tuple[float, float]:
     return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)
 
 
-def _unit_stiffness_matrix(body: Solid, vertex_indices: NDArray[np.int64]) -> FloatArray:
-    """Return the stiffness matrix of unit springs at vertices of a body, scaled to unit masses, shape (6, 6)."""
+def _stiffness_matrix_of_unit_springs(body: Solid, vertex_indices: NDArray[np.int64]) -> FloatArray:
+    """Return the mass-scaled stiffness matrix, shape (6, 6), of a body with unit springs at the given vertices."""
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
     c00 = math.sqrt(inertia[0, 0])
@@ -85,12 +85,12 @@ def _unit_stiffness_matrix(body: Solid, vertex_indices: NDArray[np.int64]) -> Fl
     for x, y, z in body.points[vertex_indices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-        each = np.concatenate([np.eye(3), _multiply_by_inverse_root(turn, root)], axis=1)
+        each = np.concatenate([np.eye(3), _multiply_by_inverse_transposed_root(turn, root)], axis=1)
         matrix += np.sum(each[:, :, None] * each[:, None, :], axis=0)
     return matrix
 
 
-def _multiply_by_inverse_root(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
+def _multiply_by_inverse_transposed_root(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
     """Return A C⁻ᵀ, shape (3, 3), for a matrix A and the lower triangular root C of an inertia tensor."""
     out = np.zeros((3, 3))
     for k in range(3):

@@ -8,8 +8,8 @@ from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
-class StartColumns(NamedTuple):
-    """Columns of the initial pose and velocities of a body; components along the axes of its frame (x, y, z)."""
+class BodyStartColumns(NamedTuple):
+    """Columns of the initial pose and velocities of a body; x points to the orientation, z up, y to the left of x."""
 
     x: float
     """Position of the centre along x, m."""
@@ -33,7 +33,7 @@ class StartColumns(NamedTuple):
 
 
 class BodyCaseColumns(NamedTuple):
-    """Columns of the kernel's table of cases, between the index of the body and the columns of `CaseStepControl`."""
+    """Columns of the body kernel's table of cases: the parameters of a case. `CASE` has more columns."""
 
     stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
@@ -57,18 +57,18 @@ class BodyCaseColumns(NamedTuple):
     """Sample at which the case ends as undecided."""
 
 
-class BodyColumns(NamedTuple):
-    """Columns of the kernel's table of bodies: one row per size of the solid."""
+class BodyConstantColumns(NamedTuple):
+    """Columns of the body kernel's table of bodies: constants of a solid, one row per size of the body."""
 
     ixx: float
-    """Inertia tensor about the centre per mass, m²."""
+    """Inverse inertia tensor about the centre, m/I, 1/m²."""
     iyy: float
     izz: float
     ixy: float
     ixz: float
     iyz: float
     axx: float
-    """Inverse of that tensor, 1/m²."""
+    """Inertia tensor about the centre per mass, m²."""
     ayy: float
     azz: float
     axy: float
@@ -91,7 +91,7 @@ class BodyColumns(NamedTuple):
 
 
 class BodyResultColumns(NamedTuple):
-    """Columns of the kernel's table of results: one row per case."""
+    """Columns of the body kernel's table of results: one row per case."""
 
     status: float
     """`Status` as a number."""
@@ -123,18 +123,18 @@ class BodyResultColumns(NamedTuple):
     qz: float
 
 
-class GroundColumns(NamedTuple):
-    """Columns of the ground acceleration in a trajectory, m/s²."""
+class GroundAccelerationColumns(NamedTuple):
+    """Columns of the base acceleration (m/s²) in a row of a trajectory, along the axes of `BodyStartColumns`."""
 
     ground_x: float
     ground_y: float
     ground_z: float
 
 
-START: Final = table_dtype_of_named_tuples(StartColumns)
+START: Final = table_dtype_of_named_tuples(BodyStartColumns)
 CASE: Final = np.dtype(
     [("body", "i8"), *table_dtype_of_named_tuples(BodyCaseColumns, CaseStepControl).descr, ("start", START)]
 )
-BODY: Final = table_dtype_of_named_tuples(BodyColumns)
+BODY: Final = table_dtype_of_named_tuples(BodyConstantColumns)
 RESULT: Final = table_dtype_of_named_tuples(BodyResultColumns)
-ROW: Final = np.dtype([("time", "f8"), *table_dtype_of_named_tuples(StartColumns, GroundColumns).descr])
+ROW: Final = np.dtype([("time", "f8"), *table_dtype_of_named_tuples(BodyStartColumns, GroundAccelerationColumns).descr])

@@ -25,7 +25,7 @@ class Quaternion(NamedTuple):
 
 
 class SymmetricMatrix(NamedTuple):
-    """Symmetric 3 × 3 matrix."""
+    """Symmetric 3 × 3 matrix, stored as its six different elements."""
 
     xx: float
     yy: float
@@ -106,7 +106,7 @@ def transpose(m: Matrix) -> Matrix:
 
 @njit(**INLINE)
 def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix:
-    """Convert a symmetric matrix to a full one."""
+    """Return a symmetric matrix as a `Matrix` with all nine elements."""
     return Matrix(
         symmetric_matrix.xx,
         symmetric_matrix.xy,
@@ -122,7 +122,7 @@ def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix:
 
 @njit(**INLINE)
 def inverse_matrix(m: Matrix) -> Matrix:
-    """Return the inverse of a 3 × 3 matrix by cofactors; exact mirror images have exactly mirrored inverses."""
+    """Return the inverse of a 3 × 3 matrix by cofactors; inverses of exact mirror images are exact mirror images."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
     one = 1.0 / ((m.zx * zx + m.zy * zy) + m.zz * zz)
     return Matrix(
@@ -145,7 +145,7 @@ def rotation_matrix(quaternion: Quaternion) -> Matrix:
 
 @njit(**INLINE)
 def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector) -> Quaternion:
-    """Return a rotation continued for a time at constant angular velocity, by a fifth-order series for small angles."""
+    """Return the rotation `q` after a further `time` (s) at constant angular velocity (rad/s), by a series."""
     h = Vector(0.5 * (time * angular_velocity.x), 0.5 * (time * angular_velocity.y), 0.5 * (time * angular_velocity.z))
     square = dot_product(h, h)
     c = 1.0 - square * (0.5 - square * (1.0 / 24.0))

@@ -17,7 +17,7 @@ from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_segme
 
 
 class SceneCaseColumns(NamedTuple):
-    """Columns of the kernel's table of scene cases; the columns of `CaseStepControl` follow."""
+    """Columns of the scene kernel's table of cases: parameters of a case; those of `CaseStepControl` follow."""
 
     amplitude: float
     """Factor on the motion."""
@@ -37,8 +37,8 @@ class SceneCaseColumns(NamedTuple):
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
-class ElementColumns(NamedTuple):
-    """Columns of the kernel's table of elements: rotations and supports that decide when an element has fallen."""
+class ElementRuleColumns(NamedTuple):
+    """Columns of the scene kernel's table of elements: rotations, support and energy that decide about falls."""
 
     is_free: float
     """1 if the element is free, else 0."""
@@ -59,7 +59,7 @@ class ElementColumns(NamedTuple):
 
 
 class SceneLimitColumns(NamedTuple):
-    """Columns of a scene's limits: penetration at which a case fails, energies at rest and of the energy balance."""
+    """Columns of the limits of a scene variant: penetration at which a case fails, and energies that decide its end."""
 
     deepest: float
     """Penetration beyond which a case has failed, m."""
@@ -72,7 +72,7 @@ class SceneLimitColumns(NamedTuple):
 
 
 class SceneResultColumns(NamedTuple):
-    """Columns of the kernel's table of results: one row per case of a scene."""
+    """Columns of the scene kernel's table of case results: one row per case."""
 
     status: float
     """`Status` as a number."""
@@ -87,7 +87,7 @@ class SceneResultColumns(NamedTuple):
 
 
 class ElementResultColumns(NamedTuple):
-    """Columns of the kernel's table of element results: one row per element in each case."""
+    """Columns of the scene kernel's table of element results: one row per case and element."""
 
     overturned: float
     """Side of the fall: 1 towards the azimuth, −1 away from it, 0 standing."""
@@ -102,7 +102,7 @@ class ElementResultColumns(NamedTuple):
 
 
 CASE: Final = table_dtype_of_named_tuples(SceneCaseColumns, CaseStepControl)
-ELEMENT: Final = table_dtype_of_named_tuples(ElementColumns)
+ELEMENT: Final = table_dtype_of_named_tuples(ElementRuleColumns)
 LIMITS: Final = table_dtype_of_named_tuples(SceneLimitColumns)
 RESULT: Final = table_dtype_of_named_tuples(SceneResultColumns)
 ELEMENT_RESULT: Final = table_dtype_of_named_tuples(ElementResultColumns)
@@ -118,7 +118,7 @@ FLAT: Final = 0.999
 
 
 class SceneArrays(NamedTuple):
-    """Constants and initial states of a scene for the kernel, in all variants of the scene (sizes and damping)."""
+    """Constants and initial states of a scene for the kernel; a variant is the scene at one size and damping."""
 
     initial: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""
@@ -139,17 +139,17 @@ class SceneArrays(NamedTuple):
 
 
 def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
-    """Return the kernel's arrays for the variants of a scene; in all variants the same elements can touch."""
+    """Return the kernel's arrays for the variants of a scene, in all of which the same elements can touch."""
     one = prepared_scenes[0]
     first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.placed)]).tolist()
     layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
-    sizes = np.array(one.vertex_counts, np.int64)
+    sizes = np.array(one.piece_vertex_counts, np.int64)
     shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
     for v, prepared in enumerate(prepared_scenes):
         for index, part in enumerate(part for item in prepared.placed for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_table
     return SceneArrays(
-        initial=np.stack([initial_state_rows(item) for item in prepared_scenes]),
+        initial=np.stack([initial_state_column(item) for item in prepared_scenes]),
         layout=np.array(layout, np.int64).reshape(-1, 4),
         parts=one.parts,
         sizes=sizes,
@@ -160,8 +160,8 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     )
 
 
-def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
-    """Return the initial state of a case as a column of the state array: the scene at rest, shape (rows,)."""
+def initial_state_column(prepared_scene: PreparedScene) -> FloatArray:
+    """Return a lane's column of the state array, shape (rows,), for the prepared scene at rest."""
     placed, laws, still = prepared_scene.placed, prepared_scene.laws, k.PlanarVector(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
@@ -171,12 +171,14 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
         free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared_scene.support[index]], prepared_scene.base[index]
-        home = k.RestPose(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
+        home = k.ElementRestPose(
+            x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop
+        )
         inertia = k.ElementConstants(
             *free, frame, held, float(prepared_scene.critical[index]), *prepared_scene.return_rotations[index].tolist()
         )
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
-        totals = k.StepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
+        totals = k.ElementStepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
         trial, record = (
             k.PredictedElement(pose, still, still, 0.0, 0.0, still),
             k.ElementProgress(0.0, 0.0, 0.0, 0.0, 0.0),
@@ -190,7 +192,7 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
                 force=still,
                 inertia=inertia,
                 totals=totals,
-                travel=k.SummedMotion(0.0, 0.0),
+                travel=k.SummedElementMotion(0.0, 0.0),
                 record=record,
                 home=home,
             )
@@ -198,9 +200,9 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
     settled = np.inf if nearest_faces_never_change(placed) else 0.0
     nearest = k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, bounds = (
-        k.VertexPosition(0.0, 0.0),
+        k.VertexPositionAtFace(0.0, 0.0),
         k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0),
-        k.ContactRanges(0.0, 0.0, 0.0, 0.0),
+        k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
     )
     pairs = []
     for index, (pair, (a, b)) in enumerate(
@@ -208,7 +210,7 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
     ):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
-        landing = LANDING if uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0
+        landing = LANDING if pair_uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0
         law = k.ContactLaw(
             laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
         )
@@ -217,7 +219,9 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
             if end.pair == index:
                 carrier = k.MINE if _contact_vertex_is_of_first(a, b, end.side) else k.THEIRS
                 ends[end.side] = k.ContactEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
-        history = k.PairHistory(k.VertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
+        history = k.PairHistory(
+            k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
+        )
         stands = float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b])
         pairs.append(
             k.PairState(
@@ -240,8 +244,8 @@ def initial_state_rows(prepared_scene: PreparedScene) -> FloatArray:
     )
 
 
-def uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
-    """True if the rule of flat landings is applied to a pair of elements (docs/method.md, "A flat landing").
+def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
+    """True if the flat landing rule applies to the pair `index_a`, `index_b` (docs/method.md, "A flat landing").
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
@@ -251,7 +255,7 @@ def uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b:
 
 
 def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
-    """True if the nearest faces never change before a fall: an upright rectangle on wide driven ground.
+    """True if `elements` are an upright rectangle on wide driven ground: their nearest faces are fixed until a fall.
 
     Only its lower corners can touch the ground until it lies on its side, when it has fallen.
     """
@@ -262,7 +266,7 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
         all(item.element.width is not None and item.element.rotation_deg == 0 for item in elements)
         and ground.element.kind == "driven"
         and stone.element.kind == "free"
-        and max(fall_rotations(stone)) < 0.5 * np.pi
+        and max(fall_rotations_to_both_sides(stone)) < 0.5 * np.pi
         and abs(float(stone.vertices_in_scene[:, 1].min() - ground.vertices_in_scene[:, 1].max())) <= 1e-9 * stone.size
         and ground.shape.width
         > WIDE_GROUND * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
@@ -278,7 +282,7 @@ def _contact_vertex_is_of_first(first_element: PlacedElement, second_element: Pl
     )
 
 
-def fall_rotations(element: PlacedElement) -> tuple[float, float]:
+def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     """Return the rotations to −x and to +x at which an element counts as fallen, rad.
 
     These are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
@@ -289,12 +293,12 @@ def fall_rotations(element: PlacedElement) -> tuple[float, float]:
 
 
 def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return the termination rules of all elements, of type `ELEMENT`, shape (elements,)."""
+    """Return the rules that decide when each element has fallen, of type `ELEMENT`, shape (elements,)."""
     return np.array(
         [
             (
                 not item.is_driven_or_held,
-                *fall_rotations(item),
+                *fall_rotations_to_both_sides(item),
                 *prepared_scene.tips[k],
                 *prepared_scene.support_and_stack_base(k),
                 prepared_scene.barrier[k],
@@ -306,13 +310,13 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
 
 
 def failure_and_rest_limits(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return the limits of failure and rest of a scene, of type `LIMITS`, shape ().
+    """Return the limits at which a case of a prepared scene fails or is at rest, one record of type `LIMITS`.
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
-    free = [prepared_scene.placed[n] for n in prepared_scene.free_elements]
+    free = [prepared_scene.placed[n] for n in prepared_scene.free_element_indices]
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.size for item in free])
-    barrier = prepared_scene.barrier[prepared_scene.free_elements]
+    barrier = prepared_scene.barrier[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
     rest_energy = CALM_KINETIC * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.size
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()

@@ -19,13 +19,13 @@ from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
     all_elements_in_place,
     any_element_airborne,
-    any_element_sliding,
+    any_element_will_slide_noticeably,
     count_touching_ends,
-    has_tipped,
-    has_tipped_or_dropped,
+    element_has_tipped,
+    element_has_tipped_or_dropped,
     last_support_time,
 )
-from overturning.dem.polygon.state import ElementProgress, ElementState, Pose, RestPose
+from overturning.dem.polygon.state import ElementProgress, ElementRestPose, ElementState, Pose
 from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -42,15 +42,15 @@ SUPPORT_GAP: Final = 0.1
 
 @njit(**INNER)
 def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON` if the case has not ended.
+    """Return the `Status` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended.
 
     The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
     that can move as one stands for good, shape (groups,).
     """
     case = rows.load_case(state, lane)
     element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
-    check, moving, standing, fallen, safe, slid = count_standing_and_fallen_elements(state, lane, element_rules)
-    if not np.isfinite(check) or deepest_penetration(state, lane, scene) > limits.deepest:
+    check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
+    if not np.isfinite(check) or deepest_pair_penetration(state, lane, scene) > limits.deepest:
         return Status.UNSTABLE
     gap = SUPPORT_GAP * limits.deepest
     # A fallen element may still hit, or slide into, one that stands.
@@ -65,7 +65,7 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
     # and every standing element has at least two loaded ends.
     if (
         moving < limits.rest_energy
-        and count_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
+        and count_touching_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
     ):
         return Status.SIMULATED
     if case.sample < last_sample:
@@ -74,7 +74,7 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
         return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON
-    still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_at_rest(
+    still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_without_base_motion(
         state, lane, element_rules, scene.gravity
     )
     return (
@@ -88,9 +88,9 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
 def no_element_can_fall_later(
     state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
 ) -> bool:
-    """True if the rest of the record is too weak for the standing elements, and no element is airborne."""
+    """True if the rest of the record cannot move the standing elements, and none may still land on its support."""
     sample = rows.load_case(state, lane).sample
-    weak = rest_of_record_is_weak(state, lane, stable_from_sample, scene.parts, sample)
+    weak = rest_of_record_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
     return bool(weak and not any_element_airborne(state, lane, scene, element_rules, max_gap))
 
 
@@ -98,20 +98,20 @@ def no_element_can_fall_later(
 def outcomes_are_final(
     state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
-    """True if all elements are in place, with too little energy for a fall, larger peak rotations or more slip."""
+    """True if all elements are in place and have too little energy to fall, exceed a peak rotation or slide on."""
     if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
         return False
     spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
-    return bool(over and not any_element_sliding(state, lane, scene))
+    return bool(over and not any_element_will_slide_noticeably(state, lane, scene))
 
 
 @njit(**INNER)
-def count_standing_and_fallen_elements(
+def update_fall_sides_and_count_elements(
     state: Any, lane: int, element_rules: Any
 ) -> tuple[float, float, int, int, int, bool]:
-    """Count the standing, fallen and safe elements of a case; store the side of elements that fell in this sample.
+    """Store the side of elements that fell in this sample, and count the standing, fallen and safe elements of a case.
 
     Returns
     -------
@@ -158,14 +158,18 @@ def completed_fall_side(element: ElementState, element_rules: Any) -> float:
 
 
 @njit(**INNER)
-def any_element_can_fall_at_rest(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
+def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
     """True if a standing element has enough energy to fall while the base is at rest.
 
     It needs its barrier or, without a tipping angle, 1 % of the potential energy that it loses down to its fall limit.
     """
     for i in range(element_rules.size):
         item = rows.load_element(rows.of_element(state, i), lane)
-        if element_rules[i].is_free == 0.0 or item.record.side != 0.0 or has_tipped_or_dropped(item, element_rules[i]):
+        if (
+            element_rules[i].is_free == 0.0
+            or item.record.side != 0.0
+            or element_has_tipped_or_dropped(item, element_rules[i])
+        ):
             continue
         own, weight = element_rules[i].tips_on < np.inf, item.inertia.mass * gravity
         lift = weight * max(item.pose.z - item.home.z, 0.0) if own else 0.0
@@ -177,7 +181,7 @@ def any_element_can_fall_at_rest(state: Any, lane: int, element_rules: Any, grav
 
 @njit(**INNER)
 def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> None:
-    """Mark the free elements of a finished case that have fallen, with side and time.
+    """Store side and time of the fall for each free element that has fallen by the end of a case.
 
     An element has fallen if it has rotated to where it can rest on another face or past the angle from which it can
     return, if it is below its fall limit, or if none of its supports carries it any more.
@@ -190,19 +194,19 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
             if element_rules[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
                 continue
             item, until = rows.load_element(e, lane), last_support_time(state, lane, scene, i, max_gap)
-            if has_tipped_or_dropped(item, element_rules[i]):
+            if element_has_tipped_or_dropped(item, element_rules[i]):
                 until = item.record.upright_until
             if until < np.inf:
                 e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
-                    fall_side(item, element_rules[i]),
+                    side_of_fallen_element(item, element_rules[i]),
                     until,
                     True,
                 )
 
 
 @njit(**INNER)
-def deepest_penetration(state: Any, lane: int, scene: Any) -> float:
-    """Return the largest penetration of any pair of a case, m."""
+def deepest_pair_penetration(state: Any, lane: int, scene: Any) -> float:
+    """Return the largest penetration (m) of any pair of elements so far, for the case in a lane."""
     deepest = 0.0
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
@@ -211,8 +215,8 @@ def deepest_penetration(state: Any, lane: int, scene: Any) -> float:
 
 
 @njit(**INNER)
-def count_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
-    """Count the touching contact ends of the standing free elements; one between two such elements counts twice."""
+def count_touching_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
+    """Count the touching contact ends of the standing free elements; an end between two of these counts twice."""
     total = 0
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
@@ -223,18 +227,20 @@ def count_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_r
 
 
 @njit(**INNER)
-def fall_side(element: ElementState, element_rules: Any) -> float:
-    """Return the side to which an element has fallen (±1): of its rotation if it tipped, else of its displacement.
+def side_of_fallen_element(element: ElementState, element_rules: Any) -> float:
+    """Return the side of a fallen element, ±1 along x: sign of its rotation if it tipped, else of its displacement.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
     """
-    way = element.pose.angle if has_tipped(element, element_rules) else element.pose.x - element.home.x
+    way = element.pose.angle if element_has_tipped(element, element_rules) else element.pose.x - element.home.x
     return 1.0 if way > 0.0 or (way == 0.0 and element.pose.angle > 0.0) else -1.0
 
 
 @njit(**INNER)
-def rest_of_record_is_weak(state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float) -> bool:
-    """True if the rest of the record is too weak to lift or slide any standing group that can move as one."""
+def rest_of_record_cannot_move_groups(
+    state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float
+) -> bool:
+    """True if the record after `sample` is too weak to lift or slide any group of elements that still stands."""
     for p in range(element_groups.shape[0]):
         lowest, last = rows.of_element(state, element_groups[p, 0]), rows.of_element(state, element_groups[p, 1])
         if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stable_from_sample[p]:
@@ -267,15 +273,15 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_
 
 
 @njit(**INLINE)
-def point_position(pose: Pose, local_x: float, local_z: float) -> tuple[float, float]:
-    """Return the position of a point of an element in the axes of the scene."""
+def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> tuple[float, float]:
+    """Return the scene coordinates, m, of the point (`local_x`, `local_z`) of an element, m from its centre."""
     x, z = rotate_to_scene_axes(pose, local_x, local_z)
     return pose.x + x, pose.z + z
 
 
 @njit(**APART)
-def shift_rest_pose(element_rows: Any, support_rows: Any) -> None:
-    """Shift the rest position of an element by the motion of the held element under it relative to the base."""
+def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> None:
+    """Shift the rest position of an element by the displacement of the held element that supports it."""
     for j in range(rows.COLUMNS):
         pose, at, home = (
             rows.load_pose(support_rows, j),
@@ -283,7 +289,7 @@ def shift_rest_pose(element_rows: Any, support_rows: Any) -> None:
             rows.load_home(element_rows, j),
         )
         x, z = pose.x - at.x, pose.z - at.z
-        rows.store_home(element_rows, j, RestPose(
+        rows.store_home(element_rows, j, ElementRestPose(
             home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.lowest + z
         ))  # fmt: skip
 
@@ -292,7 +298,7 @@ def shift_rest_pose(element_rows: Any, support_rows: Any) -> None:
 def record_slip_and_upright_time(
     element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
 ) -> None:
-    """Record the slip of an element on its support, and the last time at which it was upright above its fall limit."""
+    """Store the slip of an element on its support, and the last time at which this element was upright."""
     for j in range(rows.COLUMNS):
         item, support, sample = (
             rows.load_element(element_rows, j),
@@ -300,8 +306,8 @@ def record_slip_and_upright_time(
             rows.load_case(case_rows, j).sample,
         )
         old, home, passed = item.record, item.home, item.totals.last_upright
-        x, z = point_position(item.pose, home.base_x, home.base_z)
-        ox, oz = point_position(support, home.support_x, home.support_z)
+        x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
+        ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
         stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.lowest)
         upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.upright_until)
@@ -322,7 +328,7 @@ def record_support_time(
     samples_per_tick: float,
     sampling_interval: float,
 ) -> None:
-    """Record the time at which the upper element of a pair last touched the lower one, if it stood on it at rest."""
+    """Store the present time as support time of the upper element of a pair, if it touches the lower one."""
     for j in range(rows.COLUMNS):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_touching_ends(pair) > 0
@@ -337,7 +343,7 @@ def record_support_time(
 
 @njit(**INNER)
 def write_case_results(state: Any, lane: int, scene: Any, result_row: Any, element_result_rows: Any) -> None:
-    """Mark the fallen elements of a case, and write its results."""
+    """Store the falls of a case, and write its results into `result_row` and `element_result_rows`."""
     v = int(state[rows.VARIANT + lane])
     element_rules, limits = scene.elements[v], scene.limits[v]
     mark_fallen_elements(state, lane, scene, element_rules, SUPPORT_GAP * limits.deepest)
@@ -356,5 +362,5 @@ def write_case_results(state: Any, lane: int, scene: Any, result_row: Any, eleme
     balance = (
         (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).energy) - work + absorbed
     )
-    result_row.peak_penetration = deepest_penetration(state, lane, scene)
+    result_row.peak_penetration = deepest_pair_penetration(state, lane, scene)
     result_row.energy_error = abs(balance) / max(work, limits.least_scale, absorbed)

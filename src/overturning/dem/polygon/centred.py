@@ -17,38 +17,38 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.equations import add_pair_terms, add_predicted_forces
+from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
 from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
 from overturning.dem.polygon.landing import (
-    PairMotion,
-    apply_landing_levers,
+    PairMotionAndInertia,
     correct_slip_for_friction_work,
-    flat_landing_friction,
+    ends_with_flat_landing_levers,
+    flat_landing_slip_and_friction,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
     AssumedEndSlip,
     ContactEndForce,
     ContactEndResult,
-    PairMatrix,
-    RelativeVector,
-    add_pair_force,
-    apply_friction,
-    carrier_code,
-    next_pair_history,
+    PairRelativeVector,
+    PairVelocityToForceMatrix,
+    add_pair_force_to_elements,
+    contact_vertex_owner_code,
+    limit_friction_force,
     opening_and_slip_rates,
-    relative_velocity,
-    sum_end_forces,
+    pair_history_after_step,
+    sum_contact_end_forces,
     tangential_spring_stretch,
+    velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.state import (
     OPEN,
     CaseState,
     ContactEndHistory,
     ContactLaw,
-    StoredFindings,
-    VertexPosition,
-    VertexPositions,
+    FaceVertexPositions,
+    StoredStepContactChanges,
+    VertexPositionAtFace,
 )
 
 FINE: Final = SCENE.fine
@@ -58,7 +58,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 class PredictedContactEnd(NamedTuple):
-    """Predicted forces and contact state of a contact end, from which its terms in the equations of a step follow."""
+    """Predicted forces and contact state of a contact end, from which the terms of the equations of a step follow."""
 
     n: float
     """Predicted normal force, N."""
@@ -76,7 +76,7 @@ class PredictedContactEnd(NamedTuple):
     """True if a normal force pushes the end out while it slides."""
 
 
-plus = tuple_arithmetic(PairMatrix).plus
+plus = tuple_arithmetic(PairVelocityToForceMatrix).plus
 
 
 @njit(**INLINE)
@@ -86,10 +86,10 @@ def predict_contact_end(
     signed_friction: float,
     contact_end: ContactEnd,
     shared_segment: SharedSegment,
-    pair_motion: PairMotion,
+    pair_motion: PairMotionAndInertia,
     fine_step_and_flat_landing: tuple[bool, bool],
 ) -> PredictedContactEnd:
-    """Predict the contact state of an end: from its predicted forces in fine steps, as in the last step in longer ones.
+    """Predict the state of a contact end: in a fine step from predicted forces, else from its state in the last step.
 
     In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
     would rotate an element further in instead (Painlevé's paradox), the end sticks. `fine_step_and_flat_landing` holds
@@ -104,7 +104,7 @@ def predict_contact_end(
     on = (pressed | ((not fine) & (end_history.normal != 0.0))) & (contact_end.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_friction(contact_law, contact_end, pair_motion.velocity, a, b, held)
+    drifts, drift = flat_landing_slip_and_friction(contact_law, contact_end, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
     along = a.inverse_inertia_per_mass * (contact_end.a.n * (contact_end.a.n + signed_friction * contact_end.a.t))
@@ -116,10 +116,10 @@ def predict_contact_end(
 
 
 @njit(**INLINE)
-def force_velocity_matrix(
-    coefficient: float, force_direction: RelativeVector, velocity_direction: RelativeVector
-) -> PairMatrix:
-    """Return the matrix of a force that is `coefficient` times a velocity component, each with its direction."""
+def matrix_of_force_per_velocity(
+    coefficient: float, force_direction: PairRelativeVector, velocity_direction: PairRelativeVector
+) -> PairVelocityToForceMatrix:
+    """Return the matrix of a force along `force_direction`: `coefficient` × velocity along `velocity_direction`."""
     f = force_direction
     x, z, a, b = (
         coefficient * velocity_direction.x,
@@ -127,21 +127,21 @@ def force_velocity_matrix(
         coefficient * velocity_direction.a,
         coefficient * velocity_direction.b,
     )
-    return PairMatrix(
+    return PairVelocityToForceMatrix(
         f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
         f.a * a, f.a * b, f.b * a, f.b * b,
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def contact_end_terms(
+def contact_end_equation_terms(
     contact_law: ContactLaw,
     half_step_time: float,
     contact_end: ContactEnd,
     predicted_end: PredictedContactEnd,
     other_predicted_end: PredictedContactEnd,
-) -> tuple[PairMatrix, ContactEndForce, float]:
-    """Return the matrix of a contact end in the equations, its predicted forces, and ±μ if the end slides (else 0).
+) -> tuple[PairVelocityToForceMatrix, ContactEndForce, float]:
+    """Return the matrix of a contact end for the equations, the predicted forces, and ±μ if the end slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """
@@ -155,14 +155,17 @@ def contact_end_terms(
     t = slid * n if slides else predicted_end.t
     t = t if predicted_end.on else 0.0
     along, across = (
-        RelativeVector(contact_end.nx, contact_end.nz, contact_end.a.n, contact_end.b.n),
-        RelativeVector(contact_end.nz, -contact_end.nx, contact_end.a.t, contact_end.b.t),
+        PairRelativeVector(contact_end.nx, contact_end.nz, contact_end.a.n, contact_end.b.n),
+        PairRelativeVector(contact_end.nz, -contact_end.nx, contact_end.a.t, contact_end.b.t),
     )
     # The force of a sliding end is inclined by the friction angle.
-    inclined = RelativeVector(
+    inclined = PairRelativeVector(
         along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
     )
-    normal, tangent = force_velocity_matrix(press, inclined, along), force_velocity_matrix(stick, across, across)
+    normal, tangent = (
+        matrix_of_force_per_velocity(press, inclined, along),
+        matrix_of_force_per_velocity(stick, across, across),
+    )
     return plus(normal, tangent), ContactEndForce(n, t, predicted_end.stretch), slid
 
 
@@ -176,7 +179,10 @@ def is_fine_step(case: CaseState) -> bool:
 def add_pair_to_equations(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any, submatrices: Any, empty_flags: Any
 ) -> None:
-    """Add a pair to the equations of a step; `equations.pair_submatrices` returns `submatrices` and `empty_flags`."""
+    """Add the contact terms of a pair of elements to the equations of a step, in all lanes.
+
+    `equations.pair_submatrices` returns `submatrices` and `empty_flags`.
+    """
     for j in range(rows.COLUMNS):
         pair, first, second = (
             rows.load_pair(pair_rows, j),
@@ -187,24 +193,26 @@ def add_pair_to_equations(
         fine, half = is_fine_step(case), 0.5 * (case.step * case.attempt.length)
         ends = find_shared_segment(pair, first.trial.pose, second.trial.pose)
         rows.store_ends(pair_rows, j, ends)
-        both = PairMotion(relative_velocity(first.trial.end, second.trial.end), first.inertia, second.inertia)
+        both = PairMotionAndInertia(
+            velocity_of_a_relative_to_b(first.trial.end, second.trial.end), first.inertia, second.inertia
+        )
         kind = (fine, pair_lands_flat(law, old, ends, both))
-        end_1, end_2 = apply_landing_levers(law, ends, both, kind[1])
+        end_1, end_2 = ends_with_flat_landing_levers(law, ends, both, kind[1])
         g1 = predict_contact_end(law, old.one, pair.slid_one, ends.one, ends, both, kind)
         g2 = predict_contact_end(law, old.two, pair.slid_two, ends.two, ends, both, kind)
-        p1, f1, slid_1 = contact_end_terms(law, half, end_1, g1, g2)
-        p2, f2, slid_2 = contact_end_terms(law, half, end_2, g2, g1)
+        p1, f1, slid_1 = contact_end_equation_terms(law, half, end_1, g1, g2)
+        p2, f2, slid_2 = contact_end_equation_terms(law, half, end_2, g2, g1)
         rows.store_predicted_one(pair_rows, j, AssumedEndSlip(g1.stretch, slid_1))
         rows.store_predicted_two(pair_rows, j, AssumedEndSlip(g2.stretch, slid_2))
-        add_pair_terms(submatrices, empty_flags, j, plus(p1, p2), half, first.inertia, second.inertia)
-        action, on, by = sum_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
-        on, by = add_predicted_forces(on, by, action, half, first.inertia, second.inertia)
+        add_pair_matrix_to_submatrices(submatrices, empty_flags, j, plus(p1, p2), half, first.inertia, second.inertia)
+        action, on, by = sum_contact_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
+        on, by = add_pair_force_to_right_sides(on, by, action, half, first.inertia, second.inertia)
         rows.store_change(element_a_rows, j, on)
         rows.store_change(element_b_rows, j, by)
 
 
 class ContactEndSolution(NamedTuple):
-    """State of a contact end from the solution of the equations of a step, and what the step control needs to know."""
+    """State of a contact end after the equations of a step are solved, and findings on it for the step control."""
 
     now: ContactEndResult
     further: float
@@ -227,11 +235,11 @@ def solved_contact_end(
     end_history: ContactEndHistory,
     contact_end: ContactEnd,
     assumed_slip: AssumedEndSlip,
-    motion_and_change: tuple[PairMotion, RelativeVector],
+    motion_and_change: tuple[PairMotionAndInertia, PairRelativeVector],
     half_step_time: float,
     fine_step_and_flat_landing: tuple[bool, bool],
 ) -> ContactEndSolution:
-    """Compute the contact state of an end from the solved velocities, with forces within their limits.
+    """Return the state of a contact end from the solved velocities, with forces limited by contact and friction.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity corrections
     act on the poses over half a step. The spring of a slipping end is shortened to the force that friction can hold.
@@ -250,9 +258,9 @@ def solved_contact_end(
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
-    whole = RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_friction(contact_law, contact_end, whole, a, b, held), most > 0.0
-    force, holds, slips = apply_friction(t, n, contact_law, (held, drifts, drift))
+    whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
+    (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, contact_end, whole, a, b, held), most > 0.0
+    force, holds, slips = limit_friction_force(t, n, contact_law, (held, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     spring = spring if inside else 0.0
@@ -260,7 +268,7 @@ def solved_contact_end(
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_end.depth > 0.0)))
-        | (was & (end_history.carrier != carrier_code(contact_end)))
+        | (was & (end_history.carrier != contact_vertex_owner_code(contact_end)))
     )
     wrong, back = (found != assumed) & loaded, (found * end_history.tangent < 0.0) & loaded
     now = ContactEndResult(
@@ -273,15 +281,18 @@ def solved_contact_end(
 
 @njit(**INLINE)
 def solved_vertex_positions(
-    vertex_a: VertexPosition, vertex_b: VertexPosition, contact_end: ContactEnd, end_solution: ContactEndSolution
-) -> tuple[VertexPosition, VertexPosition]:
-    """Return the positions of the two possible contact vertices of an end; the actual one has the solved position."""
+    vertex_a: VertexPositionAtFace,
+    vertex_b: VertexPositionAtFace,
+    contact_end: ContactEnd,
+    end_solution: ContactEndSolution,
+) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
+    """Return the positions of both vertices at a contact end; the solution has corrected that of the contact vertex."""
     mine, depth = contact_end.mine > 0.0, end_solution.now.depth
     return (
-        VertexPosition(
+        VertexPositionAtFace(
             depth if mine else vertex_a.depth, vertex_a.place - end_solution.further if mine else vertex_a.place
         ),
-        VertexPosition(
+        VertexPositionAtFace(
             vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + end_solution.further
         ),
     )
@@ -289,7 +300,7 @@ def solved_vertex_positions(
 
 @njit(**APART)
 def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
-    """Compute the forces of a pair from the solved velocities, and its new history, kept until the step is accepted."""
+    """Add the contact forces of a pair to its elements; keep the new contact history until the step is accepted."""
     for j in range(rows.COLUMNS):
         pair, step, first, second = (
             rows.load_pair(pair_rows, j),
@@ -300,27 +311,31 @@ def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_ro
         case, on, by, law, ends = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.ends
         fine, half, old = is_fine_step(case), 0.5 * (case.step * case.attempt.length), case.findings
         moves = (
-            PairMotion(relative_velocity(on.end, by.end), first.inertia, second.inertia),
-            relative_velocity(on.change, by.change),
+            PairMotionAndInertia(velocity_of_a_relative_to_b(on.end, by.end), first.inertia, second.inertia),
+            velocity_of_a_relative_to_b(on.change, by.change),
         )
         kind = (fine, pair_lands_flat(law, pair.history, ends, moves[0]))
         (u, d), inertia_a, inertia_b = (moves[0].velocity, moves[1]), first.inertia, second.inertia
-        solved = PairMotion(RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b)
-        end_1, end_2 = apply_landing_levers(law, ends, solved, kind[1])
+        solved = PairMotionAndInertia(
+            PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b
+        )
+        end_1, end_2 = ends_with_flat_landing_levers(law, ends, solved, kind[1])
         s1 = solved_contact_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
         s2 = solved_contact_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
-        on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, s1.now.force, s2.now.force))
+        on_a, on_b = add_pair_force_to_elements(
+            first.force, second.force, sum_contact_end_forces(end_1, end_2, s1.now.force, s2.now.force)
+        )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
         a1, b2 = solved_vertex_positions(ends.now.a1, ends.now.b2, ends.one, s1)
         a2, b1 = solved_vertex_positions(ends.now.a2, ends.now.b1, ends.two, s2)
-        rows.store_corrected(pair_rows, j, next_pair_history(
-            pair.history, ends, VertexPositions(a1, a2, b1, b2),
+        rows.store_corrected(pair_rows, j, pair_history_after_step(
+            pair.history, ends, FaceVertexPositions(a1, a2, b1, b2),
             correct_slip_for_friction_work(ends, (end_1, end_2), (s1.now, s2.now)), law, 2.0 * half
         ))  # fmt: skip
         pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
-        rows.store_findings(case_rows, j, StoredFindings(
+        rows.store_findings(case_rows, j, StoredStepContactChanges(
             1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
             1.0 if s1.reversed | s2.reversed else old.reversed, 1.0 if slide else old.slides,
             1.0 if s1.back | s2.back else old.back,
@@ -329,7 +344,7 @@ def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_ro
 
 @njit(**APART)
 def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
-    """Store the new contact history of a pair in the lanes whose step is accepted."""
+    """Replace the contact history of a pair by the new one in the lanes whose step is accepted."""
     for j in range(rows.COLUMNS):
         step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision
         rows.keep_history(pair_rows, j, decision.again > 0.0, step.corrected)

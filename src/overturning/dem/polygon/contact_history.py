@@ -12,7 +12,7 @@ from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ContactEndH
 
 @njit(**INNER)
 def reset_contact_history(pair_rows: Any, lane: int) -> None:
-    """Reset the contact history of both ends of a pair."""
+    """Reset the history of both contact ends of a pair in a lane: no contact, no force."""
     rows.store_memory(pair_rows, lane, ContactEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
     rows.store_memory(pair_rows, lane + rows.SECOND, ContactEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
 
@@ -21,7 +21,7 @@ def reset_contact_history(pair_rows: Any, lane: int) -> None:
 def transfer_contact_history(
     pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
-    """Transfer the contact history of each loaded end from the old faces of a pair to the new end that replaces it.
+    """Transfer the history of each loaded contact end of a pair's old faces to an end of the pair's new nearest faces.
 
     The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
     """
@@ -34,15 +34,15 @@ def transfer_contact_history(
             continue
         mine = old.carrier != THEIRS
         if mine:
-            target = replacement_end(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = replacement_end_number(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = replacement_end(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
-        old_x, old_z = end_normal(
+            target = replacement_end_number(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+        old_x, old_z = normal_force_direction_on_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
         x, z = old.normal * old_x + old.tangent * old_z, old.normal * old_z - old.tangent * old_x
         inner = vertices.a1.place <= pair.face_b.high if target == 0 else vertices.a2.place >= pair.face_b.low
-        new_x, new_z = end_normal(pose_a, pose_b, pair.face_a, pair.face_b, inner)
+        new_x, new_z = normal_force_direction_on_a(pose_a, pose_b, pair.face_a, pair.face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
@@ -52,8 +52,8 @@ def transfer_contact_history(
 
 
 @njit(**INNER)
-def replacement_end(faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int) -> int:
-    """Return the number (0 or 1) of the end of a new face that takes over the contact of a vertex.
+def replacement_end_number(faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int) -> int:
+    """Return which end (0 or 1) of a new face takes over the contact of the vertex with index `vertex_index`.
 
     This is the end at the same vertex, else the nearer one. Vertex indices are taken modulo the number of vertices.
     """
@@ -78,10 +78,10 @@ def replacement_end(faces: Any, vertex_index: int, first_end_vertex: int, second
 
 
 @njit(**INNER)
-def end_normal(
+def normal_force_direction_on_a(
     pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the direction of the normal force on element a: b's normal for a vertex of a, else minus a's normal."""
+    """Return the normal force's direction on a: b's face normal if the vertex is of a, else minus a's face normal."""
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
     x, z = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
@@ -89,10 +89,10 @@ def end_normal(
 
 
 @njit(**INNER)
-def end_position(
+def contact_vertex_position_from_a(
     pair: PairState, pose_a: Pose, pose_b: Pose, end_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the position of the contact vertex of an end relative to the centre of element a, m."""
+    """Return the vector (m) from element a's centre to the contact vertex of end `end_number` (0 or 1) of a pair."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
     along = own.low if vertex_is_of_a == (end_number == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
@@ -103,8 +103,8 @@ def end_position(
 
 
 @njit(**INNER)
-def set_forces_at_rest(pair_rows: Any, lane: int) -> None:
-    """Set the contact forces of a pair at rest from its loaded springs."""
+def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
+    """Set the contact forces of a pair at rest from the stretches of its loaded springs, in a lane."""
     pair = rows.load_pair(pair_rows, lane)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two

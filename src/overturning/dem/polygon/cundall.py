@@ -13,32 +13,32 @@ from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
 from overturning.dem.polygon.landing import (
-    PairMotion,
-    apply_landing_levers,
+    PairMotionAndInertia,
     correct_slip_for_friction_work,
-    flat_landing_friction,
+    ends_with_flat_landing_levers,
+    flat_landing_slip_and_friction,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
     ContactEndForce,
     ContactEndResult,
-    add_pair_force,
-    apply_friction,
+    add_pair_force_to_elements,
     element_acceleration,
     extrapolate_pose,
     extrapolate_velocity,
-    inertial_power,
-    next_pair_history,
-    relative_velocity,
-    sum_end_forces,
+    limit_friction_force,
+    pair_history_after_step,
+    power_against_inertial_and_holding_forces,
+    sum_contact_end_forces,
     tangential_spring_stretch,
+    velocity_of_a_relative_to_b,
 )
-from overturning.dem.polygon.search import update_faces_in_reach
-from overturning.dem.polygon.state import ContactEndHistory, ContactLaw, PlanarVector, StepTotals
-from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_if_distant
+from overturning.dem.polygon.search import update_nearest_faces_in_lanes
+from overturning.dem.polygon.state import ContactEndHistory, ContactLaw, ElementStepTotals, PlanarVector
+from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_pair_if_distant
 
 
-class CundallScheme(NamedTuple):
+class CundallSchemeConstants(NamedTuple):
     """Constants of Cundall's time integration scheme."""
 
     lag: float = 0.5
@@ -48,7 +48,7 @@ class CundallScheme(NamedTuple):
 
 
 @njit(**INLINE)
-def compute_end_force(
+def compute_contact_end_force(
     contact_law: ContactLaw,
     end_history: ContactEndHistory,
     contact_end: ContactEnd,
@@ -56,9 +56,9 @@ def compute_end_force(
     steps_per_second: float,
     flat_landing_state: tuple[bool, bool, float],
 ) -> ContactEndResult:
-    """Compute the force of a contact end from its spring, dashpot and friction, with the slip of the step.
+    """Return force, penetration and slip of a contact end in a step, from its spring, dashpot and friction.
 
-    See `overturning.dem.polygon.mechanics.apply_friction` for `flat_landing_state`.
+    See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
     """
     fade = contact_law.dashpot * steps_per_second
     n = contact_law.normal * contact_end.depth + fade * (contact_end.depth - contact_end.before)
@@ -67,14 +67,14 @@ def compute_end_force(
     stretch = tangential_spring_stretch(end_history, contact_end, shared_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
     # The spring of a slipping end is shortened to the force that friction can hold.
-    force, holds, slips = apply_friction(t, n, contact_law, flat_landing_state)
+    force, holds, slips = limit_friction_force(t, n, contact_law, flat_landing_state)
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     return ContactEndResult(ContactEndForce(n, force, spring), contact_end.depth, contact_end.slip, contact_end.closed)
 
 
 @njit(**APART)
 def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
-    """Compute the forces of a pair: spring, dashpot and friction at both ends of the segment its faces share."""
+    """Add the contact forces at both ends of the segment that a pair shares to its elements; store the new history."""
     for j in range(rows.COLUMNS):
         pair, first, second = (
             rows.load_pair(pair_rows, j),
@@ -83,18 +83,20 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         )
         case, old = rows.load_case(case_rows, j), pair.history
         ends = find_shared_segment(pair, first.pose, second.pose)
-        u, own_a, own_b = relative_velocity(first.velocity, second.velocity), first.inertia, second.inertia
-        held = pair_lands_flat(pair.law, old, ends, PairMotion(u, own_a, own_b))
-        end_1, end_2 = apply_landing_levers(pair.law, ends, PairMotion(u, own_a, own_b), held)
-        flat_one = (held, *flat_landing_friction(pair.law, ends.one, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_friction(pair.law, ends.two, u, own_a, own_b, held))
-        one = compute_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
-        two = compute_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
-        on_a, on_b = add_pair_force(first.force, second.force, sum_end_forces(end_1, end_2, one.force, two.force))
+        u, own_a, own_b = velocity_of_a_relative_to_b(first.velocity, second.velocity), first.inertia, second.inertia
+        held = pair_lands_flat(pair.law, old, ends, PairMotionAndInertia(u, own_a, own_b))
+        end_1, end_2 = ends_with_flat_landing_levers(pair.law, ends, PairMotionAndInertia(u, own_a, own_b), held)
+        flat_one = (held, *flat_landing_slip_and_friction(pair.law, ends.one, u, own_a, own_b, held))
+        flat_two = (held, *flat_landing_slip_and_friction(pair.law, ends.two, u, own_a, own_b, held))
+        one = compute_contact_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
+        two = compute_contact_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
+        on_a, on_b = add_pair_force_to_elements(
+            first.force, second.force, sum_contact_end_forces(end_1, end_2, one.force, two.force)
+        )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
         results = correct_slip_for_friction_work(ends, (end_1, end_2), (one, two))
-        rows.store_history(pair_rows, j, next_pair_history(old, ends, ends.now, results, pair.law, case.step))
+        rows.store_history(pair_rows, j, pair_history_after_step(old, ends, ends.now, results, pair.law, case.step))
 
 
 @njit(**APART)
@@ -109,7 +111,9 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
             lift = base_acceleration_at_tick(shaking.up, shaking.tick) * item.inertia.frame
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
-        work = old.work - dt * inertial_power(item, ground, lift, extrapolate_velocity(item.velocity, a, half))
+        work = old.work - dt * power_against_inertial_and_holding_forces(
+            item, ground, lift, extrapolate_velocity(item.velocity, a, half)
+        )
         pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
         upright = (on < item.inertia.on) & (-on < item.inertia.back)
@@ -120,7 +124,7 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         rows.store_velocity(element_rows, j, v)
         rows.store_acceleration(element_rows, j, a)
         rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
-        rows.store_totals(element_rows, j, StepTotals(far, turn, work, back, on, last, 0.0))
+        rows.store_totals(element_rows, j, ElementStepTotals(far, turn, work, back, on, last, 0.0))
 
 
 @njit(**INNER)
@@ -140,10 +144,12 @@ def compute_step(
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near = update_faces_in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
+        near = update_nearest_faces_in_lanes(
+            state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
+        )
         if near:
             compute_pair_forces(q, a, b, state)
-        if near or suspend_if_distant(q, a, b, p, active_pairs):
+        if near or suspend_pair_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept

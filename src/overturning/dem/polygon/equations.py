@@ -22,12 +22,12 @@ from overturning.dem.kernel.lanes import (
     unknown,
 )
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.mechanics import PairForce, PairMatrix
+from overturning.dem.polygon.mechanics import PairForce, PairVelocityToForceMatrix
 from overturning.dem.polygon.state import ElementConstants, PlanarVector
 
 
 class Submatrix(NamedTuple):
-    """3 × 3 submatrix: one row per force component of an element, one column per velocity component of an element."""
+    """3 × 3 submatrix of the equations: a row per force component, a column per velocity component (x, z, rotation)."""
 
     xx: float
     xz: float
@@ -47,7 +47,7 @@ minus = tuple_arithmetic(Submatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
-    """Submatrices of a pair; the first letter is the element with the force, the second the one with the velocity."""
+    """Submatrices of a pair a, b; first letter: element on which the force acts, second: element with the velocity."""
 
     aa: Any
     ab: Any
@@ -60,7 +60,7 @@ SPARE: Final = len(PairSubmatrices._fields)
 
 
 class NonzeroPattern(NamedTuple):
-    """Positions of the nonzero submatrices of the equations: touching elements, and those that elimination fills in."""
+    """Positions of the nonzero submatrices: those of touching elements, and those that the elimination fills in."""
 
     used: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
@@ -71,7 +71,7 @@ class NonzeroPattern(NamedTuple):
 
 
 @njit(**OWNER)
-def empty_pattern(element_count: int) -> Any:
+def create_empty_nonzero_pattern(element_count: int) -> Any:
     """Return a pattern without nonzero submatrices for `element_count` elements."""
     return NonzeroPattern(
         np.zeros((element_count, element_count), np.bool_),
@@ -81,8 +81,8 @@ def empty_pattern(element_count: int) -> Any:
 
 
 @njit(**INNER)
-def clear_pattern(nonzero_pattern: NonzeroPattern) -> None:
-    """Mark all submatrices as zero; the cost is proportional to the number of nonzero ones."""
+def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
+    """Mark all submatrices as zero, in a time proportional to the number of nonzero submatrices."""
     for k in range(nonzero_pattern.count.size):
         nonzero_pattern.used[k, k] = False
         for n in range(nonzero_pattern.count[k]):
@@ -92,7 +92,7 @@ def clear_pattern(nonzero_pattern: NonzeroPattern) -> None:
 
 
 @njit(**INNER)
-def mark_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None:
+def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None:
     """Mark submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
     nonzero_pattern.used[row, column] = True
     if row >= column:
@@ -110,8 +110,8 @@ of_submatrix: Final = create_window_slicer(SIZE)
 
 
 @njit(**INLINE)
-def scale_by_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
-    """Multiply the rows of submatrix `p` by a factor and the inverse mass or moment of inertia of their element."""
+def scale_rows_by_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
+    """Return submatrix `p` with its force rows × `factor`/mass and its moment row × `factor`/moment of inertia."""
     m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia_per_mass
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
@@ -145,8 +145,8 @@ def submatrix_inverse(p: Submatrix) -> Submatrix:
 
 
 @njit(**INLINE)
-def subtract_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: Submatrix) -> None:
-    """Subtract `terms` from a submatrix of a lane; an empty one starts as `diagonal` times the unit matrix."""
+def subtract_terms_from_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: Submatrix) -> None:
+    """Subtract `terms` from a submatrix in a lane; if the submatrix is empty, from `diagonal` × unit matrix."""
     one, old = diagonal, load(submatrix, lane)
     store(submatrix, lane, minus(Submatrix(
         one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
@@ -156,16 +156,16 @@ def subtract_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: floa
 
 
 @njit(**INLINE)
-def add_pair_terms(
+def add_pair_matrix_to_submatrices(
     submatrices: PairSubmatrices,
     empty_flags: Any,
     lane: int,
-    pair_matrix: PairMatrix,
+    pair_matrix: PairVelocityToForceMatrix,
     half_step_time: float,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> None:
-    """Add the terms of a pair to the matrix: the derivatives of the forces on its elements by their velocities."""
+    """Add `pair_matrix`, the forces of a pair's contacts by its velocities, to the pair's four submatrices."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
     aa = Submatrix(
         pair_matrix.xx,
@@ -211,14 +211,22 @@ def add_pair_terms(
         pair_matrix.bz,
         pair_matrix.bb,
     )
-    subtract_submatrix(submatrices.aa, lane, empty_flags[0], 1.0, scale_by_inverse_mass(aa, inertia_a, -half_step_time))
-    subtract_submatrix(submatrices.ab, lane, empty_flags[1], 0.0, scale_by_inverse_mass(ab, inertia_a, half_step_time))
-    subtract_submatrix(submatrices.ba, lane, empty_flags[1], 0.0, scale_by_inverse_mass(ba, inertia_b, half_step_time))
-    subtract_submatrix(submatrices.bb, lane, empty_flags[2], 1.0, scale_by_inverse_mass(bb, inertia_b, -half_step_time))
+    subtract_terms_from_submatrix(
+        submatrices.aa, lane, empty_flags[0], 1.0, scale_rows_by_inverse_mass(aa, inertia_a, -half_step_time)
+    )
+    subtract_terms_from_submatrix(
+        submatrices.ab, lane, empty_flags[1], 0.0, scale_rows_by_inverse_mass(ab, inertia_a, half_step_time)
+    )
+    subtract_terms_from_submatrix(
+        submatrices.ba, lane, empty_flags[1], 0.0, scale_rows_by_inverse_mass(ba, inertia_b, half_step_time)
+    )
+    subtract_terms_from_submatrix(
+        submatrices.bb, lane, empty_flags[2], 1.0, scale_rows_by_inverse_mass(bb, inertia_b, -half_step_time)
+    )
 
 
 @njit(**INLINE)
-def add_predicted_forces(
+def add_pair_force_to_right_sides(
     right_side_a: PlanarVector,
     right_side_b: PlanarVector,
     pair_force: PairForce,
@@ -226,7 +234,7 @@ def add_predicted_forces(
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> tuple[PlanarVector, PlanarVector]:
-    """Return the right-hand sides of both elements of a pair, with the predicted contact forces of the pair added."""
+    """Return the right-hand sides of elements a and b of a pair with the predicted contact force `pair_force` added."""
     m, i, n, k = (
         half_step_time * inertia_a.inverse_mass,
         half_step_time * inertia_a.inverse_inertia_per_mass,
@@ -248,24 +256,26 @@ def add_predicted_forces(
 
 
 @njit(**APART)
-def invert_submatrix(submatrix: Any) -> None:
-    """Replace a submatrix by its inverse."""
+def invert_submatrix_in_place(submatrix: Any) -> None:
+    """Replace a submatrix by its inverse, in all lanes."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, submatrix_inverse(load(submatrix, j)))
 
 
 @njit(**APART)
 def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
-    """Multiply a submatrix from the right by the inverse of the pivot."""
+    """Multiply a submatrix from the right by `pivot_inverse`, in place and in all lanes."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, submatrix_product(load(submatrix, j), load(pivot_inverse, j)))
 
 
 @njit(**APART)
 def subtract_submatrix_product(submatrix: Any, factor: Any, pivot_row: Any, is_empty: bool) -> None:
-    """Subtract factor × pivot row from a submatrix; an empty one starts as zero."""
+    """Subtract `factor` × `pivot_row` (both submatrices) from a submatrix, which counts as zero if it is empty."""
     for j in range(rows.COLUMNS):
-        subtract_submatrix(submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j)))
+        subtract_terms_from_submatrix(
+            submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j))
+        )
 
 
 @njit(**APART)
@@ -280,8 +290,8 @@ def subtract_from_velocity_change(target_rows: Any, submatrix: Any, source_rows:
 
 
 @njit(**APART)
-def solve_pivot_element(element_rows: Any, pivot_inverse: Any) -> None:
-    """Multiply the right-hand side of an element by the inverse of its pivot."""
+def multiply_right_side_by_pivot_inverse(element_rows: Any, pivot_inverse: Any) -> None:
+    """Multiply the right-hand side of an element by the inverse of its pivot, which gives its velocity change."""
     for j in range(rows.COLUMNS):
         rows.store_change(
             element_rows, j, submatrix_times_vector(load(pivot_inverse, j), rows.load_change(element_rows, j))
@@ -290,7 +300,7 @@ def solve_pivot_element(element_rows: Any, pivot_inverse: Any) -> None:
 
 @njit(**INNER)
 def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPattern, element_count: int) -> None:
-    """Solve the equations for the velocity changes of all elements, which replace the right-hand sides.
+    """Solve the equations of a step; the velocity changes of the elements replace their right-hand sides.
 
     Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
     the work is proportional to the number of elements.
@@ -300,7 +310,7 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
         if not used[k, k]:
             continue
         pivot = of_submatrix(matrix, k * element_count + k)
-        invert_submatrix(pivot)
+        invert_submatrix_in_place(pivot)
         for n in range(count[k]):
             i = later[k, n]
             factor = of_submatrix(matrix, i * element_count + k)
@@ -311,7 +321,7 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
                 row = of_submatrix(matrix, k * element_count + m)
                 subtract_submatrix_product(of_submatrix(matrix, i * element_count + m), factor, row, not used[i, m])
                 if not used[i, m]:
-                    mark_nonzero(nonzero_pattern, i, m)
+                    mark_submatrix_nonzero(nonzero_pattern, i, m)
     for k in range(element_count - 1, -1, -1):
         if not used[k, k]:
             continue
@@ -320,12 +330,12 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
             subtract_from_velocity_change(
                 rows.of_element(state, k), of_submatrix(matrix, k * element_count + m), rows.of_element(state, m)
             )
-        solve_pivot_element(rows.of_element(state, k), of_submatrix(matrix, k * element_count + k))
+        multiply_right_side_by_pivot_inverse(rows.of_element(state, k), of_submatrix(matrix, k * element_count + k))
 
 
 @njit(inline="always", **INNER)
 def submatrix_or_spare(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
-    """Return submatrix (row, column), or a spare one if one of both elements moves with the base (no equations)."""
+    """Return submatrix (`row`, `column`), or a spare one if one of its two elements moves with the base."""
     return of_submatrix(
         matrix,
         row * equation_flags.size + column
@@ -338,13 +348,13 @@ def submatrix_or_spare(matrix: Any, equation_flags: Any, row: int, column: int, 
 def pair_submatrices(
     matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
-    """Return the submatrices of a pair, and three flags: True if submatrix aa, ab or bb holds no terms yet."""
+    """Mark the submatrices of a pair as nonzero; return them and three flags: True if aa, ab or bb was empty before."""
     used = nonzero_pattern.used
     fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
     used[element_a, element_a], used[element_b, element_b] = equation_flags[element_a], equation_flags[element_b]
     if equation_flags[element_a] and equation_flags[element_b] and not used[element_a, element_b]:
-        mark_nonzero(nonzero_pattern, element_a, element_b)
-        mark_nonzero(nonzero_pattern, element_b, element_a)
+        mark_submatrix_nonzero(nonzero_pattern, element_a, element_b)
+        mark_submatrix_nonzero(nonzero_pattern, element_b, element_a)
     aa, ab = (
         submatrix_or_spare(matrix, equation_flags, element_a, element_a, 0),
         submatrix_or_spare(matrix, equation_flags, element_a, element_b, 1),

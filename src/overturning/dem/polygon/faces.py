@@ -11,14 +11,14 @@ from overturning.dem.polygon.state import (
     ContactEndHistory,
     ElementFace,
     ElementState,
+    FaceVertexPositions,
     PairState,
     Pose,
-    VertexPosition,
-    VertexPositions,
+    VertexPositionAtFace,
 )
 
 
-class LeverArms(NamedTuple):
+class ForceLeverArms(NamedTuple):
     """Lever arms of a normal and a tangential contact force about the centre of an element, m."""
 
     n: float
@@ -44,14 +44,14 @@ class ContactEnd(NamedTuple):
     """Penetration a step ago, m."""
     slip: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    a: LeverArms
+    a: ForceLeverArms
     """Lever arms about the centre of a."""
-    b: LeverArms
+    b: ForceLeverArms
     """Lever arms about the centre of b."""
 
 
 class SharedSegment(NamedTuple):
-    """Segment that two opposite faces share: their relative rotation, both ends, and all four vertices.
+    """Segment that two opposite faces share: rotation between the faces, both ends, and the vertices of both faces.
 
     `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativeFacePosition`.
     """
@@ -60,11 +60,11 @@ class SharedSegment(NamedTuple):
     turn_r: float
     one: ContactEnd
     two: ContactEnd
-    now: VertexPositions
+    now: FaceVertexPositions
 
 
 class RelativeFacePosition(NamedTuple):
-    """Relative position of the faces of a pair: normals, rotation between them, distances of the centres."""
+    """Relative position of a face of a and a face of b: normals, rotation between these, distance of both centres."""
 
     anx: float
     """Outward normal of a's face in the axes of the scene, x component."""
@@ -89,23 +89,23 @@ class RelativeFacePosition(NamedTuple):
 
 
 class LocatedVertex(NamedTuple):
-    """Position of a vertex of one face relative to the other face, now and a step ago, with lever arms."""
+    """Position of a vertex of one face relative to the other face, now and a step ago, with lever arms of its force."""
 
-    seen: VertexPosition
+    seen: VertexPositionAtFace
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
     before: float
     """Depth a step ago, m."""
     slip: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    a: LeverArms
+    a: ForceLeverArms
     """Lever arms about the centre of a."""
-    b: LeverArms
+    b: ForceLeverArms
     """Lever arms about the centre of b."""
 
 
 @njit(**INLINE)
 def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
-    """Rotate a vector from the axes of an element to those of the scene."""
+    """Return the scene components of a vector with components (x, z) in the axes of an element."""
     return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
 
 
@@ -124,7 +124,7 @@ def polygon_face(faces: Any, face_index: int) -> ElementFace:
 def relative_face_position(
     face_a: ElementFace, face_b: ElementFace, pose_a: Pose, pose_b: Pose
 ) -> RelativeFacePosition:
-    """Compute the relative position of the faces of a pair."""
+    """Return the relative position of a face of element a and a face of element b."""
     dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
     anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
     bnx, bnz = rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
@@ -145,10 +145,10 @@ def relative_face_position(
 
 
 @njit(**INLINE)
-def rotate_to_other_face(
+def components_along_other_face(
     normal_offset: float, tangent_offset: float, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Return the components of a point of one face, relative to its centre, along the other face's normal and tangent.
+    """Return the components of a vector along the other face's normal and tangent, from those along its own face's.
 
     `cosine` and `sine` are those of the rotation between both faces.
     """
@@ -161,20 +161,20 @@ def locate_vertex_of_a(
     tangent_offset: float,
     face_distance: float,
     relative_position: RelativeFacePosition,
-    previous_position: VertexPosition,
+    previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return depth, place and lever arms of a vertex of a at b's face, `face_distance` (m) from b's centre."""
-    own_n, own_t = rotate_to_other_face(
+    """Return depth behind b's face, place along it, slip and lever arms of a vertex of element a."""
+    own_n, own_t = components_along_other_face(
         normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
     )
     height, place = own_n + relative_position.bn, own_t + relative_position.bt
-    seen = VertexPosition(face_distance - height, place)
+    seen = VertexPositionAtFace(face_distance - height, place)
     return LocatedVertex(
         seen,
         previous_position.depth,
         previous_position.place - place,
-        LeverArms(own_t, own_n),
-        LeverArms(place, height),
+        ForceLeverArms(own_t, own_n),
+        ForceLeverArms(place, height),
     )
 
 
@@ -184,34 +184,34 @@ def locate_vertex_of_b(
     tangent_offset: float,
     face_distance: float,
     relative_position: RelativeFacePosition,
-    previous_position: VertexPosition,
+    previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return depth, place and lever arms of a vertex of b at a's face, `face_distance` (m) from a's centre.
+    """Return depth behind a's face, place along it, slip and lever arms of a vertex of element b.
 
     The place increases with the slip of a.
     """
-    own_n, own_t = rotate_to_other_face(
+    own_n, own_t = components_along_other_face(
         normal_offset, tangent_offset, -relative_position.turn_q, relative_position.turn_r
     )
     height, place = own_n + relative_position.an, own_t + relative_position.at
-    seen = VertexPosition(face_distance + height, place)
+    seen = VertexPositionAtFace(face_distance + height, place)
     return LocatedVertex(
         seen,
         previous_position.depth,
         place - previous_position.place,
-        LeverArms(place, height),
-        LeverArms(own_t, own_n),
+        ForceLeverArms(place, height),
+        ForceLeverArms(own_t, own_n),
     )
 
 
 @njit(**INLINE)
-def locate_vertices(
+def locate_face_vertices(
     face_a: ElementFace,
     face_b: ElementFace,
     relative_position: RelativeFacePosition,
-    previous_positions: VertexPositions,
+    previous_positions: FaceVertexPositions,
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
-    """Return depth, place and lever arms of the first and second vertex of a's face, then of b's face."""
+    """Return the position at the other face, with lever arms, of a's first and second vertex, then of b's."""
     return (
         locate_vertex_of_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
         locate_vertex_of_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
@@ -228,7 +228,7 @@ def build_contact_end(
     vertex_a: LocatedVertex,
     vertex_b: LocatedVertex,
 ) -> ContactEnd:
-    """Return a contact end of two faces, at the vertex of a if `vertex_is_of_a`, else at the vertex of b."""
+    """Return a contact end of two faces: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
     depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
     return ContactEnd(
         mine=vertex_is_of_a,
@@ -239,25 +239,29 @@ def build_contact_end(
         depth=depth,
         before=vertex_a.before if vertex_is_of_a else vertex_b.before,
         slip=vertex_a.slip if vertex_is_of_a else vertex_b.slip,
-        a=LeverArms(vertex_a.a.n if vertex_is_of_a else vertex_b.a.n, vertex_a.a.t if vertex_is_of_a else vertex_b.a.t),
-        b=LeverArms(vertex_a.b.n if vertex_is_of_a else vertex_b.b.n, vertex_a.b.t if vertex_is_of_a else vertex_b.b.t),
+        a=ForceLeverArms(
+            vertex_a.a.n if vertex_is_of_a else vertex_b.a.n, vertex_a.a.t if vertex_is_of_a else vertex_b.a.t
+        ),
+        b=ForceLeverArms(
+            vertex_a.b.n if vertex_is_of_a else vertex_b.b.n, vertex_a.b.t if vertex_is_of_a else vertex_b.b.t
+        ),
     )
 
 
 @njit(**INLINE)
 def find_shared_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> SharedSegment:
-    """Compute the segment shared by the nearest faces of a pair; no end touches if the elements are out of reach."""
+    """Return the segment that the nearest faces of a pair share at given poses; open if a and b are out of reach."""
     return find_shared_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
 def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> SharedSegment:
-    """Compute the segment shared by the faces of a pair; the contact vertex of each end is the inner of two vertices.
+    """Return the segment that the nearest faces of a pair share at the given poses; open unless `may_touch`.
 
-    End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
+    End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first: at the inner of these two vertices.
     """
     f = relative_face_position(pair.face_a, pair.face_b, pose_a, pose_b)
-    a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
+    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high
@@ -271,24 +275,24 @@ def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, ma
         build_contact_end(mine_1, in_1 & may_touch, f, a1, b2),
         build_contact_end(mine_2, in_2 & may_touch, f, a2, b1),
     )
-    return SharedSegment(f.turn_q, f.turn_r, one, two, VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
+    return SharedSegment(f.turn_q, f.turn_r, one, two, FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
 
 
 @njit(**INNER)
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, elapsed_time: float
-) -> VertexPositions:
-    """Compute the positions of the vertices of a pair's faces `elapsed_time` seconds ago."""
+) -> FaceVertexPositions:
+    """Return the positions of the four vertices of a pair's nearest faces `elapsed_time` seconds ago."""
     f = relative_face_position(
         pair.face_a, pair.face_b, earlier_pose(element_a, elapsed_time), earlier_pose(element_b, elapsed_time)
     )
-    a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
-    return VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
+    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
+    return FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
 @njit(**INNER)
 def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
-    """Return the pose of an element `elapsed_time` seconds ago, from its present velocity."""
+    """Return the pose that an element had `elapsed_time` seconds ago if it moved with its present velocity."""
     c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.w)
     return Pose(
         element.pose.x - elapsed_time * element.velocity.x,
@@ -301,9 +305,9 @@ def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
 
 @njit(**INNER)
 def contact_vertex_position(
-    end_history: ContactEndHistory, end_number: int, vertex_positions: VertexPositions
-) -> VertexPosition:
-    """Return the position of the contact vertex of an end (0 or 1) of a pair, according to its contact history."""
+    end_history: ContactEndHistory, end_number: int, vertex_positions: FaceVertexPositions
+) -> VertexPositionAtFace:
+    """Return, from `vertex_positions`, that of the vertex which carries end `end_number` (0 or 1) of a pair."""
     if end_history.carrier != THEIRS:
         return vertex_positions.a1 if end_number == 0 else vertex_positions.a2
     return vertex_positions.b2 if end_number == 0 else vertex_positions.b1

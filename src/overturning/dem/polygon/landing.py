@@ -7,22 +7,22 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
-from overturning.dem.polygon.faces import ContactEnd, LeverArms, SharedSegment
-from overturning.dem.polygon.mechanics import ContactEndResult, RelativeVector, opening_and_slip_rates
+from overturning.dem.polygon.faces import ContactEnd, ForceLeverArms, SharedSegment
+from overturning.dem.polygon.mechanics import ContactEndResult, PairRelativeVector, opening_and_slip_rates
 from overturning.dem.polygon.state import OPEN, ContactEndHistory, ContactLaw, ElementConstants, PairHistory
 
 
-class PairMotion(NamedTuple):
-    """Relative velocity of the elements of a pair, and the masses and inertias of both."""
+class PairMotionAndInertia(NamedTuple):
+    """Velocity of element a relative to b, and the inverse masses and inertias of both elements."""
 
-    velocity: RelativeVector
+    velocity: PairRelativeVector
     a: ElementConstants
     b: ElementConstants
 
 
 @njit(**INLINE)
-def end_lands_now(
-    contact_law: ContactLaw, end_history: ContactEndHistory, contact_end: ContactEnd, pair_motion: PairMotion
+def contact_end_lands_now(
+    contact_law: ContactLaw, end_history: ContactEndHistory, contact_end: ContactEnd, pair_motion: PairMotionAndInertia
 ) -> bool:
     """True if a contact end is landing, touches in this step, or will touch as part of the same impact.
 
@@ -39,27 +39,27 @@ def end_lands_now(
 
 @njit(**INLINE)
 def pair_lands_flat(
-    contact_law: ContactLaw, pair_history: PairHistory, shared_segment: SharedSegment, pair_motion: PairMotion
+    contact_law: ContactLaw, pair_history: PairHistory, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia
 ) -> bool:
     """True if both ends of a pair land in one impact, so that a dashpot may pull while its end is in contact."""
-    one = end_lands_now(contact_law, pair_history.one, shared_segment.one, pair_motion)
+    one = contact_end_lands_now(contact_law, pair_history.one, shared_segment.one, pair_motion)
     return (
         (contact_law.landing > 0.0)
         & one
-        & end_lands_now(contact_law, pair_history.two, shared_segment.two, pair_motion)
+        & contact_end_lands_now(contact_law, pair_history.two, shared_segment.two, pair_motion)
     )
 
 
 @njit(**INLINE)
-def flat_landing_friction(
+def flat_landing_slip_and_friction(
     contact_law: ContactLaw,
     contact_end: ContactEnd,
-    velocity: RelativeVector,
+    velocity: PairRelativeVector,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return True if a contact end slides in a flat landing, and μ with the sign of its friction.
+    """Return whether a contact end slides in a flat landing, and ±μ, where the sign is that of its friction force.
 
     The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """
@@ -67,7 +67,7 @@ def flat_landing_friction(
     w = (velocity.a * inertia_b.inverse_inertia_per_mass + velocity.b * inertia_a.inverse_inertia_per_mass) / (
         total if total > 0.0 else 1.0
     )
-    opening, slipping = opening_and_slip_rates(contact_end, RelativeVector(velocity.x, velocity.z, w, w))
+    opening, slipping = opening_and_slip_rates(contact_end, PairRelativeVector(velocity.x, velocity.z, w, w))
     return lands_flat & base_slides_in_flat_landing(contact_law.friction, slipping, opening), -math.copysign(
         contact_law.friction, slipping
     )
@@ -84,17 +84,17 @@ def relative_rotation_lever(
 
 @njit(**INLINE)
 def shorten_tangential_levers(contact_end: ContactEnd, lever_reduction: float) -> ContactEnd:
-    """Return a contact end with both lever arms of its tangential force shortened by `lever_reduction`, m."""
+    """Return a contact end with both lever arms (m) of its tangential force, about a and b, less `lever_reduction`."""
     end = contact_end
     return ContactEnd(
         end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
-        LeverArms(end.a.n, end.a.t - lever_reduction), LeverArms(end.b.n, end.b.t - lever_reduction),
+        ForceLeverArms(end.a.n, end.a.t - lever_reduction), ForceLeverArms(end.b.n, end.b.t - lever_reduction),
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def apply_landing_levers(
-    contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotion, lands_flat: bool
+def ends_with_flat_landing_levers(
+    contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
 ) -> tuple[ContactEnd, ContactEnd]:
     """Return both contact ends of a pair with the lever arms that their forces have in a flat landing.
 
@@ -103,8 +103,8 @@ def apply_landing_levers(
     where it causes no such rotation.
     """
     one, two, (u, a, b) = shared_segment.one, shared_segment.two, pair_motion
-    slides_one, drift = flat_landing_friction(contact_law, one, u, a, b, lands_flat)
-    slides_two, other = flat_landing_friction(contact_law, two, u, a, b, lands_flat)
+    slides_one, drift = flat_landing_slip_and_friction(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = flat_landing_slip_and_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia_per_mass, b.inverse_inertia_per_mass
     t1, t2 = relative_rotation_lever(one.a.t, one.b.t, ia, ib), relative_rotation_lever(two.a.t, two.b.t, ia, ib)
     n1, n2 = relative_rotation_lever(one.a.n, one.b.n, ia, ib), relative_rotation_lever(two.a.n, two.b.n, ia, ib)
@@ -121,7 +121,10 @@ def correct_slip_for_friction_work(
     landing_ends: tuple[ContactEnd, ContactEnd],
     end_results: tuple[ContactEndResult, ContactEndResult],
 ) -> tuple[ContactEndResult, ContactEndResult]:
-    """Return the results of both ends with the slip on which friction works at the levers of `apply_landing_levers`."""
+    """Return the results of both ends, with slips corrected to the lever arms of a flat landing.
+
+    With these slips, friction does its work at the lever arms of `ends_with_flat_landing_levers`.
+    """
     (end_1, end_2), (r1, r2), apart = landing_ends, end_results, shared_segment.one.a.n - shared_segment.two.a.n
     sunk = (r1.depth - shared_segment.one.before) - (r2.depth - shared_segment.two.before)
     turn = -sunk / (apart if apart != 0.0 else 1.0)

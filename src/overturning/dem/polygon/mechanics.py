@@ -18,10 +18,10 @@ from overturning.dem.polygon.state import (
     ContactEndHistory,
     ContactLaw,
     ElementState,
+    FaceVertexPositions,
     PairHistory,
     PlanarVector,
     Pose,
-    VertexPositions,
 )
 
 
@@ -37,7 +37,7 @@ class ContactEndForce(NamedTuple):
 
 
 class ContactEndResult(NamedTuple):
-    """State of a contact end at the end of a step."""
+    """Force, penetration and slip of a contact end at the end of a step."""
 
     force: ContactEndForce
     depth: float
@@ -49,7 +49,7 @@ class ContactEndResult(NamedTuple):
 
 
 class PairForce(NamedTuple):
-    """Sum of the contact forces of both ends of a pair, with their moments."""
+    """Sum of the contact forces at both ends of a pair, and its moments about the centres of a and b."""
 
     x: float
     """Force on a, N; the opposite acts on b."""
@@ -70,8 +70,8 @@ class AssumedEndSlip(NamedTuple):
     """±μ if the end is assumed to slide, else 0."""
 
 
-class RelativeVector(NamedTuple):
-    """Velocity of element a relative to b with both angular velocities, or a direction with its two lever arms."""
+class PairRelativeVector(NamedTuple):
+    """Velocity of element a relative to b, with both angular velocities; or a direction with lever arms about both."""
 
     x: float
     """Relative velocity, m/s, or component of the direction."""
@@ -83,10 +83,11 @@ class RelativeVector(NamedTuple):
     """Angular velocity of b, rad/s, or lever arm about its centre, m."""
 
 
-class PairMatrix(NamedTuple):
-    """Matrix that gives a pair's forces from its velocities (N s/m, N s, N m s); first index force, second velocity.
+class PairVelocityToForceMatrix(NamedTuple):
+    """Matrix from the velocities of a pair to its contact forces; first index: force or moment, second: velocity.
 
-    Forces and moments are those on a; the opposite act on b. Velocities of b count with the opposite sign.
+    Units: N s/m, N s and N m s. Forces and moments are those on a; the opposite act on b. Velocities of b count with
+    the opposite sign.
     """
 
     xx: float
@@ -111,7 +112,7 @@ class PairMatrix(NamedTuple):
 def element_acceleration(
     element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
 ) -> PlanarVector:
-    """Return the acceleration of an element in the frame of the base: contacts, weight, base acceleration (m/s²)."""
+    """Return the acceleration of an element relative to the base (m/s², rad/s²) by contacts, weight and base motion."""
     force, own = element.force, element.inertia
     fall = gravity * own.weight + vertical_base_acceleration
     return PlanarVector(
@@ -123,7 +124,7 @@ def element_acceleration(
 
 @njit(**INLINE)
 def extrapolate_velocity(velocity: PlanarVector, acceleration: PlanarVector, duration: float) -> PlanarVector:
-    """Return a velocity after a time (s) with constant acceleration."""
+    """Return a velocity after `duration` (s) at constant acceleration."""
     return PlanarVector(
         velocity.x + duration * acceleration.x,
         velocity.z + duration * acceleration.z,
@@ -133,7 +134,7 @@ def extrapolate_velocity(velocity: PlanarVector, acceleration: PlanarVector, dur
 
 @njit(**INLINE)
 def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pose:
-    """Return a pose after a time (s) with constant velocity."""
+    """Return a pose after `duration` (s) at constant velocity."""
     c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.w)
     return Pose(
         pose.x + duration * velocity.x, pose.z + duration * velocity.z, pose.angle + duration * velocity.w, c, s
@@ -141,13 +142,13 @@ def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pos
 
 
 @njit(**INLINE)
-def inertial_power(
+def power_against_inertial_and_holding_forces(
     element: ElementState,
     horizontal_base_acceleration: float,
     vertical_base_acceleration: float,
     velocity: PlanarVector,
 ) -> float:
-    """Return the power of the inertial forces on an element, and of the forces that hold a fixed element, W."""
+    """Return the power (W) against the inertial forces on an element and against the forces that hold a fixed one."""
     own, force = element.inertia, element.force
     return own.mass * (
         horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
@@ -155,7 +156,7 @@ def inertial_power(
 
 
 @njit(**INLINE)
-def carrier_code(contact_end: ContactEnd) -> float:
+def contact_vertex_owner_code(contact_end: ContactEnd) -> float:
     """Return `MINE` if the contact vertex of an end belongs to element a of the pair, `THEIRS` if to b."""
     return MINE if contact_end.mine > 0.0 else THEIRS
 
@@ -168,12 +169,12 @@ def tangential_spring_stretch(
     compliance: float,
     damping_force: float,
 ) -> float:
-    """Return the stretch (m) of an end's tangential spring before slip.
+    """Return the stretch (m) of a contact end's tangential spring, before friction limits it.
 
     The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
     not change. A new contact starts with 0.
     """
-    carrier = carrier_code(contact_end)
+    carrier = contact_vertex_owner_code(contact_end)
     share = -((carrier * shared_segment.turn_r) * end_history.normal) - end_history.tangent * shared_segment.turn_q
     share = end_history.tangent if end_history.carrier == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
@@ -182,10 +183,10 @@ def tangential_spring_stretch(
 
 
 @njit(**INLINE)
-def sum_end_forces(
+def sum_contact_end_forces(
     end_1: ContactEnd, end_2: ContactEnd, force_1: ContactEndForce, force_2: ContactEndForce
 ) -> PairForce:
-    """Return the sum of the contact forces of both ends of a pair, with their moments."""
+    """Return the sum of a pair's contact forces `force_1` at `end_1` and `force_2` at `end_2`, with moments."""
     return PairForce(
         (force_1.n * end_1.nx + force_1.t * end_1.nz) + (force_2.n * end_2.nx + force_2.t * end_2.nz),
         (force_1.n * end_1.nz - force_1.t * end_1.nx) + (force_2.n * end_2.nz - force_2.t * end_2.nx),
@@ -195,10 +196,10 @@ def sum_end_forces(
 
 
 @njit(**INLINE)
-def add_pair_force(
+def add_pair_force_to_elements(
     force_on_a: PlanarVector, force_on_b: PlanarVector, pair_force: PairForce
 ) -> tuple[PlanarVector, PlanarVector]:
-    """Add the forces of a pair's ends to the forces on its elements."""
+    """Return the forces on elements a and b with the contact force of their pair added: on a, and opposite on b."""
     return (
         PlanarVector(force_on_a.x + pair_force.x, force_on_a.z + pair_force.z, force_on_a.w + pair_force.moment_a),
         PlanarVector(force_on_b.x - pair_force.x, force_on_b.z - pair_force.z, force_on_b.w - pair_force.moment_b),
@@ -206,14 +207,14 @@ def add_pair_force(
 
 
 @njit(**INLINE)
-def relative_velocity(velocity_a: PlanarVector, velocity_b: PlanarVector) -> RelativeVector:
+def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVector) -> PairRelativeVector:
     """Return the velocity of element a relative to element b, with the angular velocities of both."""
-    return RelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
+    return PairRelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
 
 
 @njit(**INLINE)
-def opening_and_slip_rates(contact_end: ContactEnd, velocity: RelativeVector) -> tuple[float, float]:
-    """Return the velocities (m/s) at which the faces of a contact end open and slip."""
+def opening_and_slip_rates(contact_end: ContactEnd, velocity: PairRelativeVector) -> tuple[float, float]:
+    """Return the rates (m/s) at which the faces of a contact end open and slip, from `velocity` of a relative to b."""
     opening = (contact_end.nx * velocity.x + contact_end.nz * velocity.z) + (
         velocity.a * contact_end.a.n - velocity.b * contact_end.b.n
     )
@@ -223,13 +224,14 @@ def opening_and_slip_rates(contact_end: ContactEnd, velocity: RelativeVector) ->
 
 
 @njit(**INLINE)
-def apply_friction(
+def limit_friction_force(
     trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
-    """Return the friction force of an end (N), the limit of its spring force (N), and whether the end slips.
+    """Return a contact end's friction force (N), the largest force its spring may keep (N), and whether the end slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
-    `flat_landing_state` holds whether the end is held in a flat landing, and both results of `flat_landing_friction`.
+    `flat_landing_state` holds whether the end is held in a flat landing, and both results of
+    `flat_landing_slip_and_friction`.
     """
     (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit
@@ -238,7 +240,7 @@ def apply_friction(
 
 
 @njit(**INLINE)
-def next_end_history(
+def contact_end_history_after_step(
     end_history: ContactEndHistory,
     other_end_history: ContactEndHistory,
     contact_end: ContactEnd,
@@ -246,23 +248,23 @@ def next_end_history(
     contact_law: ContactLaw,
     elapsed_time: float,
 ) -> ContactEndHistory:
-    """Return the history of a contact end for the next step; `elapsed_time` is the time since the last step, s.
+    """Return the history of a contact end after a step of `elapsed_time` s; `other_end_history` is of the other end.
 
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
     begun = contact_law.landing if other_end_history.carrier == OPEN else other_end_history.landing - elapsed_time
     left = end_history.landing - elapsed_time if end_history.carrier != OPEN else begun
-    carrier = carrier_code(contact_end) if end_result.inside else OPEN
+    carrier = contact_vertex_owner_code(contact_end) if end_result.inside else OPEN
     return ContactEndHistory(
         end_result.force.spring, carrier, end_result.force.n, end_result.force.t, left if end_result.inside else 0.0
     )
 
 
 @njit(**INLINE)
-def twice_absorbed_energy(
+def twice_energy_absorbed_by_end(
     end_history: ContactEndHistory, contact_end: ContactEnd, end_result: ContactEndResult
 ) -> float:
-    """Return twice the energy that a contact end absorbed in a step, J: mean force times displacement."""
+    """Return twice the energy (J) that a contact end absorbed in a step: twice the mean force × displacement."""
     value = (end_history.normal + end_result.force.n) * (end_result.depth - contact_end.before) - (
         end_history.tangent + end_result.force.t
     ) * end_result.slip
@@ -270,10 +272,10 @@ def twice_absorbed_energy(
 
 
 @njit(**INLINE)
-def next_pair_history(
+def pair_history_after_step(
     pair_history: PairHistory,
     shared_segment: SharedSegment,
-    vertex_positions: VertexPositions,
+    vertex_positions: FaceVertexPositions,
     end_results: tuple[ContactEndResult, ContactEndResult],
     contact_law: ContactLaw,
     elapsed_time: float,
@@ -283,13 +285,17 @@ def next_pair_history(
     deepest = updated_maximum(pair_history.deepest, s1.depth if s1.inside else 0.0)
     deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
     absorbed = 0.5 * (
-        twice_absorbed_energy(pair_history.one, shared_segment.one, s1)
-        + twice_absorbed_energy(pair_history.two, shared_segment.two, s2)
+        twice_energy_absorbed_by_end(pair_history.one, shared_segment.one, s1)
+        + twice_energy_absorbed_by_end(pair_history.two, shared_segment.two, s2)
     )
     return PairHistory(
         vertex_positions,
-        next_end_history(pair_history.one, pair_history.two, shared_segment.one, s1, contact_law, elapsed_time),
-        next_end_history(pair_history.two, pair_history.one, shared_segment.two, s2, contact_law, elapsed_time),
+        contact_end_history_after_step(
+            pair_history.one, pair_history.two, shared_segment.one, s1, contact_law, elapsed_time
+        ),
+        contact_end_history_after_step(
+            pair_history.two, pair_history.one, shared_segment.two, s2, contact_law, elapsed_time
+        ),
         deepest,
         pair_history.absorbed + absorbed,
     )

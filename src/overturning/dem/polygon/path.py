@@ -13,7 +13,7 @@ from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact_history import end_normal, end_position
+from overturning.dem.polygon.contact_history import contact_vertex_position_from_a, normal_force_direction_on_a
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.dem.polygon.state import MINE, OPEN
 
@@ -27,10 +27,10 @@ mean of normal force × place (x, z)."""
 
 
 @njit(**INNER)
-def record_element_motion(
+def record_motion_of_all_elements(
     state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write the motion of all elements in lane 0 at the start of a sample into a row of its trajectory."""
+    """Write time, base acceleration, and pose and velocity of each element in lane 0 into `trajectory_row`."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
     trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)
@@ -48,8 +48,10 @@ def record_element_motion(
 
 
 @njit(**INNER)
-def add_contact_forces(state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int) -> None:
-    """Add the contact forces in lane 0, times the share of a sample in which they act, to a row of its trajectory."""
+def add_contact_forces_to_trajectory(
+    state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
+) -> None:
+    """Add the contact forces in lane 0, times `sample_share`, to row `row_index` of a trajectory."""
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
@@ -58,7 +60,10 @@ def add_contact_forces(state: Any, scene: Any, sample_share: float, trajectory_r
             if memory.carrier == OPEN:
                 continue
             n, tangent, mine = sample_share * memory.normal, sample_share * memory.tangent, memory.carrier == MINE
-            (rx, rz), (nx, nz) = end_position(pair, a, b, end, mine), end_normal(a, b, pair.face_a, pair.face_b, mine)
+            (rx, rz), (nx, nz) = (
+                contact_vertex_position_from_a(pair, a, b, end, mine),
+                normal_force_direction_on_a(a, b, pair.face_a, pair.face_b, mine),
+            )
             at = 2 + POSE_COLUMNS * scene.elements.shape[1] + FORCE_COLUMNS * (2 * p + end)
             trajectory_rows[row_index, at + FX] += n * nx + tangent * nz
             trajectory_rows[row_index, at + FZ] += n * nz - tangent * nx
@@ -72,7 +77,7 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     return 2 + POSE_COLUMNS * len(prepared_scene.placed) + 2 * FORCE_COLUMNS * len(prepared_scene.pairs)
 
 
-def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
+def convert_scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
     """Convert the rows of a scene's trajectory to a `PlanarTrajectory`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
@@ -88,7 +93,7 @@ def scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray)
     return PlanarTrajectory(
         scene=prepared_scene.scene,
         placed=placed,
-        critical=prepared_scene.alpha,
+        critical=prepared_scene.tipping_angles,
         time=trajectory_rows[:, TIME],
         ground=trajectory_rows[:, GROUND],
         poses=trajectory_rows[:, 2:poses_end].reshape(len(trajectory_rows), len(placed), POSE_COLUMNS),

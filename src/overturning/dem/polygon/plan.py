@@ -14,7 +14,7 @@ from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, check_trajectory_size, motion_rows_and_base_accelerations
 from overturning.dem.polygon import arrays as t
-from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_trajectory_columns, scene_trajectory
+from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, convert_scene_trajectory, count_trajectory_columns
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneKernelInput
@@ -63,14 +63,14 @@ class PolygonSimulationPlan(SimulationPlan):
     arrays: t.SceneArrays
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return empty tables for the kernel's results: ``results``, (count,), and ``each``, (count, elements)."""
+        """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
         each = (case_count, self.arrays.elements.shape[1])
         return {"results": np.zeros(case_count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> SceneKernelInput:
-        """Return the kernel's input for cases with the same number of steps per sample."""
+        """Return the input of the scene kernel for cases of one queue, with their steps divided by `step_divisor`."""
         scheme = SCHEMES[self.scheme]
         return SceneKernelInput(
             **self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
@@ -84,18 +84,18 @@ class PolygonSimulationPlan(SimulationPlan):
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of cases by name; a case with an element past the end of the ground has none."""
+        """Return the outcome variables of the given cases by name; none if an element slid off the ground."""
         out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
-        edge = np.array([item.slip_to_edge for item in self.variants])[variant]
+        edge = np.array([item.slip_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
-        every["peak_rotation"] /= np.stack([item.rotation_unit for item in self.variants])[variant]
-        free = self.variants[0].free_elements
+        every["peak_rotation"] /= np.stack([item.peak_rotation_units for item in self.variants])[variant]
+        free = self.variants[0].free_element_indices
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
-        """Return an array of zeros for a trajectory, shape (rows, columns); without rows if it is not recorded."""
+        """Return zeros for a trajectory, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
         last = int(max(self.table[0]["after"], self.table[0]["kept_until"]))
@@ -104,7 +104,7 @@ class PolygonSimulationPlan(SimulationPlan):
         return np.zeros((rows, columns))
 
     def continue_trajectory(self, trajectory: FloatArray, aftermath: float) -> FloatArray:
-        """Return a trajectory continued for `aftermath` s after the end of its case.
+        """Return a trajectory that continues for `aftermath` s after the end of the given `trajectory`.
 
         The case is computed again; the trajectory is returned unchanged if the longer computation takes other steps.
         """
@@ -119,7 +119,7 @@ class PolygonSimulationPlan(SimulationPlan):
         return longer if same else trajectory
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
-        """Return the trajectory of a scene at rest in the first `sample_count` samples, one row per sample."""
+        """Return trajectory rows with the scene at rest, one for each of the first `sample_count` samples."""
         prepared = self.variants[0]
         rest, poses_end = (
             np.zeros((sample_count, count_trajectory_columns(prepared))),
@@ -134,8 +134,8 @@ class PolygonSimulationPlan(SimulationPlan):
         return rest
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
-        """Convert the rows that the kernel recorded for the only case to its trajectory."""
-        return scene_trajectory(self.variants[0], trajectory_rows)
+        """Convert the kernel's trajectory rows of the plan's only case to a `PlanarTrajectory`."""
+        return convert_scene_trajectory(self.variants[0], trajectory_rows)
 
 
 def plan_scene_simulation(
@@ -153,12 +153,12 @@ def plan_scene_simulation(
     row, ground = motion_rows_and_base_accelerations(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
-    time = np.array([item.rocking_time_constant for item in variants])
-    per_sample, finest, divided = scene_time_steps(
+    time = np.array([item.shortest_rocking_time_constant for item in variants])
+    per_sample, finest, divided = step_settings_of_variants(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
     # 20/p with p = √(3g/4R).
-    slowest = np.sqrt(np.array([item.radius for item in variants]) / (0.75 * scene.gravity))[variant]
+    slowest = np.sqrt(np.array([item.half_diagonal for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.size, t.CASE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"] = np.inf
@@ -182,7 +182,7 @@ def plan_scene_simulation(
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == IntegrationScheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
-            rest_limit = _rest_thresholds(variants, variant, cases, onset, motion.sampling_interval)
+            rest_limit = _rest_acceleration_thresholds(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_limit"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
         # An element that starts to slide may slide off its support.
@@ -196,19 +196,19 @@ def plan_scene_simulation(
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
-        too_soft=np.array([item.has_no_outcome for item in variants])[variant], variants=variants, variant=variant,
+        too_soft=np.array([item.no_case_has_outcome for item in variants])[variant], variants=variants, variant=variant,
         table=table, stable_from_sample=stable_from_sample, arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
 
 
-def _rest_thresholds(
+def _rest_acceleration_thresholds(
     prepared_scenes: list[PreparedScene],
     variant_indices: NDArray[np.int64],
     cases: Cases,
     motion_onset_acceleration: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return |a|/g up to which samples at rest are skipped, shape (n,); see `dem.quiet.rest_acceleration_threshold`."""
+    """Return the base acceleration, |a|/g, up to which a scene at rest skips samples, a value per case, shape (n,)."""
     lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in prepared_scenes]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant_indices]
@@ -221,7 +221,7 @@ def _rest_thresholds(
     )
 
 
-def scene_time_steps(
+def step_settings_of_variants(
     scheme: IntegrationScheme,
     time_step: float | str,
     squared_frequency: FloatArray,
@@ -229,7 +229,7 @@ def scene_time_steps(
     sampling_interval: float,
     rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return, for each variant, whole steps per sample, ticks of the finest step, and divisor of the automatic step.
+    """Return per variant: whole steps per sample, ticks of the finest step, ratio of automatic to chosen step length.
 
     `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
     `rocking_time_constant` is 1/p (s).
@@ -254,13 +254,17 @@ def scene_time_steps(
 
 
 def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
-    """Check the precision of all sizes of a scene, and that the same elements can touch at each size."""
+    """Raise an `ArgumentError` if contacts are too stiff for float64, or if their pairs depend on the size."""
     for item in prepared_scenes:
         # Check as for a block as high as the scene.
         check_stiffness_precision(
-            scene.gravity / (2.0 * item.static_penetration), np.full(item.static_penetration.size, item.height), 0.0
+            scene.gravity / (2.0 * item.static_penetrations),
+            np.full(item.static_penetrations.size, item.top_level),
+            0.0,
         )
-    alike = {(tuple(item.pairs), tuple(item.support.tolist()), tuple(item.vertex_counts)) for item in prepared_scenes}
+    alike = {
+        (tuple(item.pairs), tuple(item.support.tolist()), tuple(item.piece_vertex_counts)) for item in prepared_scenes
+    }
     if len(alike) != 1:
         raise ArgumentError(
             f"scene {scene.name}: the elements that can touch depend on the size; sweep these sizes separately"

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.limits import exceeds_penetration_limit
 from overturning.dem.polygon.statics import (
-    ContactLaws,
     LoadedContactEnd,
-    compute_contact_laws,
-    largest_eigenvalues,
-    smallest_eigenvalue,
+    PairContactLaws,
+    compute_pair_contact_laws,
+    largest_spring_and_dashpot_eigenvalues,
+    smallest_spring_eigenvalue,
     static_equilibrium,
-    supporting_ends,
+    supporting_contact_ends,
     touching_ends_at_rest,
 )
 from overturning.model.geometry import (
@@ -38,7 +38,7 @@ class PreparedScene:
     scene: Scene
     placed: list[PlacedElement]
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
-    laws: ContactLaws
+    laws: PairContactLaws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
     loaded: list[LoadedContactEnd]  # ends that carry load at rest
     at_rest: bool  # True if the scene has a static equilibrium
@@ -57,18 +57,18 @@ class PreparedScene:
     fits: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
-    def free_elements(self) -> NDArray[np.int64]:
+    def free_element_indices(self) -> NDArray[np.int64]:
         """Indices of the free elements."""
         return np.array([k for k, item in enumerate(self.placed) if not item.is_driven_or_held], dtype=np.int64)
 
     @property
-    def vertex_counts(self) -> list[int]:
-        """Numbers of vertices of all convex pieces."""
+    def piece_vertex_counts(self) -> list[int]:
+        """Number of vertices of each convex piece, in the order of the elements."""
         return [len(part.vertices) for item in self.placed for part in item.shape.convex_parts]
 
     @property
-    def alpha(self) -> FloatArray:
-        """Tipping angle α of each element, the smaller of both sides, rad; NaN without one."""
+    def tipping_angles(self) -> FloatArray:
+        """Tipping angle α of each element, rad, shape (elements,): the smaller one of both sides; NaN if none."""
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
@@ -80,47 +80,47 @@ class PreparedScene:
         return np.where(np.isfinite(self.tips), self.tips, self.critical[:, None])
 
     @property
-    def rotation_unit(self) -> FloatArray:
-        """Unit of the largest rotation of each element, rad, shape (elements,): α, or one degree without one."""
-        return np.where(np.isnan(self.alpha), np.radians(1.0), self.critical)
+    def peak_rotation_units(self) -> FloatArray:
+        """Unit of each element's peak rotation, rad, shape (elements,): its α, or one degree if it has no α."""
+        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical)
 
     @property
-    def static_penetration(self) -> FloatArray:
-        """Static penetration of the pairs that carry weight, the mean of both ends, m."""
+    def static_penetrations(self) -> FloatArray:
+        """Static penetration of each pair that carries weight, m, shape (loaded pairs,); the mean of both ends."""
         loaded = self.laws.carried > 0.0
         return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
 
     @property
     def exceeds_penetration_limit(self) -> bool:
         """True if the weight alone makes a pair of elements exceed the penetration limit."""
-        return bool(exceeds_penetration_limit(self.static_penetration, smallest_element_side(self.placed)).any())
+        return bool(exceeds_penetration_limit(self.static_penetrations, smallest_element_side(self.placed)).any())
 
     @property
-    def has_no_outcome(self) -> bool:
-        """True if no case has an outcome: a pair of elements penetrates too far at rest, or an element does not fit."""
+    def no_case_has_outcome(self) -> bool:
+        """True if no case can have an outcome: a pair penetrates too far at rest, or an element does not fit."""
         return self.exceeds_penetration_limit or not self.fits
 
     @property
-    def rocking_time_constant(self) -> float:
+    def shortest_rocking_time_constant(self) -> float:
         """1/p of the element that rocks fastest, s: p = √(3g/4R), R the distance of its farthest vertex."""
-        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_elements)
+        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_element_indices)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
-    def height(self) -> float:
+    def top_level(self) -> float:
         """Highest level of the free elements, m."""
-        return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_elements)
+        return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property
-    def radius(self) -> float:
+    def half_diagonal(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
-        low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_elements)
-        wide = max(self.placed[k].shape.width for k in self.free_elements)
-        return 0.5 * float(np.sqrt((self.height - low) ** 2 + wide**2))
+        low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
+        wide = max(self.placed[k].shape.width for k in self.free_element_indices)
+        return 0.5 * float(np.sqrt((self.top_level - low) ** 2 + wide**2))
 
     @cached_property
-    def slip_to_edge(self) -> FloatArray:
-        """Slip that takes each element past the end of the ground, m; infinite if it stands on another element."""
+    def slip_to_ground_edge(self) -> FloatArray:
+        """Slip (m) that takes each element off the ground, shape (elements,); infinite if it stands on an element."""
         ground = ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
@@ -128,20 +128,20 @@ class PreparedScene:
         )
 
     def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
-        """Return the index of the support of an element, and of the held element below its stack (−1 if none)."""
+        """Return the indices of an element's support and of the held element under its stack (−1 if none)."""
         last = element_index
         while not self.placed[last].is_driven_or_held and self.support[last] != last:
             last = int(self.support[last])
         return int(self.support[element_index]), last if self.placed[last].element.kind == "held" else -1
 
     def motion_onset_acceleration(self, friction: FloatArray) -> FloatArray:
-        """Return |a|/g below which no element can start to move, for each `friction` of a case."""
+        """Return the base acceleration, |a|/g, below which no element moves, a value per coefficient `friction`."""
         return np.minimum(self.threshold, self.sliding_onset_acceleration(friction))
 
     def sliding_onset_acceleration(self, friction: FloatArray) -> FloatArray:
-        """Return |a|/g at which the first element starts to slide, for each `friction`; 0 if it slides at rest.
+        """Return the base acceleration, |a|/g, at which an element starts to slide, a value per `friction`.
 
-        This is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
+        0 if an element slides at rest. The value is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
         """
         least = np.full(friction.shape, np.inf)
         for end in self.loaded:
@@ -156,12 +156,12 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     placed = place_elements(scene, height, b_over_h)
     pairs = convex_piece_pairs_that_can_touch(placed)
     joints = touching_ends_at_rest(placed, pairs)
-    laws = compute_contact_laws(scene, placed, pairs, joints)
+    laws = compute_pair_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
-    bearing = supporting_ends(scene, placed, pairs, joints, loaded)
+    bearing = supporting_contact_ends(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
-    threshold, parts, safe = _rocking_thresholds(placed, stands)
+    threshold, parts, safe = _rocking_onset_accelerations(placed, stands)
     # A held element moves relative to the others.
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
         threshold, safe = 0.0, 0.0 * safe
@@ -175,16 +175,17 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
-        *largest_eigenvalues(placed, pairs, joints, laws), smallest_eigenvalue(placed, joints, laws),
+        *largest_spring_and_dashpot_eigenvalues(placed, pairs, joints, laws),
+        smallest_spring_eigenvalue(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not first_placement_error(placed),
     )  # fmt: skip
 
 
 def free_element_critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
-    """Return α of each free element at each B/H of the reference element, degrees, shape (b, free); NaN if none."""
+    """Return the tipping angle α (degrees) of each free element for each `b_over_h`, shape (ratios, free elements)."""
     prepared = (prepare_scene(scene, None, float(ratio)) for ratio in b_over_h)
-    return np.stack([np.degrees(item.alpha[item.free_elements]) for item in prepared])
+    return np.stack([np.degrees(item.tipping_angles[item.free_element_indices]) for item in prepared])
 
 
 CRITICAL: Final = {
@@ -200,7 +201,7 @@ Elements = list[PlacedElement]
 
 
 def smallest_element_side(elements: Elements) -> float:
-    """Return the smaller side of the smallest free element, m."""
+    """Return the smallest side of any free element, m."""
     return min(item.size for item in elements if not item.is_driven_or_held)
 
 
@@ -215,7 +216,7 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 
 
 def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedContactEnd]) -> Supports:
-    """Return, for each free element, the elements that carry it at rest, with the loaded contact ends."""
+    """Return, by index of each free element, the elements that carry it at rest, with the loaded contact ends."""
     result: Supports = {}
     for index, _, end, _, _ in loaded_ends:
         i, j = pairs[index][:2]
@@ -228,7 +229,7 @@ def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends
 def _find_freely_standing_elements(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedContactEnd]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the elements whose loads at rest all have parallel normals, so that they stand freely.
+    """Return a mask, shape (elements,): True if the contacts that load an element at rest all have parallel normals.
 
     An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
     no tipping angle.
@@ -252,7 +253,7 @@ def _find_freely_standing_elements(
 def _tipping_properties(
     scene: Scene, elements: Elements, supports: Supports, freely_standing_elements: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Compute tipping angles, α, energy barrier, support and middle of the base for all elements of a scene."""
+    """Return `tips`, `critical`, `barrier`, `support` and `base` of `PreparedScene` for all elements of a scene."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
@@ -282,8 +283,8 @@ def _tipping_properties(
     return tips, critical, barrier, support, base
 
 
-def _rocking_thresholds(elements: Elements, supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Compute |a|/g below which no part of the scene that can move as one body starts to rock.
+def _rocking_onset_accelerations(elements: Elements, supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
+    """Return the base acceleration, |a|/g, below which no part of a scene starts to rock as one body.
 
     A part is an element with all elements that stand on it, directly or not. It lifts off when the resultant of weight
     and inertia force leaves its base: |a|/g > arm / height of the common centre.
@@ -307,16 +308,22 @@ def _rocking_thresholds(elements: Elements, supports: Supports) -> tuple[float, 
         points = [end.point for ends in supports[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
-            whole = _overturning_part(elements, supports, k, max(free), edge, side, -np.inf)
-            threshold = min(threshold, _uplift_acceleration(elements, whole, edge, side))
+            whole = _elements_that_overturn_together(elements, supports, k, max(free), edge, side, -np.inf)
+            threshold = min(threshold, _uplift_acceleration_of_group(elements, whole, edge, side))
             for last in whole:
-                least = _uplift_acceleration(
-                    elements, _overturning_part(elements, supports, k, last, edge, side, -np.inf), edge, side
+                least = _uplift_acceleration_of_group(
+                    elements,
+                    _elements_that_overturn_together(elements, supports, k, last, edge, side, -np.inf),
+                    edge,
+                    side,
                 )
                 # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
                 while (
-                    less := _uplift_acceleration(
-                        elements, _overturning_part(elements, supports, k, last, edge, side, least), edge, side
+                    less := _uplift_acceleration_of_group(
+                        elements,
+                        _elements_that_overturn_together(elements, supports, k, last, edge, side, least),
+                        edge,
+                        side,
                     )
                 ) < least:
                     least = less
@@ -324,17 +331,20 @@ def _rocking_thresholds(elements: Elements, supports: Supports) -> tuple[float, 
     return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
 
 
-def _uplift_acceleration(
+def _uplift_acceleration_of_group(
     elements: Elements, part_indices: list[int], edge_point: tuple[float, float], rotation_side: float
 ) -> float:
-    """Return |a|/g at which a group of elements starts to rotate about an edge to a side (−1: −x, +1: +x)."""
+    """Return the base acceleration, |a|/g, that rotates a group of elements about an edge, to −x or +x.
+
+    `rotation_side` is −1 or +1.
+    """
     mass = sum(elements[n].mass for n in part_indices)
     x = sum(elements[n].mass * elements[n].x for n in part_indices) / mass
     z = sum(elements[n].mass * elements[n].z for n in part_indices) / mass
     return float(rotation_side * (edge_point[0] - x) / (z - edge_point[1]))
 
 
-def _overturning_part(
+def _elements_that_overturn_together(
     elements: Elements,
     supports: Supports,
     root_index: int,
@@ -343,12 +353,12 @@ def _overturning_part(
     rotation_side: float,
     acceleration_share: float,
 ) -> list[int]:
-    """Return an element and those elements on it, up to `last_index`, that help to overturn it at an acceleration.
+    """Return the indices of an element and of the elements on it that help to overturn it at `acceleration_share`.
 
-    `acceleration_share` is |a|/g; with −infinity, all elements on it are included.
+    Elements after `last_index` do not count. `acceleration_share` is |a|/g; −infinity includes all elements on it.
     """
 
-    def grow_part(element_index: int) -> tuple[float, list[int]]:
+    def moment_and_elements_of_part(element_index: int) -> tuple[float, list[int]]:
         item, whole = elements[element_index], acceleration_share == -np.inf
         held = (
             0.0
@@ -356,9 +366,11 @@ def _overturning_part(
             else item.mass * (rotation_side * (edge_point[0] - item.x) - acceleration_share * (item.z - edge_point[1]))
         )
         part = [element_index]
-        for moment, more in map(grow_part, (n for n in range(last_index + 1) if element_index in supports.get(n, ()))):
+        for moment, more in map(
+            moment_and_elements_of_part, (n for n in range(last_index + 1) if element_index in supports.get(n, ()))
+        ):
             if whole or moment < 0.0 or last_index in more:
                 held, part = held + moment, part + more
         return held, part
 
-    return sorted(grow_part(root_index)[1])
+    return sorted(moment_and_elements_of_part(root_index)[1])

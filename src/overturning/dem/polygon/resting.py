@@ -23,15 +23,15 @@ SLIDING_SHARE: Final = 1.0 - 1e-9
 
 
 @njit(**INNER)
-def has_tipped(element: ElementState, element_rules: Any) -> bool:
+def element_has_tipped(element: ElementState, element_rules: Any) -> bool:
     """True if the rotation of an element exceeds the angle from which it can return."""
     return bool(element.pose.angle > element_rules.tips_on or -element.pose.angle > element_rules.tips_back)
 
 
 @njit(**INNER)
-def has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
-    """True if an element has rotated past the angle from which it can return, or is below its fall limit."""
-    return bool(has_tipped(element, element_rules) or element.pose.z < element.home.lowest)
+def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
+    """True if an element has rotated past the angle from which it can return, or its centre is below its fall limit."""
+    return bool(element_has_tipped(element, element_rules) or element.pose.z < element.home.lowest)
 
 
 @njit(**INLINE)
@@ -42,7 +42,7 @@ def count_touching_ends(pair: PairState) -> int:
 
 @njit(**INNER)
 def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max_gap: float) -> float:
-    """Return the last time, s, at which an element was on a support that had not fallen; infinity if it still is.
+    """Return the last time (s) at which an element was on a support that stood; infinity if it is on one now.
 
     It is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
     """
@@ -69,7 +69,7 @@ def all_elements_in_place(state: Any, lane: int, scene: Any, element_rules: Any,
     """True if no free element of a case has tipped, dropped below its fall limit or lost its support."""
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0 and (
-            has_tipped_or_dropped(rows.load_element(rows.of_element(state, i), lane), element_rules[i])
+            element_has_tipped_or_dropped(rows.load_element(rows.of_element(state, i), lane), element_rules[i])
             or last_support_time(state, lane, scene, i, max_gap) < np.inf
         ):
             return False
@@ -84,7 +84,7 @@ def any_element_airborne(state: Any, lane: int, scene: Any, element_rules: Any, 
         if (
             element_rules[i].is_free == 0.0
             or e[rows.SIDE + lane] != 0.0
-            or has_tipped_or_dropped(rows.load_element(e, lane), element_rules[i])
+            or element_has_tipped_or_dropped(rows.load_element(e, lane), element_rules[i])
         ):
             continue
         touching = 0
@@ -98,7 +98,7 @@ def any_element_airborne(state: Any, lane: int, scene: Any, element_rules: Any, 
 
 
 @njit(**INLINE)
-def end_is_sliding(pair: PairState, end_history: ContactEndHistory) -> bool:
+def contact_end_is_sliding(pair: PairState, end_history: ContactEndHistory) -> bool:
     """True if a touching end of a pair slides: its friction force has reached the limit."""
     return bool(
         end_history.carrier != OPEN
@@ -113,12 +113,14 @@ def horizontal_velocity_at_height(element: ElementState, height: float) -> float
 
 
 @njit(**INNER)
-def any_element_sliding(state: Any, lane: int, scene: Any) -> bool:
-    """True if an element will still slide farther than `STILL_TO_SLIDE` on its support; False without friction."""
+def any_element_will_slide_noticeably(state: Any, lane: int, scene: Any) -> bool:
+    """True if an element will slide on by more than `STILL_TO_SLIDE` (m) on its support; False without friction."""
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
-        if pair.stands == 0.0 or not (end_is_sliding(pair, pair.history.one) or end_is_sliding(pair, pair.history.two)):
+        if pair.stands == 0.0 or not (
+            contact_end_is_sliding(pair, pair.history.one) or contact_end_is_sliding(pair, pair.history.two)
+        ):
             continue
         upper, lower = (a, b) if pair.stands > 0.0 else (b, a)
         one, on = rows.load_element(upper, lane), rows.load_element(lower, lane)
@@ -132,7 +134,7 @@ def any_element_sliding(state: Any, lane: int, scene: Any) -> bool:
 
 @njit(**INNER)
 def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
-    """True if all elements are in place, touch at both ends of each joint, and neither move nor slide."""
+    """True if each free element is in place, nearly still, and touches its supports at both ends without sliding."""
     case, height = rows.load_case(state, lane), 0.0
     elements, step = scene.elements[int(case.variant)], case.step * case.attempt.length
     if case.decision.again > 0.0:

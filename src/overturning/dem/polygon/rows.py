@@ -15,13 +15,13 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_window_slicer, tuple_arithmetic
 from overturning.dem.polygon.faces import SharedSegment
 from overturning.dem.polygon.mechanics import AssumedEndSlip
-from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredFindings
+from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredStepContactChanges
 
 COLUMNS: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
 
 
-class PairStep(NamedTuple):
+class PairStepResults(NamedTuple):
     """Intermediate results for a pair of elements in a step of the centred scheme."""
 
     ends: SharedSegment
@@ -33,7 +33,7 @@ class PairStep(NamedTuple):
 
 CASE: Final = TupleRowLayout(COLUMNS, CaseState)
 ELEMENT: Final = TupleRowLayout(COLUMNS, ElementState)
-PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairStep)
+PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairStepResults)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
 load_case, store_case, _ = CASE.lane_access(CaseState)
@@ -42,7 +42,7 @@ _, store_up, _ = CASE.lane_access(CaseState, "shaking.up")
 _, store_attempt, _ = CASE.lane_access(CaseState, "attempt")
 _, store_decision, _ = CASE.lane_access(CaseState, "decision")
 _, store_findings, _ = CASE.lane_access(CaseState, "findings")
-no_findings = tuple_arithmetic(StoredFindings).zero
+no_findings = tuple_arithmetic(StoredStepContactChanges).zero
 load_element, _, _ = ELEMENT.lane_access(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT.lane_access(ElementState, "pose")
 _, store_velocity, keep_velocity = ELEMENT.lane_access(ElementState, "velocity")
@@ -64,11 +64,11 @@ load_nearest, store_nearest, _ = PAIR.lane_access(PairState, "nearest")
 _, store_history, keep_history = PAIR.lane_access(PairState, "history")
 _, store_vertices, _ = PAIR.lane_access(PairState, "history.before")
 load_memory, store_memory, _ = PAIR.lane_access(PairState, "history.one")
-load_step, _, _ = PAIR.lane_access(PairStep)
-_, store_ends, _ = PAIR.lane_access(PairStep, "ends", ("turn_q", "turn_r", "closed"))
-_, store_predicted_one, _ = PAIR.lane_access(PairStep, "one")
-_, store_predicted_two, _ = PAIR.lane_access(PairStep, "two")
-_, store_corrected, _ = PAIR.lane_access(PairStep, "corrected")
+load_step, _, _ = PAIR.lane_access(PairStepResults)
+_, store_ends, _ = PAIR.lane_access(PairStepResults, "ends", ("turn_q", "turn_r", "closed"))
+_, store_predicted_one, _ = PAIR.lane_access(PairStepResults, "one")
+_, store_predicted_two, _ = PAIR.lane_access(PairStepResults, "two")
+_, store_corrected, _ = PAIR.lane_access(PairStepResults, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
 _OF_CASE = "shaking.tick sample energy variant last_check attempt.length findings.changed decision.again"
@@ -87,7 +87,7 @@ SECOND: Final = PAIR.row_start(PairState, "history.two.spring") - PAIR.row_start
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
-    """Return the numbers of nested tuples as a list, in the order of the rows of the state array."""
+    """Return the numbers in nested tuples as a flat list, depth first, as in the rows of the state array."""
     return [
         number
         for value in nested_tuples
@@ -103,6 +103,6 @@ _pair_at = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 @njit(inline="always", **INNER)
 def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
-    """Return the rows of a pair, and the rows of its two elements."""
+    """Return views of `state`: the rows of a pair, of its element a, and of its element b."""
     q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
     return q, of_element(state, scene.layout[pair_index, 0]), of_element(state, scene.layout[pair_index, 1])

@@ -35,27 +35,27 @@ from overturning.dem.polygon.case_end import (
     case_status,
     record_slip_and_upright_time,
     record_support_time,
-    shift_rest_pose,
+    shift_rest_pose_with_held_support,
     write_case_results,
 )
-from overturning.dem.polygon.contact_history import set_forces_at_rest
+from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import case_energy, pair_spring_energy
-from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
-from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces, record_element_motion
+from overturning.dem.polygon.equations import SIZE, SPARE, create_empty_nonzero_pattern
+from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces_to_trajectory, record_motion_of_all_elements
 from overturning.dem.polygon.resting import all_elements_at_rest
 from overturning.dem.polygon.search import update_nearest_faces
-from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
-from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs
+from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepAcceptance
+from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs_up_to_motion
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import Status
 
 SCHEMES: Final[dict[IntegrationScheme, Any]] = {
-    IntegrationScheme.CUNDALL: cundall.CundallScheme(),
-    IntegrationScheme.CENTRED: step.CentredScheme(),
+    IntegrationScheme.CUNDALL: cundall.CundallSchemeConstants(),
+    IntegrationScheme.CENTRED: step.CentredSchemeConstants(),
 }
 """Constants of each scheme; their type selects the step function."""
 
-STEPS: Final = {cundall.CundallScheme: cundall.compute_step, step.CentredScheme: step.compute_step}
+STEPS: Final = {cundall.CundallSchemeConstants: cundall.compute_step, step.CentredSchemeConstants: step.compute_step}
 
 CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
@@ -83,7 +83,7 @@ class SceneKernelInput(NamedTuple):
 
 
 class SceneWorkspace(NamedTuple):
-    """Arrays in which the kernel computes a queue of cases of a scene."""
+    """State, equations and active pairs of the lanes in which the kernel computes a queue of cases of a scene."""
 
     state: Any
     """Rows of all lanes: a view of `owner` without reference count."""
@@ -104,7 +104,7 @@ step_of = create_lookup_by_type(STEPS)
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
-    """Allocate the arrays for the states of all lanes (one lane: one case in progress) and for the equations."""
+    """Return the arrays for the states of all lanes and for the equations; a lane computes one case at a time."""
     elements, pairs, initial = (
         kernel_input.scene.elements.shape[1],
         kernel_input.scene.layout.shape[0],
@@ -115,11 +115,13 @@ def allocate_workspace(kernel_input: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     matrix = aligned_zeros((elements * elements + SPARE) * SIZE)
-    return SceneWorkspace(borrowed(owner), owner, matrix, empty_pattern(elements), create_active_pairs(pairs), moves)
+    return SceneWorkspace(
+        borrowed(owner), owner, matrix, create_empty_nonzero_pattern(elements), create_active_pairs(pairs), moves
+    )
 
 
 @njit(**INLINE)
-def borrow_scene_arrays(scene_arrays: Any) -> Any:
+def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which every step would otherwise update."""
     layout, parts, sizes = borrowed(scene_arrays.layout), borrowed(scene_arrays.parts), borrowed(scene_arrays.sizes)
     shapes, elements, limits = (
@@ -140,22 +142,22 @@ def borrow_scene_arrays(scene_arrays: Any) -> Any:
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load a case into a lane: the scene at rest, with the friction, damping and amplitude of the case."""
+    """Load case number `case` into a lane: the scene at rest, with friction, damping and amplitude of the case."""
     state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
     ticks, interval = kernel_input.settings.ticks, kernel_input.settings.interval
-    resume_pairs(state, scene, workspace.pairs, np.inf)
+    resume_pairs_up_to_motion(state, scene, workspace.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
-    initialise_case(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)
+    initialise_case_in_lane(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)
     for i in range(scene.elements.shape[1]):
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
-    initialise_pairs(state, lane, given, scene, scene.shapes[v])
+    initialise_pairs_in_lane(state, lane, given, scene, scene.shapes[v])
     state[rows.ENERGY + lane] = case_energy(state, lane, scene)
 
 
 @njit(**INNER)
-def initialise_case(
+def initialise_case_in_lane(
     state: Any,
     lane: int,
     case_parameters: Any,
@@ -164,7 +166,7 @@ def initialise_case(
     ticks_per_sample: float,
     velocity_lag: float,
 ) -> None:
-    """Store the constants and the initial step of a case in the columns of a lane."""
+    """Store the `CaseState` of a case at its start in the column of a lane."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
@@ -185,7 +187,7 @@ def initialise_case(
             step_control=step_control,
             attempt=first,
             findings=rows.no_findings(),
-            decision=StepDecision(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
+            decision=StepAcceptance(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
             amplitude=case_parameters.amplitude,
             rest_limit=case_parameters.rest_limit,
             sample=case_parameters.first,
@@ -199,8 +201,8 @@ def initialise_case(
 
 
 @njit(**INNER)
-def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
-    """Initialise the pairs of a lane: contact law, nearest faces, and springs loaded at rest."""
+def initialise_pairs_in_lane(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
+    """Store contact law, nearest faces and loads at rest of each pair of a scene in the column of a lane."""
     lag = rows.load_case(state, lane).lag
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
@@ -216,7 +218,7 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
         )
         if settled:
             q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0
-        set_forces_at_rest(q, lane)
+        set_pair_forces_at_rest(q, lane)
         q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
@@ -226,16 +228,16 @@ def load_motion_of_next_sample(
     lane_cases: Any,
     lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
-    """Begin a sample: scale the cosine and sine of each rotation to length 1, load the ground motion of each lane."""
+    """Begin a sample in each lane: scale each element's (cos, sin) to length 1, load the base motion of the sample."""
     for i in range(workspace.moves.size):
-        normalise_rotations(rows.of_element(workspace.state, i))
+        normalise_element_rotation(rows.of_element(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks
-    load_ground_motion(ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick)
+    load_base_motion_of_sample(ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick)
 
 
 @njit(**APART)
-def normalise_rotations(element_rows: Any) -> None:
-    """Scale the cosine and sine of the rotation of an element to length 1."""
+def normalise_element_rotation(element_rows: Any) -> None:
+    """Scale the vector (cosine, sine) of an element's rotation to length 1, in all lanes."""
     for j in range(rows.COLUMNS):
         pose = rows.load_pose(element_rows, j)
         rows.store_pose(
@@ -244,7 +246,7 @@ def normalise_rotations(element_rows: Any) -> None:
 
 
 @njit(**INNER)
-def load_ground_motion(
+def load_base_motion_of_sample(
     vertical_base_acceleration: Any,
     state: Any,
     horizontal_base_acceleration: Any,
@@ -277,9 +279,13 @@ def advance_one_sample(
     trajectory: Any,
     recorded_row_count: int,
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample; record the poses of the first lane at its start, and mean contact forces in it."""
+    """Compute the steps of a sample in all lanes; return the trajectory of the first lane and its number of rows."""
     compute_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
-    scene, up, state = borrow_scene_arrays(kernel_input.scene), kernel_input.ground.up, workspace.state
+    scene, up, state = (
+        view_scene_arrays_without_reference_counts(kernel_input.scene),
+        kernel_input.ground.up,
+        workspace.state,
+    )
     elements, interval = workspace.moves.size, settings.interval
     ticks, steps_per_check = settings.ticks, settings.steps_per_check
     # Without reference counts, which every step would update.
@@ -294,33 +300,35 @@ def advance_one_sample(
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
         if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded_row_count < trajectory.shape[0]:
-            record_element_motion(state, elements, interval, ticks, trajectory[recorded_row_count])
+            record_motion_of_all_elements(state, elements, interval, ticks, trajectory[recorded_row_count])
             recorded_row_count += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
         if with_forces:
             for column in range(early.shape[1]):  # a loop: a slice assignment would compile its error message, too
                 early[0, column] = 0.0
-            add_contact_forces(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
+            add_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         compute_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
                 trajectory[recorded_row_count - 1, column] += early[0, column]
-            add_contact_forces(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
+            add_contact_forces_to_trajectory(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
     finish_sample(state, scene, ticks, interval)
     return trajectory, recorded_row_count
 
 
 @njit(**INNER)
 def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
-    """Record slip and support of each element at the end of a sample, and go to the next sample."""
+    """Store slip, upright and support times of each element at the end of a sample, and go to the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
         if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:
-            shift_rest_pose(rows.of_element(state, i), rows.of_element(state, int(element_rules[i].rides)))
+            shift_rest_pose_with_held_support(
+                rows.of_element(state, i), rows.of_element(state, int(element_rules[i].rides))
+            )
     for i in range(element_rules.size):
         if element_rules[i].rides == i:
-            shift_rest_pose(rows.of_element(state, i), rows.of_element(state, i))
+            shift_rest_pose_with_held_support(rows.of_element(state, i), rows.of_element(state, i))
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0:
             on = rows.of_element(state, int(element_rules[i].support))
@@ -339,7 +347,7 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set a mark for each lane whose case is due for a test of its end, and return the number of marked lanes."""
+    """Set `lane_marks` to 1 for each lane whose case is due for a test of its end, else 0; count the ones."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
@@ -352,7 +360,7 @@ def mark_lanes_that_may_have_ended(
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip, in lanes whose scene is at rest, the samples in which the motion cannot move any element."""
+    """In each lane with its scene at rest, skip the samples whose base motion is too weak to move any element."""
     state, ground, row, scene, ticks = (
         workspace.state,
         kernel_input.ground,
@@ -375,7 +383,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Return the `Status` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
     status = case_status(
         workspace.state,
         lane,
@@ -388,7 +396,7 @@ def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> 
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
-    """Mark the fallen elements of the case in a lane, and write the results of the case."""
+    """Store the falls of case number `case`, which a lane computes, and write its results into `kernel_input`."""
     write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
 
 

@@ -14,11 +14,11 @@ from overturning.dem.kernel.lanes import APART, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history
 from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import ContactRanges, NearestFaces, Pose
+from overturning.dem.polygon.state import ContactVertexRanges, NearestFaces, Pose
 
 
-class FacePair(NamedTuple):
-    """Face of one element, and the face of the other element most nearly opposite to it."""
+class OppositeFacePair(NamedTuple):
+    """Face of a and face of b that are most nearly opposite: indices, gap, and how opposite the normals are."""
 
     gap: float
     """Distance between the elements along the normal of the face, m."""
@@ -33,8 +33,8 @@ class FacePair(NamedTuple):
 
 
 @njit(**INNER)
-def face_separation(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int) -> float:
-    """Return the signed distance of the nearest vertex of b from the line of a face of a, m, positive outside."""
+def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int) -> float:
+    """Return the distance (m) of the nearest vertex of b from the line of a face of a; negative behind the face."""
     nx, nz = rotate_to_scene_axes(pose_a, faces_a[face_index, 4], faces_a[face_index, 5])
     dx, dz = pose_b.x - pose_a.x, pose_b.z - pose_a.z
     least = np.inf
@@ -45,10 +45,10 @@ def face_separation(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face
 
 
 @njit(**INNER)
-def most_opposite_face(
+def most_opposite_face_of_b(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
 ) -> tuple[int, float, float]:
-    """Return the face of b most nearly opposite to a face of a, the product of their normals, and its margin.
+    """Return the face index of b most nearly opposite to a face of a, the product of both normals, and its margin.
 
     The margin is the difference of the product to that of the next best face.
     """
@@ -68,27 +68,33 @@ def most_opposite_face(
 
 
 @njit(**INNER)
-def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> FacePair:
-    """Return a face and the face of the other element most nearly opposite to it.
+def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> OppositeFacePair:
+    """Return face number `face_number` and the face of the other element most nearly opposite to this face.
 
     `face_number` counts the faces of a, then those of b.
     """
     of_b = face_number - faces_a.shape[0]
     if of_b < 0:
-        other, product, clear = most_opposite_face(pose_a, pose_b, faces_a, faces_b, face_number)
-        return FacePair(
-            face_separation(pose_a, pose_b, faces_a, faces_b, face_number), face_number, other, product, clear
+        other, product, clear = most_opposite_face_of_b(pose_a, pose_b, faces_a, faces_b, face_number)
+        return OppositeFacePair(
+            separation_of_b_from_face_of_a(pose_a, pose_b, faces_a, faces_b, face_number),
+            face_number,
+            other,
+            product,
+            clear,
         )
-    other, product, clear = most_opposite_face(pose_b, pose_a, faces_b, faces_a, of_b)
-    return FacePair(face_separation(pose_b, pose_a, faces_b, faces_a, of_b), other, of_b, product, clear)
+    other, product, clear = most_opposite_face_of_b(pose_b, pose_a, faces_b, faces_a, of_b)
+    return OppositeFacePair(
+        separation_of_b_from_face_of_a(pose_b, pose_a, faces_b, faces_a, of_b), other, of_b, product, clear
+    )
 
 
 @njit(**INNER)
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
-) -> FacePair:
-    """Return the nearest faces of a pair: largest separation, then more opposite normals, then lower index."""
-    best = FacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
+) -> OppositeFacePair:
+    """Return the nearest faces of a and b: the face pair with the largest gap, at equal gaps the more opposite one."""
+    best = OppositeFacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
         if other.gap > best.gap or (other.gap == best.gap and other.opposed < best.opposed):
@@ -106,10 +112,10 @@ def squared_polygon_radius(faces: Any) -> float:
 
 
 @njit(**INNER)
-def motion_keeping_nearest_faces(
-    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest_face_pair: FacePair, lever_arm: float
+def largest_motion_keeping_nearest_faces(
+    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest_face_pair: OppositeFacePair, lever_arm: float
 ) -> float:
-    """Return the largest motion of a pair, m, that cannot change its nearest faces.
+    """Return the largest relative motion (m) of elements a and b that cannot change the pair's nearest faces.
 
     A gap changes by at most the motion, a product of normals by at most the rotation.
     """
@@ -132,7 +138,7 @@ def update_nearest_faces(
     faces_a: Any,
     faces_b: Any,
 ) -> None:
-    """Update the nearest faces of a pair in a lane, the motion for which they remain valid, and the contact history.
+    """Update, in a lane, the nearest faces of a pair, the motion for which these remain valid, and the contact history.
 
     The face with the largest separation from the other element is nearest; its partner is the most nearly opposite
     face of the other element. A pair that has no faces yet (a case at rest) keeps its contact history.
@@ -146,7 +152,7 @@ def update_nearest_faces(
     best = find_nearest_faces(on, by, faces_a, faces_b, old)
     dx, dz = on.x - by.x, on.z - by.z
     lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(squared_polygon_radius(faces_a), squared_polygon_radius(faces_b)))
-    limit = motion_keeping_nearest_faces(on, by, faces_a, faces_b, best, lever)
+    limit = largest_motion_keeping_nearest_faces(on, by, faces_a, faces_b, best, lever)
     # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
     moved, turned = first.totals.moved + second.totals.moved, first.totals.turned + second.totals.turned
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
@@ -159,7 +165,7 @@ def update_nearest_faces(
     if changed:
         rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.a))
         rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.b))
-        rows.store_bounds(pair_rows, lane, contact_ranges(faces_a, best.a, faces_b, best.b))
+        rows.store_bounds(pair_rows, lane, contact_vertex_ranges(faces_a, best.a, faces_b, best.b))
     if changed or old.reach > 0.0 or clear > 0.0:
         rows.store_vertices(
             pair_rows, lane, earlier_vertex_positions(rows.load_pair(pair_rows, lane), first, second, step_duration)
@@ -172,7 +178,7 @@ def update_nearest_faces(
 def nearest_faces_will_change(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int, faces_a: Any, faces_b: Any
 ) -> bool:
-    """True if the nearest faces of a pair change between the start and the predicted end of the step."""
+    """True if the nearest faces of a pair in a lane are others at the predicted end of the step than at its start."""
     pair, on, by = (
         rows.load_pair(pair_rows, lane),
         rows.load_element(element_a_rows, lane).trial.pose,
@@ -186,11 +192,11 @@ def nearest_faces_will_change(
 
 
 @njit(**INNER)
-def contact_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactRanges:
-    """Return the ranges (m) in which vertices of two faces can touch the other face; ±infinity if one never can."""
+def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactVertexRanges:
+    """Return the limits (m) along two opposite faces within which a vertex of one face can touch the other face."""
     on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
     a_to_b, b_to_a = faces_b[index_b, 11] > 0.0, faces_a[index_a, 11] > 0.0
-    return ContactRanges(
+    return ContactVertexRanges(
         on_b.low if a_to_b and faces_a[index_a, 9] > 0.0 else np.inf,
         -on_a.high if b_to_a and faces_b[index_b, 10] > 0.0 else np.inf,
         on_b.high if a_to_b and faces_a[index_a, 10] > 0.0 else -np.inf,
@@ -199,8 +205,8 @@ def contact_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> Co
 
 
 @njit(**APART)
-def add_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
-    """Add the last step to a pair's motion; return the numbers of lanes in which it could touch and needs a search.
+def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
+    """Add the last step to the motion of a pair; count the lanes in which it could touch, and needs a search.
 
     The motion of the predicted step counts twice, because the contacts may change it.
     """
@@ -222,7 +228,7 @@ def add_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) ->
 
 
 @njit(**INNER)
-def update_faces_in_reach(
+def update_nearest_faces_in_lanes(
     state: Any,
     pair_rows: Any,
     element_a_rows: Any,
@@ -232,11 +238,11 @@ def update_faces_in_reach(
     vertex_counts: Any,
     piece_faces: Any,
 ) -> bool:
-    """Update the nearest faces of a pair in the lanes where they may change; return True if it could touch in any lane.
+    """Update the nearest faces of a pair where these may have changed; return True if the pair could touch in any lane.
 
     `piece_a` and `piece_b` are the indices of its convex pieces in `vertex_counts` and `piece_faces`.
     """
-    near, due = add_pair_motion(pair_rows, element_a_rows, element_b_rows)
+    near, due = add_last_step_to_pair_motion(pair_rows, element_a_rows, element_b_rows)
     if due > 0:
         near = 0
         for j in range(rows.COLUMNS):

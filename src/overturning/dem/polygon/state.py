@@ -17,8 +17,8 @@ class BaseMotion(NamedTuple):
     """Ticks since the start of the sample."""
 
 
-class StoredFindings(NamedTuple):
-    """Findings of an attempted step, as numbers above 0 for true; see `dem.kernel.clock.StepContactChanges`."""
+class StoredStepContactChanges(NamedTuple):
+    """Findings on an attempted step for the step control (`StepContactChanges`), as numbers: above 0 for True."""
 
     changed: float
     wrong: float
@@ -27,8 +27,8 @@ class StoredFindings(NamedTuple):
     back: float
 
 
-class StepDecision(NamedTuple):
-    """Decision on an attempted step: whether it is rejected, and contacts and length of the next attempt."""
+class StepAcceptance(NamedTuple):
+    """Whether an attempted step is accepted or rejected, and length and contact assumptions of the next attempt."""
 
     again: float
     """Above 0 if the step is rejected."""
@@ -39,7 +39,7 @@ class StepDecision(NamedTuple):
 
 
 class CaseState(NamedTuple):
-    """State and constants of a scene case, except those of its elements and pairs."""
+    """State and constants of a case of a scene as a whole; `ElementState` and `PairState` hold those of its parts."""
 
     shaking: BaseMotion
     step: float
@@ -50,8 +50,8 @@ class CaseState(NamedTuple):
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
     attempt: StepAttempt
-    findings: StoredFindings
-    decision: StepDecision
+    findings: StoredStepContactChanges
+    decision: StepAcceptance
     amplitude: float
     """Factor on the motion."""
     rest_limit: float
@@ -71,7 +71,7 @@ class CaseState(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Position of the centre (m), rotation (rad, clockwise), and its cosine and sine."""
+    """Pose of an element: position of its centre (m), clockwise rotation (rad), cosine and sine of the rotation."""
 
     x: float
     z: float
@@ -81,7 +81,7 @@ class Pose(NamedTuple):
 
 
 class PlanarVector(NamedTuple):
-    """Planar vector with a rotational component: velocity (m/s, rad/s), acceleration, or force (N) and moment (N m)."""
+    """Velocity (m/s, rad/s), acceleration, or force and moment (N, N m) of an element: x, z and rotation w."""
 
     x: float
     z: float
@@ -111,8 +111,8 @@ class ElementConstants(NamedTuple):
     """Rotation to +x up to which the element can come back, rad."""
 
 
-class StepTotals(NamedTuple):
-    """Motion of an element in the last step, and its work and peak rotations so far; updated in each step."""
+class ElementStepTotals(NamedTuple):
+    """Motion of an element in the last step, and work on it and its peak rotations so far; updated in each step."""
 
     moved: float
     """Displacement in the last step, |Δx| + |Δz|, m."""
@@ -130,8 +130,8 @@ class StepTotals(NamedTuple):
     """Power at the last step, W (centred scheme)."""
 
 
-class SummedMotion(NamedTuple):
-    """Motion of an element since the first pair of the scene was suspended (`polygon.suspended_pairs`)."""
+class SummedElementMotion(NamedTuple):
+    """Path length and summed rotation of an element since the scene suspended its first pair (`suspended_pairs`)."""
 
     moved: float
     """Length of its path, m."""
@@ -154,8 +154,8 @@ class ElementProgress(NamedTuple):
     """Current slip on the supporting element, m."""
 
 
-class RestPose(NamedTuple):
-    """Position of an element at rest, and the points of base and support between which its slip is measured."""
+class ElementRestPose(NamedTuple):
+    """Position of an element at rest, and the points of its base and its support between which slip is measured."""
 
     base_x: float
     """Reference point of the element's base, from its centre in its own axes, m, x component."""
@@ -174,7 +174,7 @@ class RestPose(NamedTuple):
 
 
 class PredictedElement(NamedTuple):
-    """Predicted state of an element at the end of a step with constant acceleration (centred scheme)."""
+    """Predicted state of an element at the end of a step, and its velocity correction (centred scheme)."""
 
     pose: Pose
     half: PlanarVector
@@ -198,14 +198,14 @@ class ElementState(NamedTuple):
     acceleration: PlanarVector
     force: PlanarVector
     inertia: ElementConstants
-    totals: StepTotals
-    travel: SummedMotion
+    totals: ElementStepTotals
+    travel: SummedElementMotion
     record: ElementProgress
-    home: RestPose
+    home: ElementRestPose
 
 
 class ElementFace(NamedTuple):
-    """Face of an element in the axes of the element."""
+    """Face of an element in the axes of the element: outward normal, distance, and both ends."""
 
     nx: float
     """Outward normal, x component."""
@@ -236,8 +236,8 @@ class ContactLaw(NamedTuple):
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
-class ContactRanges(NamedTuple):
-    """Ranges on the other face, m, in which a vertex can be the contact vertex of an end; ±infinity if it never can.
+class ContactVertexRanges(NamedTuple):
+    """Limits (m) along the other face within which a vertex can be a contact vertex; ±infinity if it never can.
 
     Vertices on the cut between two convex pieces of an element carry no end.
     """
@@ -271,7 +271,7 @@ class NearestFaces(NamedTuple):
     """Upper bound of the motion since the search at the end of this step, m."""
 
 
-class VertexPosition(NamedTuple):
+class VertexPositionAtFace(NamedTuple):
     """Position of a vertex relative to the other face."""
 
     depth: float
@@ -280,17 +280,17 @@ class VertexPosition(NamedTuple):
     """Place along the other face, m; b's vertices are measured in the opposite direction."""
 
 
-class VertexPositions(NamedTuple):
+class FaceVertexPositions(NamedTuple):
     """Positions of the two vertices of each face of a pair, relative to the other face."""
 
-    a1: VertexPosition
-    a2: VertexPosition
-    b1: VertexPosition
-    b2: VertexPosition
+    a1: VertexPositionAtFace
+    a2: VertexPositionAtFace
+    b1: VertexPositionAtFace
+    b2: VertexPositionAtFace
 
 
 class ContactEndHistory(NamedTuple):
-    """Spring, vertex and forces of a contact end after the last step."""
+    """State of a contact end after the last step: spring stretch, carrying vertex, forces, and landing time."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -309,9 +309,9 @@ OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
 
 
 class PairHistory(NamedTuple):
-    """Vertex positions, contact ends and absorbed energy of a pair after the last step."""
+    """Contact state of a pair after the last step: vertex positions, both contact ends, and absorbed energy."""
 
-    before: VertexPositions
+    before: FaceVertexPositions
     """Positions of the vertices at the last step."""
     one: ContactEndHistory
     """History of end 1."""
@@ -324,11 +324,11 @@ class PairHistory(NamedTuple):
 
 
 class PairState(NamedTuple):
-    """Nearest faces, contact law and history of two elements, a and b, that can touch."""
+    """State of a pair of elements, a and b, that can touch: nearest faces, contact law and contact history."""
 
     face_a: ElementFace
     face_b: ElementFace
-    bounds: ContactRanges
+    bounds: ContactVertexRanges
     law: ContactLaw
     nearest: NearestFaces
     history: PairHistory

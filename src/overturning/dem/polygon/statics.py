@@ -26,7 +26,7 @@ ENDS_PER_FACE: Final = 2
 
 
 class LoadedContactEnd(NamedTuple):
-    """Contact end that carries load at rest: its pair, its number (0 or 1), and the stretches of its springs, m."""
+    """Contact end that carries load at rest: pair index, end number (0 or 1), and stretches of its springs (m)."""
 
     pair: int
     side: int
@@ -36,16 +36,18 @@ class LoadedContactEnd(NamedTuple):
 
 
 class TouchingEndDerivatives(NamedTuple):
-    """Contact end that touches at rest, and the derivatives of its approach and slip, shape (3 · free elements,)."""
+    """Contact end that touches at rest, with the derivatives of its approach and slip by all displacements."""
 
     touch: TouchingSegmentEnd
     approach: FloatArray
+    """By x, z and rotation of each free element, shape (3 · free elements,)."""
     slip: FloatArray
+    """As `approach`."""
 
 
 @dataclass(frozen=True)
-class ContactLaws:
-    """Contact constants of each pair of elements, equal at both ends, shape (pairs,)."""
+class PairContactLaws:
+    """Contact constants of all pairs of elements, each of shape (pairs,); those at both ends of a pair are equal."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m
@@ -54,8 +56,8 @@ class ContactLaws:
     carried: FloatArray  # weight at rest, N
 
 
-def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
-    """Return the slice of each free element in the vector of displacements (x, z, clockwise rotation), by index."""
+def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict[int, slice]:
+    """Return, by index of a free element, the slice of its x, z and clockwise rotation in the displacement vector."""
     free = [i for i, item in enumerate(elements) if not item.is_driven_or_held]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
@@ -63,28 +65,28 @@ def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
 def touching_ends_at_rest(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
 ) -> list[TouchingEndDerivatives]:
-    """Return the contact ends that touch at rest; see `overturning.model.geometry.touching_segment_ends`."""
+    """Return the contact ends that touch at rest, with a lean of up to `max_lean` (rad), and their derivatives."""
     return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 
 def _add_displacement_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingSegmentEnd]
 ) -> list[TouchingEndDerivatives]:
-    """Return touching ends with the derivatives of their approach and slip by the displacements of the elements."""
+    """Return contact ends with the derivatives of their approach and slip by the displacements of all elements."""
     return [
         TouchingEndDerivatives(touch, *_end_displacement_derivatives(elements, pairs[touch.pair], touch.end))
         for touch in ends
     ]
 
 
-def supporting_ends(
+def supporting_contact_ends(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingEndDerivatives],
     loaded_ends: list[LoadedContactEnd],
 ) -> list[LoadedContactEnd]:
-    """Return the contact ends on which elements stand: the loaded ones, with a lean below `MAX_FLUSH_LEAN` ignored.
+    """Return the loaded contact ends on which elements stand; a lean below `MAX_FLUSH_LEAN` counts as none.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
@@ -116,8 +118,8 @@ def supporting_ends(
 def _end_displacement_derivatives(
     elements: list[PlacedElement], pair: ConvexPiecePair, shared_end: ContactSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of an end's approach and slip by all displacements, shape (3 · free elements,) each."""
-    number = _displacement_slices(elements)
+    """Return the derivatives of approach and slip of an end by all displacements, shapes (3 · free elements,)."""
+    number = _displacement_slices_of_free_elements(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
@@ -127,7 +129,7 @@ def _end_displacement_derivatives(
     return approach, slip
 
 
-def _stiffness_matrix(
+def _contact_stiffness_matrix(
     displacement_count: int,
     end_derivatives: list[TouchingEndDerivatives],
     normal_stiffness: FloatArray,
@@ -149,7 +151,7 @@ def static_equilibrium(
     normal_stiffness: FloatArray,
     tangential_stiffness: FloatArray,
 ) -> tuple[FloatArray, list[LoadedContactEnd]] | None:
-    """Compute the static equilibrium on the contact springs (N/m for each pair); contacts carry no tension.
+    """Return displacements and loaded contact ends of a scene at rest on its contact springs, without tension.
 
     Returns
     -------
@@ -159,11 +161,11 @@ def static_equilibrium(
     """
     # A frictionless contact has no tangential spring; a very soft one keeps the matrix regular.
     held, end_derivatives = np.maximum(tangential_stiffness, 1e-9 * normal_stiffness), end_derivatives.copy()
-    number = _displacement_slices(elements)
+    number = _displacement_slices_of_free_elements(elements)
     load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
     while end_derivatives:
         solution = solve_positive_definite_system(
-            _stiffness_matrix(load.size, end_derivatives, normal_stiffness, held), load
+            _contact_stiffness_matrix(load.size, end_derivatives, normal_stiffness, held), load
         )
         if solution is None:
             return None
@@ -181,13 +183,13 @@ def static_equilibrium(
     return None
 
 
-def compute_contact_laws(
+def compute_pair_contact_laws(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingEndDerivatives],
-) -> ContactLaws:
-    """Compute springs, dashpots and friction of each pair; stiffness "auto" follows from its load at rest.
+) -> PairContactLaws:
+    """Return springs, dashpots and friction of all pairs; a stiffness "auto" follows from the load of the pair at rest.
 
     A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n), which must be the
     `static_penetration` share of B. A pair that does not touch at rest gets the spring of its lighter free element
@@ -231,23 +233,23 @@ def compute_contact_laws(
             ratio = DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
-    return ContactLaws(normal, tangential, dashpot, friction, carried)
+    return PairContactLaws(normal, tangential, dashpot, friction, carried)
 
 
-def largest_eigenvalues(
+def largest_spring_and_dashpot_eigenvalues(
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingEndDerivatives],
-    pair_laws: ContactLaws,
+    pair_laws: PairContactLaws,
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
     Each is the maximum over the scene at rest and all pairs in contact at a single, the farthest, vertex:
     K (1/m + r²/I), summed over both elements; for a rectangle on a fixed element this is 4 K/m.
     """
-    root, values = _inverse_root_masses(elements), []
+    root, values = _inverse_root_masses_and_inertias(elements), []
     for normal, tangential in ((pair_laws.normal, pair_laws.tangential), (pair_laws.dashpot, pair_laws.dashpot)):
-        matrix = _stiffness_matrix(root.size, end_derivatives, normal, tangential)
+        matrix = _contact_stiffness_matrix(root.size, end_derivatives, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
@@ -259,16 +261,16 @@ def largest_eigenvalues(
     return values[0], values[1]
 
 
-def smallest_eigenvalue(
-    elements: list[PlacedElement], end_derivatives: list[TouchingEndDerivatives], pair_laws: ContactLaws
+def smallest_spring_eigenvalue(
+    elements: list[PlacedElement], end_derivatives: list[TouchingEndDerivatives], pair_laws: PairContactLaws
 ) -> float:
-    """Return the smallest eigenvalue of the springs of the scene at rest, 1/s²; 0 if an element can move freely."""
-    root = _inverse_root_masses(elements)
-    matrix = _stiffness_matrix(root.size, end_derivatives, pair_laws.normal, pair_laws.tangential)
+    """Return the smallest eigenvalue ω² (1/s²) of a scene on its springs at rest; 0 if an element can move freely."""
+    root = _inverse_root_masses_and_inertias(elements)
+    matrix = _contact_stiffness_matrix(root.size, end_derivatives, pair_laws.normal, pair_laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 
-def _inverse_root_masses(elements: list[PlacedElement]) -> FloatArray:
-    """Return 1/√m (kg) or 1/√I (kg m²) for each displacement of a free element, shape (3 · free elements,)."""
+def _inverse_root_masses_and_inertias(elements: list[PlacedElement]) -> FloatArray:
+    """Return 1/√m, 1/√m and 1/√I (kg, kg m²) of each free element in one array, shape (3 · free elements,)."""
     free = [item for item in elements if not item.is_driven_or_held]
     return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

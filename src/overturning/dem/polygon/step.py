@@ -15,27 +15,27 @@ from overturning.dem.polygon.centred import (
     is_fine_step,
     store_accepted_pair_history,
 )
-from overturning.dem.polygon.equations import clear_pattern, pair_submatrices, solve_velocity_changes
+from overturning.dem.polygon.equations import clear_nonzero_pattern, pair_submatrices, solve_velocity_changes
 from overturning.dem.polygon.mechanics import (
     element_acceleration,
     extrapolate_pose,
     extrapolate_velocity,
-    inertial_power,
+    power_against_inertial_and_holding_forces,
 )
-from overturning.dem.polygon.search import update_faces_in_reach
+from overturning.dem.polygon.search import update_nearest_faces_in_lanes
 from overturning.dem.polygon.state import (
     CaseState,
     ElementConstants,
+    ElementStepTotals,
     PlanarVector,
     Pose,
     PredictedElement,
-    StepDecision,
-    StepTotals,
+    StepAcceptance,
 )
-from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_if_distant
+from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_pair_if_distant
 
 
-class CentredScheme(NamedTuple):
+class CentredSchemeConstants(NamedTuple):
     """Constants of the centred time integration scheme."""
 
     lag: float = 0.0
@@ -48,7 +48,7 @@ class CentredScheme(NamedTuple):
 def base_acceleration_at_step_end(
     vertical_base_acceleration: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
-    """Return the horizontal and vertical acceleration of the base at the end of the step.
+    """Return horizontal and vertical base acceleration (m/s²) at the end of the step, as it acts on an element.
 
     Both are 0 for an element that moves with the base; `vertical_base_acceleration` is None if the base moves level.
     """
@@ -62,7 +62,7 @@ def base_acceleration_at_step_end(
 
 
 @njit(**APART)
-def predict_element(
+def predict_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
     """Predict the motion of an element in a step with constant acceleration, in all lanes."""
@@ -87,10 +87,10 @@ def predict_element(
 
 
 @njit(**APART)
-def correct_element(
+def correct_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
-    """Correct the state of an element with the solution of the equations, in the lanes whose step is accepted."""
+    """Store the state of an element at the end of the step, corrected by the solution, where the step is accepted."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
@@ -100,12 +100,12 @@ def correct_element(
         v = extrapolate_velocity(trial.half, a, half)
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
-        rate, on = inertial_power(item, ground, lift, v), pose.angle
+        rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
         last = tick if (on < item.inertia.on) & (-on < item.inertia.back) else old.last_upright
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = updated_maximum(old.peak_back, -on), updated_maximum(old.peak_on, on)
-        totals = StepTotals(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
+        totals = ElementStepTotals(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
         rows.keep_pose(element_rows, j, again, pose)
         rows.keep_velocity(element_rows, j, again, v)
         rows.keep_acceleration(element_rows, j, again, a)
@@ -116,14 +116,14 @@ def correct_element(
 
 @njit(**APART)
 def reset_step_findings(case_rows: Any) -> None:
-    """Reset the findings of the attempted step in all lanes."""
+    """Reset the findings on the attempted step to "none", in all lanes."""
     for j in range(rows.COLUMNS):
         rows.store_findings(case_rows, j, rows.no_findings())
 
 
 @njit(**INLINE)
 def step_contact_changes(case: CaseState) -> StepContactChanges:
-    """Return what the step control needs to know of an attempted step; in a fine step no contact state is wrong."""
+    """Return what the step control needs to know of a case's attempted step; a fine step has no wrong contact state."""
     findings, long = case.findings, not is_fine_step(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
     return StepContactChanges(
@@ -140,19 +140,19 @@ def step_contact_changes(case: CaseState) -> StepContactChanges:
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
-    """Accept or reject the step of each lane, and choose the next one."""
+    """Decide on each lane's attempted step, accepted or rejected, and choose the length of the next attempt."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
         again, sooner, then = choose_next_step_attempt(
             SCENE, case.step_control, case.attempt, step_contact_changes(case), tick, ticks_per_sample
         )
-        rows.store_decision(case_rows, j, StepDecision(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
+        rows.store_decision(case_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
 @njit(**APART)
 def advance_accepted_clocks(case_rows: Any) -> None:
-    """Advance the time of each lane whose step is accepted."""
+    """Advance the time in each lane whose step is accepted; in all lanes, set the next step attempt."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick
@@ -174,15 +174,17 @@ def compute_step(
     """Compute a step of the centred scheme in all lanes; `vertical_base_acceleration` may be None (level motion)."""
     reset_step_findings(state)
     size, near = movable_flags.size, active_pairs.near
-    clear_pattern(nonzero_pattern)
+    clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
-        predict_element(vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
+        predict_element_motion(
+            vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity
+        )
     resume_pairs_for_step(state, scene, active_pairs, size)
     kept = 0
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near[p] = update_faces_in_reach(
+        near[p] = update_nearest_faces_in_lanes(
             state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
         )
         if near[p]:
@@ -190,7 +192,7 @@ def compute_step(
                 matrix, nonzero_pattern, movable_flags, scene.layout[p, 0], scene.layout[p, 1]
             )
             add_pair_to_equations(q, a, b, state, into, fresh)
-        if near[p] or suspend_if_distant(q, a, b, p, active_pairs):
+        if near[p] or suspend_pair_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept
@@ -203,7 +205,7 @@ def compute_step(
     accept_or_reject_steps(state, ticks_per_sample)
     for i in range(size):
         if movable_flags[i]:
-            correct_element(
+            correct_element_motion(
                 vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity
             )
     for n in range(kept):

@@ -14,14 +14,14 @@ from numba import njit
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.state import SummedMotion
+from overturning.dem.polygon.state import SummedElementMotion
 
 ACTIVE: Final = -1.0
 """Value of `ActivePairs.resumes_at` for an active pair."""
 
 
 class ActivePairs(NamedTuple):
-    """Pairs of elements tested for contact in each step, and the motions at which the other pairs are tested again."""
+    """Active pairs, which each step tests for contact, and the motions at which suspended pairs become active again."""
 
     active: Any
     """Indices of the active pairs, ascending, shape (pairs,); the first `count` are valid."""
@@ -44,7 +44,7 @@ TRAVEL, NEXT, LEVER = 0, 1, 2
 
 @njit(**OWNER)
 def create_active_pairs(pair_count: int) -> Any:
-    """Create the list of active pairs of a scene with `pair_count` pairs: all are active."""
+    """Return the `ActivePairs` of a scene with `pair_count` pairs, all of them active."""
     travel = np.zeros(3)
     travel[NEXT] = np.inf
     number = np.zeros(1, np.int64)
@@ -60,8 +60,8 @@ def create_active_pairs(pair_count: int) -> Any:
 
 
 @njit(**APART)
-def update_largest_motion(element_rows: Any, largest_motions: Any) -> None:
-    """Update the largest motion of any element, in each lane, with the motion of one element."""
+def update_largest_motions_with_element(element_rows: Any, largest_motions: Any) -> None:
+    """Raise `largest_motions` (see `ActivePairs.largest`), in each lane, to the motion of one more element."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
@@ -73,20 +73,20 @@ def update_largest_motion(element_rows: Any, largest_motions: Any) -> None:
 
 
 @njit(**APART)
-def add_to_summed_motion(element_rows: Any) -> None:
+def add_last_step_to_summed_motion(element_rows: Any) -> None:
     """Add the motion of an element in the last step to the sum of its motions since the first pair was suspended."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         rows.store_travel(
             element_rows,
             j,
-            SummedMotion(item.travel.moved + item.totals.moved, item.travel.turned + item.totals.turned),
+            SummedElementMotion(item.travel.moved + item.totals.moved, item.travel.turned + item.totals.turned),
         )
 
 
 @njit(**INLINE)
 def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
-    """Return the summed motions of both elements of a pair in a lane, m: translations, and rotations × lever arm."""
+    """Return the sum (m) of path lengths and lever arm × summed rotations of both elements of a pair in a lane."""
     lever = rows.load_nearest(pair_rows, lane).lever
     a, b = rows.load_element(element_a_rows, lane).travel, rows.load_element(element_b_rows, lane).travel
     return (a.moved + b.moved) + lever * (a.turned + b.turned)
@@ -94,7 +94,7 @@ def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: A
 
 @njit(**APART)
 def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Suspend a pair that cannot touch soon: subtract the summed motions of both elements from its own motion."""
+    """Suspend a pair: subtract the summed motions of both elements from the motion of the pair, in all lanes."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
@@ -102,15 +102,15 @@ def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> No
 
 @njit(**APART)
 def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Resume a suspended pair: add the summed motions of both elements to the motion of the pair."""
+    """Resume a suspended pair: add the summed motions of both elements to the motion of the pair, in all lanes."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion
 
 
 @njit(**INNER)
-def motion_to_contact(pair_rows: Any) -> tuple[float, float]:
-    """Return the motion (m) before a pair could touch in any lane, and its longest lever arm (m); 0, 0 if close."""
+def motion_before_contact(pair_rows: Any) -> tuple[float, float]:
+    """Return the motion (m) after which a pair could touch in a lane, and its longest lever arm (m); 0, 0 if close."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]
@@ -122,8 +122,8 @@ def motion_to_contact(pair_rows: Any) -> tuple[float, float]:
 
 
 @njit(**INNER)
-def resume_pairs(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
-    """Resume the suspended pairs that could touch after a sum of motions (m); infinity resumes all pairs."""
+def resume_pairs_up_to_motion(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
+    """Resume the suspended pairs that could touch after `summed_motion` (m); infinity resumes all pairs."""
     count, following = 0, np.inf
     for p in range(active_pairs.resumes_at.size):
         at = active_pairs.resumes_at[p]
@@ -143,34 +143,35 @@ def resume_pairs(state: Any, scene: Any, active_pairs: ActivePairs, summed_motio
 
 @njit(**INNER)
 def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
-    """Resume the suspended pairs that could touch in this step, and add the last step to the sums of motion."""
+    """Resume the suspended pairs that could touch in this step, and add the last step to the summed motions."""
     if active_pairs.count[0] == active_pairs.resumes_at.size:
         return
     largest, lever = active_pairs.largest, active_pairs.travel[LEVER]
     for k in range(largest.size):
         largest[k] = 0.0
     for i in range(element_count):
-        update_largest_motion(rows.of_element(state, i), largest)
+        update_largest_motions_with_element(rows.of_element(state, i), largest)
     last, ahead = 0.0, 0.0
     for j in range(rows.COLUMNS):
         moved, turned = largest[j], largest[rows.COLUMNS + j]
         far, turn = largest[2 * rows.COLUMNS + j], largest[3 * rows.COLUMNS + j]
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
-    # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in `search.add_pair_motion`.
+    # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
+    # `search.add_last_step_to_pair_motion`.
     active_pairs.travel[TRAVEL] += 2.0 * last
     travel = active_pairs.travel[TRAVEL] + 4.0 * ahead
     if not travel < active_pairs.travel[NEXT]:
-        resume_pairs(state, scene, active_pairs, travel)
+        resume_pairs_up_to_motion(state, scene, active_pairs, travel)
     for i in range(element_count):
-        add_to_summed_motion(rows.of_element(state, i))
+        add_last_step_to_summed_motion(rows.of_element(state, i))
 
 
 @njit(**INNER)
-def suspend_if_distant(
+def suspend_pair_if_distant(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
 ) -> bool:
     """Suspend a pair that is too far apart to touch soon; return True if the pair stays active."""
-    slack, lever = motion_to_contact(pair_rows)
+    slack, lever = motion_before_contact(pair_rows)
     if slack <= 0.0:
         return True
     suspend_pair(pair_rows, element_a_rows, element_b_rows)

@@ -55,7 +55,7 @@ def _summary(rows: pd.DataFrame) -> str:
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
     refusals = ", ".join(f"{count} for `{name}`" for name, count in reasons.items())
     return (
-        f"Among the {len(energy)} cases labelled *right*, the largest residual of work and energy is "
+        f"Among the {len(energy)} cases that pass all six checks, the largest residual of work and energy is "
         f"{energy.max():.4f} and the median residual {energy.median():.2g}. Inputs refused because of one argument: "
         f"{refusals or 'none'}. Cases labelled *silent*: {(rows['ending'] == Ending.SILENT).sum()}."
     )

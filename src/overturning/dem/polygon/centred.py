@@ -107,9 +107,9 @@ def predict_contact_end(
     drifts, drift = flat_landing_slip_and_friction(contact_law, contact_end, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
-    along = a.inverse_inertia_per_mass * (contact_end.a.n * (contact_end.a.n + signed_friction * contact_end.a.t))
+    along = a.inverse_inertia * (contact_end.a.n * (contact_end.a.n + signed_friction * contact_end.a.t))
     freedom = particles + (
-        along + b.inverse_inertia_per_mass * (contact_end.b.n * (contact_end.b.n + signed_friction * contact_end.b.t))
+        along + b.inverse_inertia * (contact_end.b.n * (contact_end.b.n + signed_friction * contact_end.b.t))
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
     return PredictedContactEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)

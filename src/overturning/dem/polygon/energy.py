@@ -48,7 +48,7 @@ def pair_spring_energy(pair: PairState) -> float:
 def element_kinetic_energy(element: ElementState) -> float:
     """Compute the kinetic energy of an element, J, from its velocities half a step ago."""
     v, own = element.velocity, element.inertia
-    return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia_per_mass))
+    return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
 
 
 @njit(**INNER)

@@ -112,7 +112,7 @@ of_submatrix: Final = create_window_slicer(SIZE)
 @njit(**INLINE)
 def scale_rows_by_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
     """Return submatrix `p` with its force rows × `factor`/mass and its moment row × `factor`/moment of inertia."""
-    m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia_per_mass
+    m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
 
@@ -237,9 +237,9 @@ def add_pair_force_to_right_sides(
     """Return the right-hand sides of elements a and b of a pair with the predicted contact force `pair_force` added."""
     m, i, n, k = (
         half_step_time * inertia_a.inverse_mass,
-        half_step_time * inertia_a.inverse_inertia_per_mass,
+        half_step_time * inertia_a.inverse_inertia,
         half_step_time * inertia_b.inverse_mass,
-        half_step_time * inertia_b.inverse_inertia_per_mass,
+        half_step_time * inertia_b.inverse_inertia,
     )
     return (
         PlanarVector(

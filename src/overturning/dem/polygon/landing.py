@@ -63,8 +63,8 @@ def flat_landing_slip_and_friction(
 
     The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """
-    total = inertia_a.inverse_inertia_per_mass + inertia_b.inverse_inertia_per_mass
-    w = (velocity.a * inertia_b.inverse_inertia_per_mass + velocity.b * inertia_a.inverse_inertia_per_mass) / (
+    total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
+    w = (velocity.a * inertia_b.inverse_inertia + velocity.b * inertia_a.inverse_inertia) / (
         total if total > 0.0 else 1.0
     )
     opening, slipping = opening_and_slip_rates(contact_end, PairRelativeVector(velocity.x, velocity.z, w, w))
@@ -105,7 +105,7 @@ def ends_with_flat_landing_levers(
     one, two, (u, a, b) = shared_segment.one, shared_segment.two, pair_motion
     slides_one, drift = flat_landing_slip_and_friction(contact_law, one, u, a, b, lands_flat)
     slides_two, other = flat_landing_slip_and_friction(contact_law, two, u, a, b, lands_flat)
-    ia, ib = a.inverse_inertia_per_mass, b.inverse_inertia_per_mass
+    ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = relative_rotation_lever(one.a.t, one.b.t, ia, ib), relative_rotation_lever(two.a.t, two.b.t, ia, ib)
     n1, n2 = relative_rotation_lever(one.a.n, one.b.n, ia, ib), relative_rotation_lever(two.a.n, two.b.n, ia, ib)
     # Place of the resultant normal impulse that causes no rotation, as a lever arm; it must lie between the ends.

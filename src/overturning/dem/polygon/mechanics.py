@@ -118,7 +118,7 @@ def element_acceleration(
     return PlanarVector(
         force.x * own.inverse_mass - horizontal_base_acceleration,
         force.z * own.inverse_mass - fall,
-        force.w * own.inverse_inertia_per_mass,
+        force.w * own.inverse_inertia,
     )
 
 

@@ -93,7 +93,7 @@ class ElementConstants(NamedTuple):
 
     inverse_mass: float
     """1/m, 1/kg; 0 if forces do not move the element."""
-    inverse_inertia_per_mass: float
+    inverse_inertia: float
     """1/I, 1/(kg m²); 0 if moments do not rotate the element."""
     mass: float
     """Mass m, kg; 0 if forces do not move the element."""

@@ -103,7 +103,7 @@ def test_the_film_shows_forces_in_weights_at_their_points_of_action(path: xr.Dat
     assert np.isfinite(panel.force_point).all()
     standing = panel.force[0][panel.force_point[0, :, 1] < panel.force_point[0, :, 1].min() + 1e-3]
     assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
-    unknown = film.times > float(path["time"][-1])
+    unknown = film.frame_times > float(path["time"][-1])
     assert not panel.force[unknown].any(), "forces are unknown after the last sample"
 
 

@@ -51,29 +51,33 @@ class CentredSchemeConstants(NamedTuple):
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
 
 
+def unused_fields_of_variant(with_vertical: bool, with_friction: bool) -> list[str]:
+    """Return the fields that a variant of the centred scheme neither loads nor stores."""
+    springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
+    return springs if with_vertical else [*springs, "lift"]
+
+
 @cache
 def create_centred_step_function(with_vertical: bool, with_friction: bool) -> Any:
     """Return a compiled function that advances blocks by the centred scheme, for one variant of the kernel.
 
     The variants are those with or without vertical base motion, and with or without friction.
     """
-    springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
-    unused = springs if with_vertical else [*springs, "lift"]
+    unused = unused_fields_of_variant(with_vertical, with_friction)
     solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
     load_block, load_inertial_accelerations, load_step_control = (
         ROWS.lane_access(BlockConstants).load,
         ROWS.lane_access(BlockInertialAccelerations).load,
         ROWS.lane_access(CaseStepControl).load,
     )
-    load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
-    load_assumed_slip, store_assumed_slip, _ = ROWS.lane_access(
+    load_state = ROWS.lane_access(BlockState, unused_fields=unused).load
+    load_attempt = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"]).load
+    load_assumed_slip = ROWS.lane_access(
         AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
-    )
-    load_peaks, _, store_peaks = ROWS.lane_access(BlockPeaks)
-    load_account, _, store_account = ROWS.lane_access(BlockEnergyAccount)
+    ).load
     load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBlock, unused_fields=unused)
-    load_change, store_change, _ = ROWS.lane_access(BlockVelocityChange, unused_fields=unused)
+    store_change = ROWS.lane_access(BlockVelocityChange, unused_fields=unused).store
+    complete_block_steps = create_completion_loop(with_vertical, with_friction)
 
     @njit(**INNER)
     def predict_blocks(
@@ -96,6 +100,32 @@ def create_centred_step_function(with_vertical: bool, with_friction: bool) -> An
             fine = load_attempt(state, j).length <= centred.FINE * load_step_control(state, j).finest
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
+
+    @njit(**INNER)
+    def advance_blocks(
+        variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
+    ) -> None:
+        for _ in range(step_count):
+            predict_blocks(variant_marker, state, lane_count, ticks_per_sample)
+            solve_block_velocities(variant_marker, state, lane_count)
+            complete_block_steps(variant_marker, state, lane_count, ticks_per_sample)
+
+    return advance_blocks
+
+
+def create_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
+    """Return the compiled third loop of the centred scheme: contact forces, acceptance of the step, and new state."""
+    unused = unused_fields_of_variant(with_vertical, with_friction)
+    load_block, load_step_control = ROWS.lane_access(BlockConstants).load, ROWS.lane_access(CaseStepControl).load
+    load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)
+    load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
+    store_assumed_slip = ROWS.lane_access(
+        AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
+    ).store
+    load_peaks, _, store_peaks = ROWS.lane_access(BlockPeaks)
+    load_account, _, store_account = ROWS.lane_access(BlockEnergyAccount)
+    load_predicted = ROWS.lane_access(PredictedBlock, unused_fields=unused).load
+    load_change = ROWS.lane_access(BlockVelocityChange, unused_fields=unused).load
 
     @njit(**INNER)
     def complete_block_steps(
@@ -136,16 +166,7 @@ def create_centred_step_function(with_vertical: bool, with_friction: bool) -> An
             store_peaks(state, j, again, accepted.peaks)
             store_account(state, j, again, accepted.account)
 
-    @njit(**INNER)
-    def advance_blocks(
-        variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
-    ) -> None:
-        for _ in range(step_count):
-            predict_blocks(variant_marker, state, lane_count, ticks_per_sample)
-            solve_block_velocities(variant_marker, state, lane_count)
-            complete_block_steps(variant_marker, state, lane_count, ticks_per_sample)
-
-    return advance_blocks
+    return complete_block_steps
 
 
 @cache

@@ -196,8 +196,8 @@ def base_motion_stays_below_limit(
 ) -> bool:
     """True if the base motion stays below a limit at the end of this step and of the next sample.
 
-    The horizontal base acceleration must be below `horizontal_limit` × (gravity + upward base acceleration). Above this
-    limit, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
+    The horizontal base acceleration must be below `horizontal_limit` × (gravity + upward base acceleration). Above
+    this limit, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (

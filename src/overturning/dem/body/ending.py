@@ -90,7 +90,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 @njit(**INLINE)
 def tilt_energy_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
-    """Return the energy per mass (m²/s²) that tilts a body over its nearest base edge to `lean` (sin² of the tilt)."""
+    """Return the energy per mass, m²/s², that tilts a body over its nearest base edge to `lean` (sin² of tilt)."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import build_sample_step_loop
 from overturning.dem.body.ending import (
-    body_energy_per_mass,
     body_is_at_rest,
     case_status,
     record_body_motion,
     sum_of_state_components,
-    vertical_angular_momentum_about_origin,
     write_case_results,
 )
+from overturning.dem.body.start import initialise_body_in_lane
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
@@ -33,22 +32,11 @@ from overturning.dem.body.state import (
     BodyTerminationLimits,
     BodyVertex,
     ContactPointBeforeAndAfter,
-    ContactPointHistory,
     LoadedSampleNumber,
-    lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
-    Matrix,
     Quaternion,
-    SymmetricMatrix,
-    Vector,
-    cross_product,
-    full_matrix,
-    matrix_times_vector,
-    plus,
     rotation_matrix,
-    scale_vector,
-    transpose,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import (
@@ -66,7 +54,6 @@ from overturning.dem.kernel.ground import (
     upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INNER, aligned_zeros
-from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.kernel.queue import (
     QueueSettings,
     create_lookup_by_type,
@@ -168,124 +155,6 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     )
 
 
-@njit(**INNER)
-def initialise_body_in_lane(
-    state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
-    sampling_interval: float, ticks_per_sample: float,
-) -> None:  # fmt: skip
-    """Store constants and initial state of a body and its vertices in the lane's columns of `state`, `vertex_rows`."""
-    for row in range(NUMBERS):
-        state[row * COLUMNS + lane] = 0.0
-    ks, at = case_parameters.tangential, case_parameters.start
-    body = BodyConstants(
-        inverse=SymmetricMatrix(
-            body_constants.ixx,
-            body_constants.iyy,
-            body_constants.izz,
-            body_constants.ixy,
-            body_constants.ixz,
-            body_constants.iyz,
-        ),
-        inertia=SymmetricMatrix(
-            body_constants.axx,
-            body_constants.ayy,
-            body_constants.azz,
-            body_constants.axy,
-            body_constants.axz,
-            body_constants.ayz,
-        ),
-        foot=body_constants.foot,
-        radius=body_constants.radius,
-        stiffness=case_parameters.stiffness,
-        tangential=ks,
-        compliance=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot=case_parameters.dashpot,
-        friction=case_parameters.friction,
-        critical=body_constants.critical,
-        ends=body_constants.ends,
-        step=sampling_interval / ticks_per_sample,
-        landing=LANDING * case_parameters.dashpot / case_parameters.stiffness,
-    )
-    place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
-    v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), rotation_matrix(turn)
-    # Acceleration and moment from gravity and springs at the start.
-    az, mx, my = -GRAVITY, 0.0, 0.0
-    for i in range(vertex_positions.shape[0]):
-        one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
-        own = Vector(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
-        arm = matrix_times_vector(f, own)
-        store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
-        # Velocity is stored for points of a rim, position for vertices.
-        known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
-        depth = -(place.z + arm.z)
-        n = body.stiffness * max(depth, 0.0)
-        store_memory(
-            one,
-            lane,
-            ContactPointHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0),
-        )
-        az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
-    momentum = angular_momentum_from_velocity(body.inverse, f, w)
-    begin = BodyState(
-        place=place,
-        turn=turn,
-        velocity=v,
-        momentum=momentum,
-        spin=w,
-        acceleration=Vector(0.0, 0.0, az),
-        moment=Vector(mx, my, 0.0),
-        tick=0.0,
-    )
-    store_body(state, lane, body)
-    case_step_control = CaseStepControl(
-        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
-    )
-    store_step_control(state, lane, case_step_control)
-    store_state(state, lane, begin)
-    store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
-    store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(f), 0.0, 0.0, -1.0))
-    barrier = GRAVITY * (
-        np.sqrt(body_constants.reach * body_constants.reach + body_constants.foot * body_constants.foot)
-        - body_constants.foot
-    )
-    store_course(state, lane, CaseProgress(
-        case_parameters.amplitude, case_parameters.first, case_parameters.calm, case_parameters.after,
-        case_parameters.first * sampling_interval,
-        body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
-    ))  # fmt: skip
-    state[REST_LIMIT + lane] = case_parameters.rest_limit
-    store_limits(state, lane, BodyTerminationLimits(
-        vertical_angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen,
-        body_constants.deepest, case_parameters.steady,
-    ))  # fmt: skip
-
-
-@njit(**INNER)
-def angular_momentum_from_velocity(
-    inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector
-) -> Vector:
-    """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
-
-    `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in the axes of the base, rad/s.
-    """
-    a = inverse_inertia_per_mass
-    cofactors = SymmetricMatrix(
-        a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
-        a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
-    )  # fmt: skip
-    inverse = 1.0 / (
-        (inverse_inertia_per_mass.xx * cofactors.xx + inverse_inertia_per_mass.xy * cofactors.xy)
-        + inverse_inertia_per_mass.xz * cofactors.xz
-    )
-    return matrix_times_vector(
-        body_axes,
-        scale_vector(
-            inverse,
-            matrix_times_vector(full_matrix(cofactors), matrix_times_vector(transpose(body_axes), angular_velocity)),
-        ),
-    )
-
-
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Begin a sample in each lane: scale the body's quaternion to length 1 and load the base motion of the sample."""
     load_next_sample_into_lanes(
@@ -358,7 +227,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `lane_marks` to 1 for each lane whose case may have ended, else 0; return the number of ones."""
+    """Set `end_marks_out` to 1 for each lane whose case may have ended, else 0; return the number of ones."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
@@ -372,7 +241,7 @@ def mark_lanes_that_may_have_ended(
 def mark_possibly_ended_lanes(
     state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
-    """Set `lane_marks` to 1 where the case may have ended (fall, failure, or too weak motion ahead); count the ones."""
+    """Mark and count the lanes whose case may have ended: a fall, a failure, or motion ahead that is too weak."""
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)

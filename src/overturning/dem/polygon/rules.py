@@ -16,11 +16,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import (
     GroundMotion,
-    LinearBaseAcceleration,
     base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
@@ -38,13 +36,12 @@ from overturning.dem.polygon.case_end import (
     shift_rest_pose_with_held_support,
     write_case_results,
 )
-from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
-from overturning.dem.polygon.energy import case_energy, pair_spring_energy
+from overturning.dem.polygon.energy import case_energy
 from overturning.dem.polygon.equations import SIZE, SPARE, create_empty_nonzero_pattern
 from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces_to_trajectory, record_motion_of_all_elements
 from overturning.dem.polygon.resting import all_elements_at_rest
-from overturning.dem.polygon.search import update_nearest_faces
-from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepAcceptance
+from overturning.dem.polygon.start import CHECK_INTERVAL, initialise_case_in_lane, initialise_pairs_in_lane
+from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs_up_to_motion
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import Status
@@ -56,9 +53,6 @@ SCHEMES: Final[dict[IntegrationScheme, Any]] = {
 """Constants of each scheme; their type selects the step function."""
 
 STEPS: Final = {cundall.CundallSchemeConstants: cundall.compute_step, step.CentredSchemeConstants: step.compute_step}
-
-CHECK_INTERVAL: Final = 0.1
-"""Interval at which a case is tested for its end, s of the record; at least one sample."""
 
 
 class SceneKernelInput(NamedTuple):
@@ -154,72 +148,6 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
     initialise_pairs_in_lane(state, lane, given, scene, scene.shapes[v])
     state[rows.ENERGY + lane] = case_energy(state, lane, scene)
-
-
-@njit(**INNER)
-def initialise_case_in_lane(
-    state: Any,
-    lane: int,
-    case_parameters: Any,
-    variant_index: float,
-    sampling_interval: float,
-    ticks_per_sample: float,
-    velocity_lag: float,
-) -> None:
-    """Store the `CaseState` of a case at its start in the column of a lane."""
-    step, none, last_check = (
-        sampling_interval / ticks_per_sample,
-        LinearBaseAcceleration(0.0, 0.0, 0.0),
-        case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
-    )
-    first = StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
-    step_control = CaseStepControl(
-        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
-    )
-    rows.store_case(
-        state,
-        lane,
-        CaseState(
-            shaking=BaseMotion(none, none, 0.0),
-            step=step,
-            rate=ticks_per_sample / sampling_interval,
-            lag=velocity_lag * step,
-            step_control=step_control,
-            attempt=first,
-            findings=rows.no_findings(),
-            decision=StepAcceptance(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
-            amplitude=case_parameters.amplitude,
-            rest_limit=case_parameters.rest_limit,
-            sample=case_parameters.first,
-            calm=case_parameters.calm,
-            after=case_parameters.after,
-            energy=0.0,
-            variant=variant_index,
-            last_check=last_check,
-        ),
-    )
-
-
-@njit(**INNER)
-def initialise_pairs_in_lane(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
-    """Store contact law, nearest faces and loads at rest of each pair of a scene in the column of a lane."""
-    lag = rows.load_case(state, lane).lag
-    for p in range(scene.layout.shape[0]):
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
-        m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, lane)
-        law, settled = pair.law, pair.nearest.limit == np.inf
-        friction = law.friction if law.friction >= 0.0 else case_parameters.friction
-        dashpot = law.dashpot * case_parameters.damping
-        rows.store_law(q, lane, ContactLaw(
-            law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
-        ))  # fmt: skip
-        update_nearest_faces(
-            q, a, b, lane, 2.0 * lag, piece_faces[m, : scene.sizes[m]], piece_faces[n, : scene.sizes[n]]
-        )
-        if settled:
-            q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0
-        set_pair_forces_at_rest(q, lane)
-        q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
 def load_motion_of_next_sample(
@@ -347,7 +275,7 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `lane_marks` to 1 for each lane whose case is due for a test of its end, else 0; count the ones."""
+    """Set `end_marks_out` to 1 for each lane whose case is due for a test of its end, else 0; count the ones."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride

@@ -1,0 +1,162 @@
+"""Start of a 3-D case: constants, initial state and limits of a body in the column of a lane."""
+
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin
+from overturning.dem.body.state import (
+    COLUMNS,
+    ROWS,
+    VERTEX,
+    BodyConstants,
+    BodyPeakValues,
+    BodyState,
+    BodyTerminationLimits,
+    BodyVertex,
+    ContactPointBeforeAndAfter,
+    ContactPointHistory,
+    lean_as_squared_sine,
+)
+from overturning.dem.body.vectors import (
+    Matrix,
+    Quaternion,
+    SymmetricMatrix,
+    Vector,
+    cross_product,
+    full_matrix,
+    matrix_times_vector,
+    plus,
+    rotation_matrix,
+    scale_vector,
+    transpose,
+)
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState
+from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.mechanics import LANDING
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+store_body, store_state, store_peaks, store_course, store_limits, store_attempt, store_step_control = (
+    ROWS.lane_access(of).store
+    for of in (
+        BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, StepAttempt, CaseStepControl
+    )
+)  # fmt: skip
+store_vertex = VERTEX.lane_access(BodyVertex).store
+store_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old").store
+NUMBERS: Final = ROWS.count
+OF_A_VERTEX: Final = VERTEX.size
+REST_LIMIT: Final = ROWS.row_start(CaseRestState, "rest_limit")
+
+
+@njit(**INNER)
+def initialise_body_in_lane(
+    state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
+    sampling_interval: float, ticks_per_sample: float,
+) -> None:  # fmt: skip
+    """Store constants and initial state of a body and its vertices in the lane's columns of `state`, `vertex_rows`."""
+    for row in range(NUMBERS):
+        state[row * COLUMNS + lane] = 0.0
+    body = constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
+    begin = initialise_vertices_in_lane(vertex_rows, lane, body, case_parameters.start, vertex_positions)
+    store_body(state, lane, body)
+    case_step_control = CaseStepControl(
+        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
+    )
+    store_step_control(state, lane, case_step_control)
+    store_state(state, lane, begin)
+    store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
+    store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.turn)), 0.0, 0.0, -1.0))
+    barrier = GRAVITY * (
+        np.sqrt(body_constants.reach * body_constants.reach + body_constants.foot * body_constants.foot)
+        - body_constants.foot
+    )
+    store_course(state, lane, CaseProgress(
+        case_parameters.amplitude, case_parameters.first, case_parameters.calm, case_parameters.after,
+        case_parameters.first * sampling_interval,
+        body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
+    ))  # fmt: skip
+    state[REST_LIMIT + lane] = case_parameters.rest_limit
+    store_limits(state, lane, BodyTerminationLimits(
+        vertical_angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen,
+        body_constants.deepest, case_parameters.steady,
+    ))  # fmt: skip
+
+
+@njit(**INNER)
+def constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
+    """Return the constants of a body with the contact law of its case; `tick_length` is in s."""
+    c, ks = body_constants, case_parameters.tangential
+    return BodyConstants(
+        inverse=SymmetricMatrix(c.ixx, c.iyy, c.izz, c.ixy, c.ixz, c.iyz),
+        inertia=SymmetricMatrix(c.axx, c.ayy, c.azz, c.axy, c.axz, c.ayz),
+        foot=c.foot,
+        radius=c.radius,
+        stiffness=case_parameters.stiffness,
+        tangential=ks,
+        compliance=1.0 / ks if ks > 0.0 else 0.0,
+        dashpot=case_parameters.dashpot,
+        friction=case_parameters.friction,
+        critical=c.critical,
+        ends=c.ends,
+        step=tick_length,
+        landing=LANDING * case_parameters.dashpot / case_parameters.stiffness,
+    )
+
+
+@njit(**INNER)
+def initialise_vertices_in_lane(
+    vertex_rows: Any, lane: int, body: BodyConstants, start: Any, vertex_positions: Any
+) -> BodyState:
+    """Store the vertices of a body at its start in the columns of a lane, and return its initial state.
+
+    `start` has the pose and velocities, of type `START`; acceleration and moment are those of gravity and springs.
+    """
+    place, turn = Vector(start.x, start.y, start.z), Quaternion(start.qw, start.qx, start.qy, start.qz)
+    v, w, f = Vector(start.vx, start.vy, start.vz), Vector(start.wx, start.wy, start.wz), rotation_matrix(turn)
+    az, mx, my = -GRAVITY, 0.0, 0.0
+    for i in range(vertex_positions.shape[0]):
+        one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
+        own = Vector(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
+        arm = matrix_times_vector(f, own)
+        store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
+        # Velocity is stored for points of a rim, position for vertices.
+        known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
+        depth = -(place.z + arm.z)
+        n = body.stiffness * max(depth, 0.0)
+        store_memory(
+            one,
+            lane,
+            ContactPointHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0),
+        )
+        az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
+    return BodyState(
+        place=place,
+        turn=turn,
+        velocity=v,
+        momentum=angular_momentum_from_velocity(body.inverse, f, w),
+        spin=w,
+        acceleration=Vector(0.0, 0.0, az),
+        moment=Vector(mx, my, 0.0),
+        tick=0.0,
+    )
+
+
+@njit(**INNER)
+def angular_momentum_from_velocity(
+    inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector
+) -> Vector:
+    """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
+
+    `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in the axes of the base, rad/s.
+    """
+    a = inverse_inertia_per_mass
+    cofactors = SymmetricMatrix(
+        a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
+        a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
+    )  # fmt: skip
+    inverse = 1.0 / ((a.xx * cofactors.xx + a.xy * cofactors.xy) + a.xz * cofactors.xz)
+    own = matrix_times_vector(full_matrix(cofactors), matrix_times_vector(transpose(body_axes), angular_velocity))
+    return matrix_times_vector(body_axes, scale_vector(inverse, own))

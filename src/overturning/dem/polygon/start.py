@@ -1,0 +1,84 @@
+"""Start of a scene case: state of the case and of its pairs of elements in the column of a lane."""
+
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ground import LinearBaseAcceleration
+from overturning.dem.kernel.lanes import INNER
+from overturning.dem.polygon import rows
+from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
+from overturning.dem.polygon.energy import pair_spring_energy
+from overturning.dem.polygon.search import update_nearest_faces
+from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, StepAcceptance
+
+CHECK_INTERVAL: Final = 0.1
+"""Interval at which a case is tested for its end, s of the record; at least one sample."""
+
+
+@njit(**INNER)
+def initialise_case_in_lane(
+    state: Any,
+    lane: int,
+    case_parameters: Any,
+    variant_index: float,
+    sampling_interval: float,
+    ticks_per_sample: float,
+    velocity_lag: float,
+) -> None:
+    """Store the `CaseState` of a case at its start in the column of a lane."""
+    step, none, last_check = (
+        sampling_interval / ticks_per_sample,
+        LinearBaseAcceleration(0.0, 0.0, 0.0),
+        case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
+    )
+    first = StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
+    step_control = CaseStepControl(
+        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
+    )
+    rows.store_case(
+        state,
+        lane,
+        CaseState(
+            shaking=BaseMotion(none, none, 0.0),
+            step=step,
+            rate=ticks_per_sample / sampling_interval,
+            lag=velocity_lag * step,
+            step_control=step_control,
+            attempt=first,
+            findings=rows.no_findings(),
+            decision=StepAcceptance(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
+            amplitude=case_parameters.amplitude,
+            rest_limit=case_parameters.rest_limit,
+            sample=case_parameters.first,
+            calm=case_parameters.calm,
+            after=case_parameters.after,
+            energy=0.0,
+            variant=variant_index,
+            last_check=last_check,
+        ),
+    )
+
+
+@njit(**INNER)
+def initialise_pairs_in_lane(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
+    """Store contact law, nearest faces and loads at rest of each pair of a scene in the column of a lane."""
+    lag = rows.load_case(state, lane).lag
+    for p in range(scene.layout.shape[0]):
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
+        m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, lane)
+        law, settled = pair.law, pair.nearest.limit == np.inf
+        friction = law.friction if law.friction >= 0.0 else case_parameters.friction
+        dashpot = law.dashpot * case_parameters.damping
+        rows.store_law(q, lane, ContactLaw(
+            law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
+        ))  # fmt: skip
+        update_nearest_faces(
+            q, a, b, lane, 2.0 * lag, piece_faces[m, : scene.sizes[m]], piece_faces[n, : scene.sizes[n]]
+        )
+        if settled:
+            q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0
+        set_pair_forces_at_rest(q, lane)
+        q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))

@@ -123,9 +123,9 @@ def longest_stable_step(
 ) -> FloatArray:
     """Return the largest stable time step of each case, s.
 
-    Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
-    evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max exceeds
-    `HEAVY_DAMPING`. For a block the springs are also evaluated there, so only the motion limits the step
+    Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The
+    centred scheme evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max
+    exceeds `HEAVY_DAMPING`. For a block the springs are also evaluated there, so only the motion limits the step
     (`MAX_ROCKING_STEP`).
 
     Parameters

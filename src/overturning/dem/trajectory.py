@@ -59,9 +59,9 @@ def trajectory(
           `contact_on` from `contact_by`, averaged until the next time (N; NaN if unknown), and `contact_place`, where
           it acts, averaged with the normal force as weight (m; NaN if unknown or without contact). The scene kernel
           sums the forces over its steps; for a single block they are computed from the path;
-        - over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (rotation to `side` −1 or 1 at which it has
-          fallen, rad), `vertices` about the centre (m; NaN beyond the last), and outcome variables per element, NaN for
-          fixed elements.
+        - over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (rotation to `side` −1 or 1 at which it
+          has fallen, rad), `vertices` about the centre (m; NaN beyond the last), and outcome variables per element,
+          NaN for fixed elements.
 
         3-D bodies, all in the frame of the base:
 

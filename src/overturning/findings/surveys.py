@@ -285,7 +285,7 @@ def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
 def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
     """Convert the result of the inversion of a survey to findings.
 
-    `stones` are the stones of the survey, of which those without sizes are counted; empty if they are not at hand.
+    `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
     """
     one, strengths = inversion_result.posterior, []
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():

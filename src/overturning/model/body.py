@@ -48,8 +48,8 @@ def cell_weight_in_direction_statistics(
     """Return each cell's weight in direction statistics: 1 if all its members fall the same way, 0 if in any way.
 
     The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
-    without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is negative
-    and 1 where fewer than two members fall, as they tell nothing of a spread.
+    without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is
+    negative and 1 where fewer than two members fall, as they tell nothing of a spread.
 
     Parameters
     ----------

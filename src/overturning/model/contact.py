@@ -149,8 +149,8 @@ class VertexContact(StrictModel):
     Parameters
     ----------
     static_penetration : float
-        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.load_sharing_point_count` points, and B is
-        twice the least distance between an edge of the base and the point below the centre, at most
+        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.load_sharing_point_count` points, and B
+        is twice the least distance between an edge of the base and the point below the centre, at most
         `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.

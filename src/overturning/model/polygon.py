@@ -78,8 +78,8 @@ class Polygon:
         """Table of the n faces of a convex polygon, shape (n, 12), in the layout of the kernel.
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
-        the tangent (−n_z, n_x), half length, `carries` (3). Mirrored faces of a symmetric polygon have exactly mirrored
-        numbers.
+        the tangent (−n_z, n_x), half length, `carries` (3). Mirrored faces of a symmetric polygon have exactly
+        mirrored numbers.
         """
         first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
         edge = second - first

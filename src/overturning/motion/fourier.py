@@ -8,7 +8,7 @@ from overturning.errors import ArgumentError
 
 
 def fourier_amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
-    """Return the frequencies, Hz, and Fourier amplitudes |∫ a exp(−2πift) dt| of n samples, shape (n // 2 + 1,)."""
+    """Return frequencies, Hz, and Fourier amplitudes |∫ a exp(−2πift) dt| of n samples, shape (n // 2 + 1,)."""
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
         raise ArgumentError(f"acceleration: shape {samples.shape}; a component is one row of at least 2 samples")

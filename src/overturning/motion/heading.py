@@ -65,8 +65,8 @@ def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]
 
     The pulse has the largest wavelet coefficient over times, periods and horizontal directions (Shahi & Baker 2014,
     Bulletin of the Seismological Society of America 104). The coefficient along φ is n cos φ + e sin φ, with the
-    coefficients n and e of the north and east components; its largest magnitude is √(n² + e²). As in that paper, the
-    wavelet is Daubechies' with four vanishing moments, and its period is that of its largest Fourier amplitude.
+    coefficients n and e of the north and east components; its largest magnitude is √(n² + e²). As in that paper,
+    the wavelet is Daubechies' with four vanishing moments, and its period is that of its largest Fourier amplitude.
     """
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:

@@ -50,7 +50,7 @@ def jma_filter_gain(frequency: FloatArray) -> FloatArray:
 
 
 def jma_instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False) -> float:
-    """Return the JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before rounding; −inf without motion.
+    """Return the JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, unrounded; −inf without motion.
 
     a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in total. With
     `horizontal`, only north and east are used; the intensity is then never larger. Raises an ArgumentError if there is

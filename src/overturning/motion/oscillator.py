@@ -61,7 +61,7 @@ def oscillator_filter_coefficients(
     matrix = np.array([[c + damping * omega * s, s], [-(omega**2) * s, c - damping * omega * s]])
     inverse = np.array([[-2.0 * damping / omega, -1.0 / omega**2], [1.0, 0.0]])
     force = np.array([0.0, -1.0])
-    # Response to a constant and to a unit slope: ∫ A(1 − s) ds and ∫ A(1 − s) s ds over one sample, times the force.
+    # Response to a constant and to a unit slope: ∫ A(1 − s) ds and ∫ A(1 − s) s ds over a sample, by force.
     constant = inverse @ (matrix - np.eye(2)) @ force
     slope = inverse @ (constant / sampling_interval - force)
     before = constant - slope

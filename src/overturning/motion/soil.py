@@ -1,8 +1,8 @@
 """Site response of horizontal soil layers over a half-space, linear or equivalent-linear, by pystrata (group `soil`).
 
 Shear waves travel vertically. Each horizontal component is computed separately, and the vertical one is not changed.
-The complex shear modulus is that of pystrata, G (√(1 − 4ξ²) + 2iξ); with G (1 + 2iξ) amplitudes would differ by up to
-2 %.
+The complex shear modulus is that of pystrata, G (√(1 − 4ξ²) + 2iξ); with G (1 + 2iξ) amplitudes would differ by
+up to 2 %.
 """
 
 from collections.abc import Sequence

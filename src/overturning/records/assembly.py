@@ -40,7 +40,8 @@ def _rotate_samples_to_north_east(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the north and the east samples, from the samples of two horizontal axes at given azimuths.
 
-    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly perpendicular.
+    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly
+    perpendicular.
     """
     c1, s1 = direction_cosines(first_azimuth_deg)
     c2, s2 = direction_cosines(second_azimuth_deg)

@@ -107,11 +107,11 @@ def statistic_of_bootstrap_samples(
 def tail_share_of_expanded_interval(earthquake_count: int, level: float = 0.95) -> float:
     """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
 
-    Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom (Hesterberg 2015,
-    American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the variance of their
-    mean, and the percentile interval treats this variance as known. So the plain percentile interval is too short: for
-    the mean of n normal values its 95 % interval contains the true mean in 88 % of cases for n = 8, and 91 % for
-    n = 11.
+    Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
+    (Hesterberg 2015, American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the
+    variance of their mean, and the percentile interval treats this variance as known. So the plain percentile interval
+    is too short: for the mean of n normal values its 95 % interval contains the true mean in 88 % of cases for n = 8,
+    and 91 % for n = 11.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Directions and axes: mean, resultant and tests of uniformity, with the source of each formula.
 
-A *direction* has a sense (a block fell towards 60°); an *axis* has none (60° and 240° are the same). Axes are averaged
-by doubling their angles, and halving the mean (Mardia & Jupp 2000, Directional Statistics, sections 1.1 and 9.1).
+A *direction* has a sense (a block fell towards 60°); an *axis* has none (60° and 240° are the same). Axes are
+averaged by doubling their angles, and halving the mean (Mardia & Jupp 2000, Directional Statistics, sections 1.1 and
+9.1).
 """
 
 import math

@@ -36,8 +36,8 @@ class TwoStoneFallContrast:
     All values are means over earthquakes.
 
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
-    this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within 45°
-    of each other, and falls that are earlier in this cube.
+    this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within
+    45° of each other, and falls that are earlier in this cube.
     """
 
     only_this: EarthquakeMean

@@ -279,8 +279,9 @@ def mean_cosine_and_sine_to_reference(
     Returns
     -------
     Dataset
-        ``cosine`` (1 if all falls are along the reference, 0 if they do not depend on it, −1 if they are perpendicular
-        to a reference axis or opposite to a reference direction) and ``sine``; missing without falls or reference.
+        ``cosine`` (1 if all falls are along the reference, 0 if they do not depend on it, −1 if they are
+        perpendicular to a reference axis or opposite to a reference direction) and ``sine``; missing without falls or
+        reference.
     """
     kind, times = ("axis", 2) if axial else ("direction", 1)
     cosine, sine = fall_sums[f"{kind}_cosine"], fall_sums[f"{kind}_sine"]

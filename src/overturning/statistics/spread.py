@@ -52,11 +52,11 @@ def unbiased_first_batch_statistic(
 
     The estimate has no bias from sequential stopping.
 
-    A cell gets no further runs once it `is_converged`, so a statistic of all runs depends on when each cell stopped.
-    The first batch has the same size in every cell. Its statistic is averaged over all orders in which the runs of a
-    cell can have come without convergence before the last batch, for independent runs (Girshick, Mosteller & Savage
-    1946, Annals of Mathematical Statistics 17; Jung & Kim 2004, Statistics in Medicine 23). For a scene with several
-    elements, the convergence of the other elements is neglected.
+    A cell gets no further runs once its fall probabilities have converged, so a statistic of all runs depends on when
+    each cell stopped. The first batch has the same size in every cell. Its statistic is averaged over all orders in
+    which the runs of a cell can have come without convergence before the last batch, for independent runs (Girshick,
+    Mosteller & Savage 1946, Annals of Mathematical Statistics 17; Jung & Kim 2004, Statistics in Medicine 23). For a
+    scene with several elements, the convergence of the other elements is neglected.
 
     Parameters
     ----------

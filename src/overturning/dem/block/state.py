@@ -134,7 +134,7 @@ class AssumedSlipDirections(NamedTuple):
 
 
 class BlockPeaks(NamedTuple):
-    """Largest rotation (rad), slip of the base (m) and penetration (m) so far; last tick with |θ| < α (−1: none)."""
+    """Largest rotation (rad), slip of the base (m) and penetration (m) so far; last tick with |θ| < α, or −1."""
 
     angle: float
     slip: float
@@ -317,7 +317,7 @@ ROWS: Final = TupleRowLayout(
 
 @njit(**INLINE)
 def corner_position(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
-    """Return the position of a lower corner (`side` −1: left, 1: right) from the centre: along s, and downwards, m."""
+    """Return the position of a lower corner (`side` −1: left, 1: right) from the centre: along s and down, m."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 

@@ -28,8 +28,8 @@ class GroundMotion(NamedTuple):
     """Acceleration of the base at each sample, with zeros after the record, and the largest acceleration to come."""
 
     along: FloatArray
-    """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a 3-D body,
-    shape (orientations, 2, samples + 3)."""
+    """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a
+    3-D body, shape (orientations, 2, samples + 3)."""
     up: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
     loudest: FloatArray

@@ -241,11 +241,11 @@ def solved_contact_end(
 ) -> ContactEndSolution:
     """Return the state of a contact end from the solved velocities, with forces limited by contact and friction.
 
-    There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity corrections
-    act on the poses over half a step. The spring of a slipping end is shortened to the force that friction can hold.
-    (An end in the air counts as slipping; its direction is never used.) `motion_and_change` holds the motion of the
-    pair and the velocity correction, `fine_step_and_flat_landing` whether the step is fine and whether the pair is
-    held in a flat landing.
+    There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity
+    corrections act on the poses over half a step. The spring of a slipping end is shortened to the force that friction
+    can hold. (An end in the air counts as slipping; its direction is never used.) `motion_and_change` holds the motion
+    of the pair and the velocity correction, `fine_step_and_flat_landing` whether the step is fine and whether the pair
+    is held in a flat landing.
     """
     ((u, a, b), d), (fine, held) = motion_and_change, fine_step_and_flat_landing
     opening, slipping = opening_and_slip_rates(contact_end, u)

@@ -27,7 +27,7 @@ from overturning.dem.polygon.state import ElementConstants, PlanarVector
 
 
 class Submatrix(NamedTuple):
-    """3 × 3 submatrix of the equations: a row per force component, a column per velocity component (x, z, rotation)."""
+    """3 × 3 submatrix of the equations: rows are force components, columns velocity components (x, z, rotation)."""
 
     xx: float
     xz: float

@@ -112,7 +112,7 @@ class PairVelocityToForceMatrix(NamedTuple):
 def element_acceleration(
     element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
 ) -> PlanarVector:
-    """Return the acceleration of an element relative to the base (m/s², rad/s²) by contacts, weight and base motion."""
+    """Return the acceleration of an element relative to the base, m/s² and rad/s², from forces and base motion."""
     force, own = element.force, element.inertia
     fall = gravity * own.weight + vertical_base_acceleration
     return PlanarVector(

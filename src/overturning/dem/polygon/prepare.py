@@ -141,7 +141,8 @@ class PreparedScene:
     def sliding_onset_acceleration(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration, |a|/g, at which an element starts to slide, a value per `friction`.
 
-        0 if an element slides at rest. The value is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
+        0 if an element slides at rest. The value is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope
+        t.
         """
         least = np.full(friction.shape, np.inf)
         for end in self.loaded:

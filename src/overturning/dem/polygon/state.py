@@ -28,7 +28,7 @@ class StoredStepContactChanges(NamedTuple):
 
 
 class StepAcceptance(NamedTuple):
-    """Whether an attempted step is accepted or rejected, and length and contact assumptions of the next attempt."""
+    """Decision on an attempted step: accepted or rejected, and what the next attempt starts with."""
 
     again: float
     """Above 0 if the step is rejected."""

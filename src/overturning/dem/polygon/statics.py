@@ -264,7 +264,7 @@ def largest_spring_and_dashpot_eigenvalues(
 def smallest_spring_eigenvalue(
     elements: list[PlacedElement], end_derivatives: list[TouchingEndDerivatives], pair_laws: PairContactLaws
 ) -> float:
-    """Return the smallest eigenvalue ω² (1/s²) of a scene on its springs at rest; 0 if an element can move freely."""
+    """Return the smallest eigenvalue ω² of a scene on its springs at rest, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)
     matrix = _contact_stiffness_matrix(root.size, end_derivatives, pair_laws.normal, pair_laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)

@@ -112,7 +112,7 @@ def run_in_subprocess(
 
     Parameters
     ----------
-    groups : sequence of Group
+    groups : sequence of CaseGroup
         Cases by motion; their amplitudes are not used.
     settings : sequence of dict
         Arguments of `run_cases`, or of `Numerics` for a scene.

@@ -130,9 +130,9 @@ def simulate_stones(
 
     Parameters
     ----------
-    distribution : Kind
+    distribution : StoneDistribution
         Kind of stone.
-    tests : Tests
+    tests : ShakingTableTests
         The tests.
     cache_folder : Path, optional
         Folder in which the results are stored.

@@ -195,7 +195,7 @@ def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end
     the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the softest
     contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except 90° for an
-    element with an upright face. CaseResults contain rotations up to 90° only: infinite for larger angles.
+    element with an upright face. Results contain rotations up to 90° only: the limit is infinite for larger angles.
     """
     angle = _fall_rotations(prepared)
     for place, index in enumerate(prepared.free_element_indices):

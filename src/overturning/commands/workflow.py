@@ -165,11 +165,11 @@ def merge_parts_into_cube(
     chunks: Chunks = 1,
 ) -> None:
     """Combine the parts of a sweep into the cube."""
-    from overturning.study.gather import merge_parts as gather_parts
+    from overturning.study.gather import merge_parts
     from overturning.study.parts import part_paths
 
     settings, records = _load_study_and_processed_motions(study, motions)
-    gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
+    merge_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
 
 
 def fit_fragility(
@@ -213,14 +213,14 @@ def run_convergence_check(
     """Compute a sample of the cases again with finer time steps and with stiffer contacts."""
     from overturning.errors import ConfigError
     from overturning.stored import write_result
-    from overturning.study.convergence_check import check_convergence as compute_again
+    from overturning.study.convergence_check import check_convergence
     from overturning.study.sample import read_cell_sample, read_rigid_block_sample
 
     settings, records = _load_study_and_processed_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_cell_sample(cube, settings.verification)
-    found = compute_again(
+    found = check_convergence(
         settings, records, sample, threads, _create_percent_progress_printer(), read_rigid_block_sample(cube, settings)
     )
     write_result(found, output)
@@ -235,7 +235,7 @@ def draw_figures_of_records(
 
     from overturning.figures.record import draw_record_figures
     from overturning.figures.write import write_figure_in_study_formats
-    from overturning.study.gather import merge_parts as gather_parts
+    from overturning.study.gather import merge_parts
     from overturning.study.parts import part_paths
     from overturning.translation.texts import use_visible_language
 
@@ -243,7 +243,7 @@ def draw_figures_of_records(
     write = partial(write_figure_in_study_formats, settings.figures)
     with TemporaryDirectory() as folder, use_visible_language(settings.language):
         cube = Path(folder) / "cube.nc"
-        gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), cube)
+        merge_parts(settings, records, part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, motions, output, write)
 
 

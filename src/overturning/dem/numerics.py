@@ -50,7 +50,7 @@ class Numerics:
     Raises
     ------
     ArgumentError
-        If a number is below 1. IntegrationScheme and step are checked with the cases.
+        If a number is below 1. Scheme and step are checked with the cases.
     """
 
     scheme: str = DEFAULT_SCHEME

@@ -71,7 +71,7 @@ def block_highest_eigenvalue_bound(
 
     Parameters
     ----------
-    normal_stiffness, tangential : ndarray
+    normal_stiffness, tangential_stiffness : ndarray
         K_n/m and K_s/m, 1/s², or dashpots per mass, 1/s.
     half_width, half_height : ndarray
         Half width b and half height h, m.

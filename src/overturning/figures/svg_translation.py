@@ -13,7 +13,7 @@ _LINES: Final = re.compile(r"(?:\s*<text [^>]*>[^<]*</text>)+")
 _PLACE: Final = re.compile(r' transform="translate\((\S+) (\S+)\)(?: rotate\((\S+)\))?"')
 _SIZE: Final = re.compile(r"font-size: ([\d.]+)px")
 
-FONTS: Final = {"ja": "'Noto Sans CJK JP', 'Hiragino Sans', 'Yu Gothic', 'IPAexGothic'"}
+BROWSER_FONTS: Final = {"ja": "'Noto Sans CJK JP', 'Hiragino Sans', 'Yu Gothic', 'IPAexGothic'"}
 """Names of fonts of a language that a browser tries before its own choice."""
 
 _NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
@@ -30,7 +30,7 @@ def translate_svg(svg_text: str, language: str | None = None) -> str:
     if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg_text:
         return svg_text
     text = _LINES.sub(lambda lines: _translate_svg_text_lines(lines[0], language), svg_text)
-    text = text.replace("Helvetica', 'Avant Garde', sans-serif", f"Helvetica', {FONTS[language]}, sans-serif")
+    text = text.replace("Helvetica', 'Avant Garde', sans-serif", f"Helvetica', {BROWSER_FONTS[language]}, sans-serif")
     return text.replace("<svg ", f'<svg xml:lang="{language}" ', 1)
 
 

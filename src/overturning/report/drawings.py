@@ -46,7 +46,10 @@ def study_figures(folder: Path) -> dict[str, Path]:
 
 
 def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> dict[str, Path]:
-    """Return figures with texts in a language, as copies in a folder; English ones are the files themselves."""
+    """Return figures with English texts translated into a language, as copies in a folder.
+
+    For English, return the files themselves, whatever their language.
+    """
     if language == ENGLISH:
         return figures
     translated = {name: folder / f"{name}.svg" for name in figures}
@@ -96,8 +99,8 @@ def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
     return "ground as recorded", f"soil of {one.variant}"
 
 
-def drawn(one: Estimate) -> DrawnEstimate:
-    """Return an estimate as a drawn of a figure."""
+def drawn_estimate(one: Estimate) -> DrawnEstimate:
+    """Return an estimate in the form in which figures draw it."""
     return DrawnEstimate(one.value, one.low, one.high, one.earthquakes)
 
 
@@ -106,7 +109,7 @@ def _references(found: Findings) -> "Figure":
     groups = {}
     for group in found.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
-        groups[group.group] = {one.reference: drawn(one.all_b_over_h) for one in axes}
+        groups[group.group] = {one.reference: drawn_estimate(one.all_b_over_h) for one in axes}
     return alignment_with_references_figure(groups)
 
 
@@ -115,21 +118,21 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
     shapes = one.by_b_over_h if len(one.by_b_over_h) > 1 else []
     rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
     here = [
-        drawn(one.share_overturned_study),
-        *(drawn(each.share_overturned_study) for each in shapes),
+        drawn_estimate(one.share_overturned_study),
+        *(drawn_estimate(each.share_overturned_study) for each in shapes),
     ]
     there = [
-        drawn(one.share_overturned_variant),
-        *(drawn(each.share_overturned_variant) for each in shapes),
+        drawn_estimate(one.share_overturned_variant),
+        *(drawn_estimate(each.share_overturned_variant) for each in shapes),
     ]
     differences = [
-        drawn(one.share_difference),
-        *(drawn(each.share_difference) for each in shapes),
+        drawn_estimate(one.share_difference),
+        *(drawn_estimate(each.share_difference) for each in shapes),
     ]
     if one.rate_here is not None and one.rate_there is not None and one.primary_difference != one.share_difference:
         rows = ["stones of a cemetery", *rows]
-        here, there = [drawn(one.rate_here), *here], [drawn(one.rate_there), *there]
-        differences = [drawn(one.primary_difference), *differences]
+        here, there = [drawn_estimate(one.rate_here), *here], [drawn_estimate(one.rate_there), *there]
+        differences = [drawn_estimate(one.primary_difference), *differences]
     return overturned_share_contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
 
 

@@ -28,7 +28,7 @@ class AlignmentUnderBlockRule:
         Rule that selects the blocks.
     records : int
         Records with falls of these blocks and a known fault normal.
-    alignment : Mean
+    alignment : EarthquakeMean
         Mean of cos 2Δ over the falls of a record, the records of an earthquake, and earthquakes; 95 % interval.
     largest : float
         Largest possible alignment: the same mean of the resultants of the doubled fall axes of each record.

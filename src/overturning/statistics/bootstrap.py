@@ -243,7 +243,7 @@ def exact_share_interval(matching_count: int, total_count: int, level: float = 0
 
     Parameters
     ----------
-    case_count, total_count : int
+    matching_count, total_count : int
         Number of cases with the property, and of all cases.
     level : float
         Probability of the interval.

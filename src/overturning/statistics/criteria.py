@@ -237,9 +237,9 @@ class PredictionRuleScore:
     ----------
     name, rule : str
         Name and rule of the criterion, or of the rule that ignores the motion.
-    overall, skill : FallPredictionCounts, Mean
+    overall, skill : FallPredictionCounts, EarthquakeMean
         Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
-    within : Mean
+    within : EarthquakeMean
         Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
         same kind of interval.
     within_valid : float
@@ -263,7 +263,7 @@ class OverturningCriteriaScores:
     rules : tuple of PredictionRuleScore
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
-    leads : dict of str to Mean
+    leads : dict of str to EarthquakeMean
         Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     beyond : float

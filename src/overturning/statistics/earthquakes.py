@@ -113,7 +113,7 @@ class FallAxisSummary:
     ----------
     earthquakes : int
         Number of earthquakes.
-    alignment : Mean
+    alignment : EarthquakeMean
         Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
         −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
     axis_deg : float
@@ -250,7 +250,7 @@ class FallAlignmentWithReferences:
     closest : tuple of str
         The two references with the largest alignment of axes in the first range of B/H, among those known for the
         largest number of records (others are means over different records). Shorter if fewer are known.
-    closer : list of Mean
+    closer : list of EarthquakeMean
         Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 

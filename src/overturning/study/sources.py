@@ -18,7 +18,7 @@ def package_source_hash(*folders_and_files: str) -> str:
 
     Parameters
     ----------
-    *rooms_and_files : str
+    *folders_and_files : str
         Folders or files of the package, such as ``"dem"`` or ``"commands/workflow.py"``.
 
     Returns

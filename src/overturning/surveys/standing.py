@@ -218,7 +218,7 @@ class SurvivalByClass:
         Hazard curves by measure.
     estimates : tuple
         Curve, hazard and estimate of each class with a fragility curve for a measure of the hazard.
-    without_curve : tuple of CurveRow
+    without_curve : tuple of FragilityCurveRow
         Classes whose median or spread is unknown.
     """
 

@@ -68,7 +68,7 @@ def read_translation_table(language: str, table_name: str) -> dict[str, str]:
     import yaml
 
     path = resources.files("overturning").joinpath("translation", "tables", language, f"{table_name}.yaml")
-    table: dict[str, str] = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    table: dict[str, str] = yaml.safe_load(path.read_text(encoding="utf-8"))
     return table
 
 

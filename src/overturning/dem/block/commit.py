@@ -71,10 +71,9 @@ def compute_corner_forces(
     f = sign * n if slips else f
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     lever = assumed_contact.tilting * predicted_corner.drop
-    working = ux + (predicted_corner.drop - lever) * (predicted_block.ew + velocity_change.vw)
-    held_force = block.tangential * remaining
-    # The spring is stretched at the corner itself, at the full lever arm.
-    damping, sliding = (spring - n) * uz, (f - held_force) * working + held_force * (working - ux)
+    turning = (predicted_corner.drop - lever) * (predicted_block.ew + velocity_change.vw)
+    # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
+    damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * ux + f * turning
     sinking = depth - previous_corner.depth
     cut = depth * previous_corner.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)

@@ -134,14 +134,15 @@ def any_base_lands_flat(state: Any, lane_count: int) -> bool:
     """True if the base of a body in any lane lands flat."""
     number = 0.0
     for j in range(lane_count):
-        number += 1.0 if state[SHORTEST + j] > 0.0 else 0.0
+        number += 1.0 if base_lands_flat(load_base_contact(state, j)) else 0.0
     return number > 0.0
 
 
 @njit(**INNER)
 def update_friction_tilting_shares(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Set `BaseContactState.tilting` to 1 in the lanes where friction tilts a body that slides in a flat landing.
+    """Set `BaseContactState.tilting` to 1 in the lanes where friction would tilt a body that slides in a flat landing.
 
+    The value is read only in lanes whose base lands flat.
     The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of it,
     in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal forces
     balance the moment of friction.

@@ -139,9 +139,9 @@ def compute_point_forces(
     )
     lever = Vector(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
-    # The springs are stretched at the point itself, at the full lever arm.
-    at_lever = (fx + body.tangential * kx) * (u.x - spin.y * off) + (fy + body.tangential * ky) * (u.y + spin.x * off)
-    power = (spring - n) * u.z - (at_lever + body.tangential * off * (kx * spin.y - ky * spin.x))
+    # Friction acts at the shortened lever arm; the springs are stretched at the point itself.
+    sliding = (fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y
+    power = (spring - n) * u.z - (sliding + off * (fy * spin.x - fx * spin.y))
     let_go = released_spring_energy(
         body, point_history, depth, (predicted_point.tx + half * e.x, predicted_point.ty + half * e.y), (kx, ky)
     )

@@ -16,7 +16,7 @@ from overturning.model.variables import BODY_VARIABLES
 class BodyTrajectory:
     """Trajectory of a 3-D body in one case, in the frame that moves with the base."""
 
-    rows: NDArray[np.void]  # samples, of type `overturning.dem.body.rules.ROW`
+    rows: NDArray[np.void]  # samples, of type `overturning.dem.body.tables.ROW`
     cosines: tuple[float, float]  # direction cosines of its orientation, north and east
     corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)

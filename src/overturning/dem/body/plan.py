@@ -57,7 +57,7 @@ class BodySimulationPlan(SimulationPlan):
 
     model: Body
     solids: list[Solid]  # one for each size
-    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.rules.BODY`
+    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY`
     points: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 

@@ -21,7 +21,7 @@ def outcome_variables(
     Parameters
     ----------
     kernel_results : ndarray
-        Results of the kernel, of type `overturning.dem.body.rules.RESULT`, shape (n,).
+        Results of the kernel, of type `overturning.dem.body.tables.RESULT`, shape (n,).
     orientation_deg : ndarray
         Orientation of each case, degrees, shape (n,).
     orientation_cosines : ndarray

@@ -309,6 +309,15 @@ def test_an_old_header_of_csmip_states_its_agency_and_the_minute_of_origin(tmp_p
     np.testing.assert_allclose(record.north, A * 0.01, atol=1e-6)
 
 
+@pytest.mark.parametrize("month", ["SEPT", "Sep.", "SEPTEMBER"])
+def test_the_month_of_an_old_origin_may_be_written_in_any_length(tmp_path, month):
+    """Regression: the origin was None for "SEPT", without a word."""
+    text = csmip_text({"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}, 100, volume=2, old_agency="USGS")
+    assert re.search(r"\bMAY\b", text, re.IGNORECASE)
+    record = put(tmp_path, re.sub(r"\bMAY\b", month, text, flags=re.IGNORECASE))
+    assert record.extra["origin_time"] == "1975-09-03T04:59:00Z"
+
+
 def test_end_of_file_may_lack_its_line_end_but_no_digits(tmp_path):
     for write in (cwa_text, nsmn_text):
         north, east, up = (np.append(x, end) for x, end in ((A, -12.3), (B, -1.2), (C, 123.4)))

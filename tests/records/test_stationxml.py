@@ -6,12 +6,12 @@ import warnings
 import numpy as np
 import obspy
 import pytest
-from obspy.core.inventory.response import CoefficientsTypeResponseStage
+from obspy.core.inventory.response import CoefficientsTypeResponseStage, PolesZerosResponseStage
 
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
 from overturning.records.declarations import FileDeclarations
-from overturning.records.formats.stationxml import acceleration_unit_in_m_s2, is_velocity_unit
+from overturning.records.formats.stationxml import _gain_ratio, acceleration_unit_in_m_s2, is_velocity_unit
 from overturning.records.read import read_record_without_processing
 from tests.expect import refused
 from tests.records.record_writers import peer_text
@@ -101,6 +101,17 @@ def test_stages_that_state_their_gain_at_another_frequency_agree(tmp_path):
     inventory.write(str(metadata), format="STATIONXML")
     waves = write_mseed(tmp_path / "x.mseed", {"HHN": N // 100, "HHE": E // 100})
     assert not [note for note in read_record_without_processing(waves).notes if "stages make" in note]
+
+
+def test_a_zero_at_the_frequency_of_the_stated_gain_gives_no_ratio_of_gains():
+    """Regression: the gain of the stage is 0 there, and numpy warned of a division by it."""
+    stage = PolesZerosResponseStage(
+        1, 1.0, 1.0, "M/S", "V", "LAPLACE (HERTZ)", 1.0, [1j, -1j], [-0.1 + 0.1j, -0.1 - 0.1j]
+    )
+    assert _gain_ratio(stage, 2.0) == 1.0
+    stage.stage_gain_frequency = 4.0
+    gains = [abs((1j * f) ** 2 + 1.0) / abs((1j * f + 0.1) ** 2 + 0.01) for f in (2.0, 4.0)]
+    assert _gain_ratio(stage, 2.0) == pytest.approx(gains[0] / gains[1], rel=1e-12)
 
 
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])

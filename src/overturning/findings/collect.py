@@ -135,6 +135,7 @@ class Findings(Finding):
 
 def findings_from_results(results: StudyResults) -> Findings:
     """Compute all findings of a study from its results, which are open."""
+    records = record_facts(results)
     return Findings(
         study=study_facts(results),
         extent=study_extent(results),
@@ -158,8 +159,8 @@ def findings_from_results(results: StudyResults) -> Findings:
         ensemble=ensemble_findings(results),
         convergence=convergence_findings(results),
         maps=choose_report_maps(results),
-        records=record_facts(results),
-        record_notes=record_notes(results),
+        records=records,
+        record_notes=record_notes({one.id: one.processing for one in records}),
         cells=cell_counts_by_status(results),
         sources=source_and_licence_of_records(results),
         numerical_quality=numerical_quality(results),

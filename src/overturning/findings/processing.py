@@ -20,7 +20,7 @@ class RecordProcessing(Finding):
     """Origin and processing of a record, and all notes on its data."""
 
     data: str
-    """"raw", "processed" (before this program), "processed, as declared", or "as given" (from Python)."""
+    """"raw", "raw, response of a velocity sensor removed", "processed", "processed, as declared", or "as given"."""
     processed_by: str
     """Agency that processed the data; empty if it is not known."""
     agency_processing: str
@@ -85,7 +85,7 @@ def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
     """
     data, _, agency = str(provenance["data"]).partition(" by ")
     peaks = {name: dict(zip(("before", "after"), pair, strict=True)) for name, pair in provenance["peaks"].items()}
-    notes, trusted, drift = list(provenance.get("notes", ())), list(provenance["trusted"]), provenance.get("drift", "")
+    notes, trusted, drift = list(provenance.get("notes", ())), list(provenance["trusted"]), provenance["drift"]
     return RecordProcessing(
         data=data,
         processed_by=agency,
@@ -112,18 +112,17 @@ def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
     return {name: record_processing(provenance) for name, provenance in record_provenance(results.cube).items()}
 
 
-def record_notes(results: StudyResults) -> RecordNotes:
+def record_notes(processing_by_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
     """Count the records with notes, and list the records with each kind of doubt about the data."""
-    stated = processing_by_record(results)
-    known = {name.id: stated[name.id] for name in results.record_names if name.id in stated}
+    known = {name: one for name, one in processing_by_id.items() if one is not None}
     named = {
         kind: [name for name, one in known.items() if kind in one.doubts] for kind in (*DOUBT_KINDS, DRIFT, TRUSTED)
     }
     return RecordNotes(
         records_with_notes=sum(bool(one.declared or one.trusted or one.notes or one.drift) for one in known.values()),
         doubts=[
-            DoubtfulRecords(doubt=kind, count=len(records), records=records)
-            for kind, records in named.items()
-            if records
+            DoubtfulRecords(doubt=kind, count=len(doubtful), records=doubtful)
+            for kind, doubtful in named.items()
+            if doubtful
         ],
     )

@@ -56,7 +56,7 @@ class Model(ABC):
     case_dims: ClassVar[tuple[str, ...]]
     """Dimensions other than the record and the direction: size, slenderness, friction."""
     copied: ClassVar[str]
-    """OutcomeVariable that is 1 where the outcome was copied from a symmetric cell."""
+    """Variable that is 1 where the outcome was copied from a symmetric cell."""
     one_component: ClassVar[bool]
     """True for planar models: each direction has one component of the motion, and a fall goes to either side of it."""
     twists: ClassVar[bool]

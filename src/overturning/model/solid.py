@@ -105,7 +105,7 @@ class Solid:
 
     @property
     def base_edge_normals(self) -> FloatArray:
-        """Outward normals of the edges of the base, in the order of `base_edge_distances`, shape (edges, 2)."""
+        """Outward normals of the edges of a polygonal base, in the order of `base_edge_distances`, shape (edges, 2)."""
         x, y = self.points[: self.base, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.stack([dy, -dx], axis=1) / np.sqrt(dx * dx + dy * dy)[:, None]

@@ -207,10 +207,11 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
     level, draws
         See `bootstrap_interval`.
     """
-    exact = unanimous_share_interval(earthquake_shares, level)
-    if exact is None or earthquake_shares.size < FEWEST_EARTHQUAKES:
-        return bootstrap_interval(mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws)
-    return exact
+    if earthquake_shares.size < FEWEST_EARTHQUAKES:
+        return ConfidenceInterval()
+    return unanimous_share_interval(earthquake_shares, level) or bootstrap_interval(
+        mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws
+    )
 
 
 def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:

@@ -63,7 +63,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
         never falls.
     """
     if "b_over_h" not in cube.dims:
-        raise ArgumentError("probability: no dimension b_over_h; the boundary is computed along it")
+        raise ArgumentError("cube: no dimension b_over_h; the boundary is computed along it")
 
     def boundary_along_b_over_h(fall_probabilities: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
         lazy = (

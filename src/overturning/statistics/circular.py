@@ -204,7 +204,7 @@ def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLik
     observed, expected = np.asarray(sector_counts, dtype=np.float64), np.asarray(sector_probabilities, dtype=np.float64)
     if observed.shape != expected.shape or observed.ndim != 1:
         raise ArgumentError(
-            f"sector_probabilities: shape {expected.shape}, counts {observed.shape}; one probability per sector"
+            f"sector_probabilities: shape {expected.shape}, sector_counts {observed.shape}; one probability per sector"
         )
     if (expected < 0).any() or abs(expected.sum() - 1) > 1e-9:
         raise ArgumentError(

@@ -164,8 +164,9 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
         statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, draws) if has_axis else np.zeros(0)
     )
     ends = bootstrap_interval(mean_of_each_bootstrap_sample, vectors[:, 0], level=level, draws=draws)
-    within = 1 - 2 * tail_share_of_expanded_interval(len(vectors), level) if distances.size else level
-    half_width = float(np.quantile(distances, within)) if distances.size else math.nan
+    half_width = math.nan
+    if distances.size:
+        half_width = float(np.quantile(distances, 1 - 2 * tail_share_of_expanded_interval(len(vectors), level)))
     known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
     alignment, most = EarthquakeMean(len(vectors), float(cosine), *ends), fall_axes["largest"].values

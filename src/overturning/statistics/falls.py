@@ -116,8 +116,7 @@ def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
 
     Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes.
 
-    Returns (number of changes, number of pairs with two known flags). For azimuths round the full circle the last and
-    the first are neighbours.
+    For azimuths round the full circle the last and the first are neighbours.
     """
     flags, at = cube["overturned"].compute(), cube[dimension].to_numpy().astype(np.float64)
     gap = float(np.diff(at).max(initial=0.0))

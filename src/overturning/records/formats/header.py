@@ -192,9 +192,8 @@ class Header(TextLines):
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
             origin = origin.replace(year=origin.year - 100)
         if origin is None and (minute := self.field_pattern_match("origin minute")):
-            origin = parse_time_as_utc(
-                re.sub(r"[.,\s]+", " ", " ".join(minute.groups())), "%d %b %Y %H %M", "%d %B %Y %H %M"
-            )
+            day, month, year = re.split(r"[.,\s]+", minute[1])
+            origin = parse_time_as_utc(f"{day} {month[:3]} {year} {minute[2]} {minute[3]}", "%d %b %Y %H %M")
         return origin, epicentre_extra_entries(*self.field_coordinates("hypocentre")) if any(
             self.field_coordinates("hypocentre")
         ) else {}

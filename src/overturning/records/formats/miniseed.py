@@ -151,11 +151,12 @@ def _acceleration_from_velocity_trace(trace: Any, response: Any, file_name: str)
     # Fraction of both ends together, as obspy defines it. Its default of 5 % tapers 90 s at each end of an hour, which
     # may contain the earthquake.
     tapered = min(0.05, 2.0 * LONGEST_TAPER / (copy.stats.npts * copy.stats.delta))
-    known = {"pre_filt": band, "water_level": 300, "zero_mean": True, "taper_fraction": tapered}
-    # Without this, evalresp prints to the terminal if the gain differs from its stages; the record has a note of it.
-    known["hide_sensitivity_mismatch_warning"] = True
     try:
-        copy.remove_response(output="ACC", **known)
+        # Otherwise evalresp prints to the terminal if the gain differs from its stages; the record has a note of it.
+        copy.remove_response(
+            output="ACC", pre_filt=band, water_level=300, zero_mean=True, taper_fraction=tapered,
+            hide_sensitivity_mismatch_warning=True,
+        )  # fmt: skip
     except Exception as problem:
         why = f"response of {trace.id} cannot be removed ({problem})"
         raise RecordError(f"{file_name}: {why}; get level=response") from problem

@@ -112,9 +112,9 @@ def find_channel_epoch(
 
     channel = _channel_at_trace_start(trace, inventory, name, report_contradiction)
     gain, unit = _channel_gain_and_unit(channel, name)
-    _check_stage_gains_and_units(channel.response, gain, unit, report_contradiction)
+    notes = _check_stage_gains(channel.response, gain, unit, name, report_contradiction)
+    _check_first_stage_unit(channel.response, unit, report_contradiction)
     direction, unknown = _channel_direction(channel)
-    notes = _gain_difference_notes(channel.response, gain, unit, name)
     if unknown:
         notes += (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
     if gain < 0:
@@ -163,39 +163,29 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
     return gain, unit
 
 
-def _check_stage_gains_and_units(
-    response: Any, gain: float, unit: str, report_contradiction: Callable[[str, str], None]
-) -> None:
-    """Report a contradiction if the gains or unit of a response's stages differ from those of the channel."""
-    made, difference = stage_gain_and_difference(response, gain)
-    if difference > _largest_gain_difference(unit):
-        report_contradiction(
-            f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right"
-        )
+def _check_stage_gains(
+    response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
+) -> tuple[str, ...]:
+    """Return a note if the stages make a slightly different gain; report a contradiction if the difference is large."""
+    made, difference = _stage_gain_and_difference(response, gain)
+    stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
+    if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE):
+        report_contradiction(stated, "find out which is right")
+    elif difference > MAX_SILENT_GAIN_DIFFERENCE:
+        used = "the stages" if is_velocity_unit(unit) else f"{gain:g}"
+        return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
+    return ()
+
+
+def _check_first_stage_unit(response: Any, unit: str, report_contradiction: Callable[[str, str], None]) -> None:
+    """Report a contradiction if the channel is in acceleration and its first stage in velocity, or the reverse."""
     first = (response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
-    if {acceleration_unit_in_m_s2(unit) is None, acceleration_unit_in_m_s2(other) is None} == {
-        True,
-        False,
-    } and is_acceleration_or_velocity_unit(other):
+    differ = (acceleration_unit_in_m_s2(unit) is None) != (acceleration_unit_in_m_s2(other) is None)
+    if differ and is_acceleration_or_velocity_unit(other):
         report_contradiction(
             f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right"
         )
-
-
-def _largest_gain_difference(unit: str) -> float:
-    """Return the largest accepted relative difference of a channel's gain from that of its stages."""
-    return MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE
-
-
-def _gain_difference_notes(response: Any, gain: float, unit: str, channel_label: str) -> tuple[str, ...]:
-    """Return a note if the gain of a channel differs from that of its stages, but not too much to be read."""
-    made, difference = stage_gain_and_difference(response, gain)
-    if not MAX_SILENT_GAIN_DIFFERENCE < difference <= _largest_gain_difference(unit):
-        return ()
-    used = "the stages" if is_velocity_unit(unit) else f"{gain:g}"
-    stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
-    return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
 
 
 def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
@@ -210,7 +200,7 @@ def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
     )
 
 
-def stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float]:
+def _stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float]:
     """Return the gain that a response's stages make, and its relative difference from the gain of the channel.
 
     Stages may state their gains at other frequencies than the channel. The product of the stated gains and the product
@@ -228,8 +218,8 @@ def stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float]
     return min(pairs, key=lambda pair: pair[1])
 
 
-_LAPLACE_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2j * np.pi, "LAPLACE (HERTZ)": 1j}
-"""Laplace variable of poles and zeros at 1 Hz, by type of transfer function."""
+_ANGULAR_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (HERTZ)": 1.0}
+"""Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
 def _gain_ratio(stage: Any, frequency: float | None) -> float:
@@ -238,14 +228,17 @@ def _gain_ratio(stage: Any, frequency: float | None) -> float:
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.
     """
-    s = _LAPLACE_PER_HERTZ.get(getattr(stage, "pz_transfer_function_type", ""))
-    if s is None or not frequency or not stage.stage_gain_frequency:
+    scale = _ANGULAR_PER_HERTZ.get(getattr(stage, "pz_transfer_function_type", ""))
+    if scale is None or not frequency or not stage.stage_gain_frequency:
         return 1.0
-    here, stated = (
-        abs(np.prod([s * f - zero for zero in stage.zeros]) / np.prod([s * f - pole for pole in stage.poles]))
-        for f in (frequency, stage.stage_gain_frequency)
+    laplace = 1j * scale * np.array([frequency, stage.stage_gain_frequency])
+    zeros, poles = (
+        np.polynomial.polynomial.polyvalfromroots(laplace, np.asarray(roots, dtype=complex))
+        for roots in (stage.zeros, stage.poles)
     )
-    return float(here / stated) if np.isfinite(here / stated) and here > 0 else 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        here, stated = np.abs(zeros / poles)
+    return float(here / stated) if np.isfinite([here, stated]).all() and here > 0 and stated > 0 else 1.0
 
 
 def normalise_filter_sums(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:

@@ -17,6 +17,7 @@ from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
+from overturning.model.stack import Stack
 from overturning.motion.motion import Accelerogram, Motion, as_motion
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Nume
     Parameters and exceptions are those of `run`.
     """
     # Imported lazily: importing a plan imports Numba.
+    if isinstance(model, Stack):
+        from overturning.dem.stack.plan import plan_stack_simulation
+
+        return plan_stack_simulation(model, motion, cases, numerics)
     if isinstance(model, Body):
         from overturning.dem.body import plan as of_bodies
 

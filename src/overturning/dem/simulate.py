@@ -90,7 +90,7 @@ def simulate_arrays(
         everything was at rest; both are 0 for a cell copied from an equivalent one. The last dimension, the free
         elements in the scene's order, exists only if the scene has several and the variable is per element.
     """
-    model = model_from_scene_or_shape(model)
+    model = model_from_scene_or_shape(model, in_3d=parameters.get("orientation_deg") is not None)
     numerics = {item.name: parameters.pop(item.name) for item in fields(Numerics) if item.name in parameters}
     return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), Numerics(**numerics))
 
@@ -116,9 +116,10 @@ def simulate(
         Input motion; a record as `overturning.read` returns it. A 3-D body is moved by all components, a 2-D model by
         the component along the azimuth and the vertical one.
     model : Scene, str, int or Shape, optional
-        A 2-D scene (`overturning.load_scene`), or the shape of a 3-D body: "rectangle", "circle", the number of sides
-        of a regular prism, or a polyhedron. Default: a single 2-D block. To choose contact or density, pass
-        `overturning.gravestone` (2-D) or `overturning.Body` (3-D).
+        A scene (`overturning.load_scene`), or the shape of a 3-D body: "rectangle", "circle", the number of sides of a
+        regular prism, or a polyhedron. A scene is simulated in 2-D with `azimuth_deg`, and in 3-D with
+        `orientation_deg` if it is a stack: rectangles with their `depth`, each centred on the one before. Default: a
+        single 2-D block. To choose contact or density, pass `overturning.gravestone` (2-D) or `overturning.Body` (3-D).
     height, b_over_h : array_like, shape (h,), (b,), optional
         Height (m) and slenderness of the reference element; default: those of the scene or polyhedron. All lengths
         scale with the height; the slenderness changes only the width of the reference element.
@@ -159,7 +160,8 @@ def simulate(
     >>> space.overturned.values.ravel().tolist()
     [1.0, 1.0]
     """
-    model, motion = model_from_scene_or_shape(model), as_motion(motion)
+    model = model_from_scene_or_shape(model, in_3d=orientation_deg is not None)
+    motion = as_motion(motion)
     grid = create_case_grid(
         model,
         height,

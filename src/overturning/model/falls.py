@@ -7,6 +7,7 @@ from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape, shape_from_name_or_sides
+from overturning.model.stack import Stack
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,20 +18,22 @@ def model_of_cube(cube: "xr.Dataset") -> Model:
     return Body() if Body.direction in cube.dims else PlanarModel()
 
 
-def model_from_scene_or_shape(model_scene_or_shape: Model | Scene | Shape | str | int | None) -> Model:
-    """Convert a scene (2-D model), the shape of a body (3-D model) or None (single 2-D block) to a model.
+def model_from_scene_or_shape(
+    model_scene_or_shape: Model | Scene | Shape | str | int | None, in_3d: bool = False
+) -> Model:
+    """Convert a scene, the shape of a body (3-D model) or None (single 2-D block) to a model.
+
+    A scene becomes a 2-D model, or a 3-D stack if `in_3d` is true.
 
     Raises
     ------
     ArgumentError
-        If no shape has the given name.
+        If no shape has the given name, or the scene of a 3-D model is no stack.
     """
     if isinstance(model_scene_or_shape, Model):
         return model_scene_or_shape
     if model_scene_or_shape is None:
         return PlanarModel()
-    return (
-        PlanarModel(model_scene_or_shape)
-        if isinstance(model_scene_or_shape, Scene)
-        else Body(shape_from_name_or_sides(model_scene_or_shape))
-    )
+    if isinstance(model_scene_or_shape, Scene):
+        return Stack(model_scene_or_shape) if in_3d else PlanarModel(model_scene_or_shape)
+    return Body(shape_from_name_or_sides(model_scene_or_shape))

@@ -139,11 +139,11 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, pace = _steps_per_sample_and_clock_settings(
+    steps, pace = steps_per_sample_and_clock_settings(
         numerics, square[which], dashpot * modes[which], interval, period[which]
     )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
-    row, cosines, along = _base_accelerations_by_orientation(motion, cases)
+    row, cosines, along = base_accelerations_by_orientation(motion, cases)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),
         np.full(cases.size, np.inf),
@@ -235,7 +235,7 @@ def _rest_acceleration_thresholds(
     )  # fmt: skip
 
 
-def _steps_per_sample_and_clock_settings(
+def steps_per_sample_and_clock_settings(
     numerics: Numerics,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
@@ -278,9 +278,7 @@ def _steps_per_sample_and_clock_settings(
     }
 
 
-def _base_accelerations_by_orientation(
-    motion: Motion, cases: Cases
-) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return for n cases the row of the base motion, direction cosines (north, east), and all base motions (m/s²).
 
     Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.

@@ -1,0 +1,254 @@
+"""Termination of a stack: stones that have fallen, energy, the tests for the end of a case, and its results."""
+
+import math
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.body.state import BodyBaseMotion, lean_as_squared_sine
+from overturning.dem.body.vectors import (
+    Matrix,
+    Quaternion,
+    Vector,
+    dot_product,
+    matrix_product,
+    matrix_times_vector,
+    minus,
+    rotation_matrix,
+    transpose,
+)
+from overturning.dem.kernel.ending import GOES_ON, CaseProgress
+from overturning.dem.kernel.ground import base_acceleration_at_tick
+from overturning.dem.kernel.lanes import INLINE, INNER, create_window_slicer
+from overturning.dem.stack.joint import squared
+from overturning.dem.stack.joint_state import JOINT, POINT, JointBeforeAndAfter, JointConstants, PointBeforeAndAfter
+from overturning.dem.stack.predict_loops import stone_spin
+from overturning.dem.stack.state import (
+    CASE,
+    STONE,
+    StackAccount,
+    StackClock,
+    StackConstants,
+    StoneConstants,
+    StoneOutcome,
+    StonePeaks,
+    StoneState,
+)
+from overturning.dem.stack.step import joint_size
+from overturning.model.status import Status
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+load_case, load_time = CASE.lane_access(StackConstants).load, CASE.lane_access(StackClock).load
+load_account, store_account, _ = CASE.lane_access(StackAccount)
+load_course, load_shaking = CASE.lane_access(CaseProgress).load, CASE.lane_access(BodyBaseMotion).load
+load_constants, load_stone = STONE.lane_access(StoneConstants).load, STONE.lane_access(StoneState).load
+load_peaks = STONE.lane_access(StonePeaks).load
+load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
+load_joint, load_history = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointBeforeAndAfter, "old").load
+load_point = POINT.lane_access(PointBeforeAndAfter, "old").load
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
+ENERGY, SAMPLE = CASE.row_start(CaseProgress, "energy"), CASE.row_start(CaseProgress, "sample")
+
+
+of_stone: Final = create_window_slicer(STONE_SIZE, CASE_SIZE)
+"""Return the rows of a stone."""
+
+
+@njit(**INLINE)
+def finite_sum(state: StoneState) -> float:
+    """Return a sum that is finite if position, rotation and velocity of a stone are."""
+    v, p, q = state.velocity, state.place, state.turn
+    return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
+
+
+@njit(**INNER)
+def kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
+    """Return the kinetic energy of a stone, J."""
+    spin = stone_spin(constants.inverse, rotation_matrix(state.turn), state.momentum)
+    return float(
+        0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.momentum, spin))
+    )
+
+
+@njit(**INNER)
+def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> float:
+    """Return the energy of the stones that are present and of the springs below them, J.
+
+    `heights` holds the height of each centre from which its potential energy is counted, m.
+    """
+    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        if not load_outcome(rows, lane).present > 0.0:
+            continue
+        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        total += kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.place.z - heights[s])
+        at = first + s * size
+        joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
+        total += 0.5 * joint.tangential * squared(old.stretch)
+        for i in range((size - JOINT_SIZE) // P):
+            begin = at + JOINT_SIZE + i * P
+            point = load_point(state[begin : begin + P], lane)
+            depth = max(point.depth, 0.0)
+            total += 0.5 * joint.stiffness * point.weight * depth * depth
+    return total
+
+
+@njit(**INNER)
+def first_fallen_stone(state: Any, lane: int, stone_count: int) -> int:
+    """Return the lowest stone that has fallen and is still computed; the number of stones if there is none."""
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        down = rotation_matrix(stone.turn).zz <= constants.fallen or stone.place.z < constants.lowest
+        if down and load_outcome(rows, lane).present > 0.0:
+            return s
+    return stone_count
+
+
+@njit(**INNER)
+def remove_fallen_stones(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> bool:
+    """End the computation of the lowest stone that has fallen and of those above; True if one was removed.
+
+    The energy account goes on with the stones that are left.
+    """
+    fallen = first_fallen_stone(state, lane, stone_count)
+    if fallen == stone_count:
+        return False
+    before = stack_energy(state, lane, stone_count, corner_limit, heights)
+    for s in range(fallen, stone_count):
+        rows = of_stone(state, s)
+        outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
+        upright = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical
+        store_outcome(rows, lane, StoneOutcome(
+            0.0, outcome.upright_until, 1.0 if upright and s == fallen else 0.0
+        ))  # fmt: skip
+    account = load_account(state, lane)
+    gone = before - stack_energy(state, lane, stone_count, corner_limit, heights)
+    store_account(
+        state, lane, StackAccount(account.work, account.lost + gone, account.power, account.loss, account.depth)
+    )
+    return fallen == 0
+
+
+@njit(**INNER)
+def stack_status(
+    state: Any,
+    lane: int,
+    stone_count: int,
+    corner_limit: int,
+    ticks_per_sample: float,
+    last_sample: float,
+    heights: Any,
+) -> int:
+    """Return the `Status` of a case at the end of a sample, or `GOES_ON`."""
+    case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
+    kinetic, loaded = 0.0, True
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        if not load_outcome(rows, lane).present > 0.0:
+            continue
+        stone = load_stone(rows, lane)
+        if not np.isfinite(finite_sum(stone)):
+            return Status.UNSTABLE
+        kinetic += kinetic_energy(load_constants(rows, lane), stone)
+        at = first + s * size
+        loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
+    if load_account(state, lane).depth > case.deepest:
+        return Status.UNSTABLE
+    if remove_fallen_stones(state, lane, stone_count, corner_limit, heights):
+        return Status.SIMULATED
+    sample = course.sample + time.tick / ticks_per_sample
+    if (
+        sample >= min(course.calm, last_sample)
+        and kinetic < case.still
+        and loaded
+        and all_points_loaded(state, lane, stone_count, corner_limit)
+    ):
+        return Status.SIMULATED
+    if sample < course.after or sample < last_sample:
+        return GOES_ON
+    return Status.UNDECIDED
+
+
+@njit(**INNER)
+def all_points_loaded(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
+    """True if all points of the patches of all present stones are in contact."""
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    for s in range(stone_count):
+        if not load_outcome(of_stone(state, s), lane).present > 0.0:
+            continue
+        at = first + s * size
+        for i in range((size - JOINT_SIZE) // P):
+            begin = at + JOINT_SIZE + i * P
+            point = load_point(state[begin : begin + P], lane)
+            if point.weight > 1e-3 and not point.pressure > 0.0:
+                return False
+    return True
+
+
+@njit(**INLINE)
+def relative_pose(upper: StoneState, lower_place: Vector, lower_axes: Matrix) -> tuple[Vector, Matrix]:
+    """Return position and axes of a stone relative to those of the stone below."""
+    to_lower = transpose(lower_axes)
+    return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
+        to_lower, rotation_matrix(upper.turn)
+    )
+
+
+@njit(**INNER)
+def write_stack_results(
+    state: Any, lane: int, stone_count: int, corner_limit: int, status: int, heights: Any, result: Any, each: Any
+) -> None:
+    """Write the results of the case in a lane; `each` has a row per stone."""
+    account, course = load_account(state, lane), load_course(state, lane)
+    balance = (
+        (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy) - account.work + account.lost
+    )
+    result.energy_error = abs(balance) / max(account.work, course.barrier)
+    result.peak_penetration = account.depth
+    below, axes = Vector(0.0, 0.0, 0.0), Matrix(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
+        own = rotation_matrix(stone.turn)
+        fallen = not outcome.present > 0.0 and status == Status.SIMULATED
+        each[s].fallen = 1.0 if fallen else 0.0
+        each[s].slid_off = outcome.slid_off
+        each[s].overturning_time = outcome.upright_until if fallen else np.nan
+        each[s].lean = max(load_peaks(rows, lane).lean, lean_as_squared_sine(own))
+        place, turn = relative_pose(stone, below, axes)
+        each[s].slip_x, each[s].slip_y = place.x - constants.foot * turn.xz, place.y - constants.foot * turn.yz
+        each[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
+        each[s].top_x, each[s].top_y = own.xz, own.yz
+        below, axes = stone.place, own
+
+
+@njit(**INNER)
+def record_stack_motion(
+    state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, row: Any
+) -> None:
+    """Write the motion of the stack in lane 0 into a row of its trajectory."""
+    time, shaking = load_time(state, 0), load_shaking(state, 0)
+    row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
+    row[1], row[2] = (
+        -base_acceleration_at_tick(shaking.push_x, time.tick),
+        -base_acceleration_at_tick(shaking.push_y, time.tick),
+    )
+    row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
+    for s in range(stone_count):
+        constants, stone = load_constants(of_stone(state, s), 0), load_stone(of_stone(state, s), 0)
+        spin, at = stone_spin(constants.inverse, rotation_matrix(stone.turn), stone.momentum), 4 + 13 * s
+        row[at], row[at + 1], row[at + 2] = stone.place
+        row[at + 3], row[at + 4], row[at + 5], row[at + 6] = stone.turn
+        row[at + 7], row[at + 8], row[at + 9] = stone.velocity
+        row[at + 10], row[at + 11], row[at + 12] = spin
+
+
+@njit(**INLINE)
+def unit_turn(q: Quaternion) -> Quaternion:
+    """Return a quaternion of nearly unit length scaled to length 1."""
+    unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
+    return Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit)

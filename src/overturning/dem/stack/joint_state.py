@@ -1,0 +1,230 @@
+"""State of the joints of a 3-D stack and of their contact points: named tuples, and their layout in rows of arrays.
+
+A *joint* is the contact of a stone with what it stands on; its quantities are in the frame of the lower face: origin at
+the centre of that face, axes of the lower stone. See `overturning.dem.stack.state`.
+"""
+
+from typing import Final, NamedTuple
+
+from overturning.dem.body.vectors import Vector
+from overturning.dem.kernel.lanes import TupleRowLayout
+from overturning.dem.stack.state import COLUMNS, Blocks, Wrench
+
+
+class JointConstants(NamedTuple):
+    """Contact constants of a joint."""
+
+    stiffness: float
+    """Normal stiffness of the whole joint, N/m."""
+    dashpot: float
+    """Normal dashpot of the whole joint, N·s/m."""
+    tangential: float
+    """Tangential stiffness, N/m, in any direction."""
+    compliance: float
+    """1 over the tangential stiffness, m/N; 0 without tangential springs."""
+    damping: float
+    """Tangential dashpot, N·s/m."""
+    friction: float
+    """Coefficient of friction μ."""
+    landing: float
+    """Duration of a flat landing after the first touch, s."""
+    tilting: float
+    """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
+
+
+class Slip(NamedTuple):
+    """Tangential vector of a joint: along x and y, and by twist, which counts at the mean distance `arm`."""
+
+    x: float
+    y: float
+    twist: float
+
+
+class JointHistory(NamedTuple):
+    """State of a joint at the end of the last step."""
+
+    stretch: Slip
+    """Stretch of the tangential springs, m."""
+    velocity: Slip
+    """Velocity of the upper stone relative to the lower at the centre of pressure, m/s."""
+    cx: float
+    """Centre of pressure along x, m."""
+    cy: float
+    """Centre of pressure along y, m."""
+    arm: float
+    """Mean distance of the normal forces from the centre of pressure, m."""
+    normal: float
+    """Normal force, N."""
+    slid: float
+    """1 if the joint slid, else 0."""
+    crossed: float
+    """1 if a point other than a corner of the upper stone carried weight."""
+
+
+class JointBeforeAndAfter(NamedTuple):
+    """State of a joint before a step, and after it if the step is accepted."""
+
+    old: JointHistory
+    new: JointHistory
+
+
+class JointLanding(NamedTuple):
+    """Flat landing of a joint."""
+
+    shortest: float
+    """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
+    longest: float
+    """Longest remaining landing time of the points in contact, s; `IN_THE_AIR` if there is none."""
+
+
+class JointFrame(NamedTuple):
+    """Relative pose and velocity of the upper stone at the predicted end of a step, in the frame of the lower face."""
+
+    corner: Vector
+    """Position of the centre of the upper stone's base, m."""
+    along_x: Vector
+    """Direction of the upper stone's x axis."""
+    along_y: Vector
+    """Direction of the upper stone's y axis."""
+    velocity: Vector
+    """Relative velocity at the origin, m/s."""
+    spin: Vector
+    """Relative angular velocity, rad/s."""
+    inside: float
+    """Smallest distance of a corner of the upper base from the rim of the lower face, m; negative outside."""
+    rim: float
+    """Length of the rim of the patch, m."""
+
+
+class NormalSum(NamedTuple):
+    """Sums over the points of a joint for the equations of a step."""
+
+    force: float
+    """Normal force at the predicted end, N."""
+    x: float
+    """First moments of the force, N·m."""
+    y: float
+    g: float
+    """Half of the step times the derivative of the force by the opening velocity, kg, and its moments."""
+    gx: float
+    gy: float
+    gxx: float
+    gxy: float
+    gyy: float
+
+
+class ArmSum(NamedTuple):
+    """Sum of distances of the normal forces from the centre of pressure, N·m."""
+
+    moment: float
+
+
+class JointFriction(NamedTuple):
+    """Friction of a joint that the equations of a step assume."""
+
+    cx: float
+    """Point at which friction acts, m."""
+    cy: float
+    cz: float
+    arm: float
+    """Mean distance of the normal forces from the centre of pressure, m."""
+    stretch: Slip
+    """Stretch of the tangential springs at the predicted end, m."""
+    velocity: Slip
+    """Relative velocity at that point, m/s."""
+    on: float
+    """1 if the joint is assumed to carry load."""
+    slides: float
+    """1 if the joint is assumed to slide."""
+    direction: Slip
+    """Direction of friction, unit vector."""
+
+
+class JointEquations(NamedTuple):
+    """Wrench of a joint at the predicted end, and its derivatives times half of the step, about the origin."""
+
+    wrench: Wrench
+    blocks: Blocks
+
+
+class PointOutline(NamedTuple):
+    """Corner of the upper base, or corner and side of the lower face."""
+
+    x: float
+    """Position in the axes of its stone from the centre of its face, m."""
+    y: float
+    nx: float
+    """Outward normal of the side that starts at the corner."""
+    ny: float
+    reach: float
+    """Distance of that side from the centre of the face, m."""
+    share: float
+    """Weight of the corner while the whole base rests."""
+
+
+class PointPlace(NamedTuple):
+    """Position of a point at the predicted end of a step, in the frame of the lower face."""
+
+    x: float
+    y: float
+    z: float
+    """Height of the upper base above the lower face, m."""
+    weight: float
+    """Share of the stiffness of the joint."""
+
+
+class EdgeClip(NamedTuple):
+    """Part of a side that belongs to the rim of the patch."""
+
+    begin: float
+    """Start, as a share of the side."""
+    end: float
+    """End, as a share of the side."""
+    length: float
+    """Length of the part, m."""
+
+
+class PointHistory(NamedTuple):
+    """State of a point at the end of the last step."""
+
+    depth: float
+    """Penetration, m; negative in the air."""
+    pressure: float
+    """Normal force over weight, N."""
+    landing: float
+    """Remaining time of a flat landing, s; 0 or less if there is none."""
+    weight: float
+    """Weight."""
+
+
+class PointBeforeAndAfter(NamedTuple):
+    """State of a point before a step, and after it if the step is accepted."""
+
+    old: PointHistory
+    new: PointHistory
+
+
+class PointEnd(NamedTuple):
+    """Sums over the points of a joint at the end of a step."""
+
+    force: float
+    """Normal force, N, and its first moments, N·m."""
+    x: float
+    y: float
+    early: float
+    """Additional impulse of points that closed early in the step, N·s, and its first moments."""
+    early_x: float
+    early_y: float
+
+
+class JointPoints(NamedTuple):
+    """Sums over the points of a joint."""
+
+    at_end: PointEnd
+
+
+JOINT: Final = TupleRowLayout(
+    COLUMNS, JointConstants, JointBeforeAndAfter, JointLanding, JointFrame, NormalSum, ArmSum, JointFriction,
+    JointEquations, JointPoints,
+)  # fmt: skip
+POINT: Final = TupleRowLayout(COLUMNS, PointOutline, PointPlace, EdgeClip, PointBeforeAndAfter)

@@ -1,0 +1,279 @@
+"""Patch of a joint: the part that the upper base and the lower face have in common, and the weights of its points.
+
+The patch is taken in the plane of the lower face. Its rim consists of parts of the sides of the upper base and parts of
+the sides of the lower face. A point stands for half of each part of the rim that ends at it, so its weight, a share of
+the whole rim, is continuous where corners appear or vanish (docs/method.md).
+"""
+
+import math
+from typing import Any, Final
+
+from numba import njit
+
+from overturning.dem.body.vectors import (
+    Matrix,
+    Vector,
+    cross_product,
+    matrix_product,
+    matrix_times_vector,
+    minus,
+    plus,
+    scale_vector,
+    transpose,
+)
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.stack.joint_state import (
+    JOINT,
+    POINT,
+    EdgeClip,
+    JointBeforeAndAfter,
+    JointFrame,
+    PointOutline,
+    PointPlace,
+)
+from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneOutcome
+
+load_outline = POINT.lane_access(PointOutline).load
+load_place, store_place, _ = POINT.lane_access(PointPlace)
+load_clip, store_clip, _ = POINT.lane_access(EdgeClip)
+load_constants, load_predicted = STONE.lane_access(StoneConstants).load, STONE.lane_access(PredictedStone).load
+load_axes = STONE.lane_access(Matrix).load
+load_frame, store_frame, _ = JOINT.lane_access(JointFrame)
+P: Final = POINT.size
+INSIDE, RIM = JOINT.row_start(JointFrame, "inside"), JOINT.row_start(JointFrame, "rim")
+CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "old.crossed")
+WEIGHT: Final = POINT.row_start(PointPlace, "weight")
+PRESENT: Final = STONE.row_start(StoneOutcome, "present")
+
+
+@njit(**INLINE)
+def face_origin(constants: StoneConstants, stone: PredictedStone, axes: Matrix) -> Vector:
+    """Return the position of the centre of the upper face of a stone, m."""
+    return plus(stone.place, scale_vector(constants.top, Vector(axes.xz, axes.yz, axes.zz)))
+
+
+@njit(**INLINE)
+def relative_frame(
+    upper: StoneConstants, stone: PredictedStone, axes: Matrix, lower_axes: Matrix, origin: Vector, lower: Any
+) -> JointFrame:
+    """Return the pose and velocity of the upper stone at the predicted end, relative to the lower face.
+
+    `lower` holds the velocity of the lower stone at the origin and its angular velocity.
+    """
+    to_face = transpose(lower_axes)
+    relative = matrix_product(to_face, axes)
+    apart = matrix_times_vector(to_face, minus(stone.place, origin))
+    at = minus(origin, stone.place)
+    velocity = minus(plus(stone.end, cross_product(stone.spin, at)), lower[0])
+    return JointFrame(
+        corner=Vector(
+            apart.x - upper.foot * relative.xz, apart.y - upper.foot * relative.yz, apart.z - upper.foot * relative.zz
+        ),
+        along_x=Vector(relative.xx, relative.yx, relative.zx),
+        along_y=Vector(relative.xy, relative.yy, relative.zy),
+        velocity=matrix_times_vector(to_face, velocity),
+        spin=matrix_times_vector(to_face, minus(stone.spin, lower[1])),
+        inside=1e300,
+        rim=0.0,
+    )
+
+
+@njit(**INNER)
+def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Predict the pose and velocity of the lowest stone relative to the ground."""
+    for j in range(lane_count):
+        still = Vector(0.0, 0.0, 0.0)
+        level = Matrix(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        store_frame(joint_rows, j, relative_frame(
+            load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), level, still,
+            (still, still),
+        ))  # fmt: skip
+
+
+@njit(**INNER)
+def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Predict the pose and velocity of a stone relative to the upper face of the stone below."""
+    for j in range(lane_count):
+        below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
+        origin = face_origin(load_constants(lower_rows, j), below, axes)
+        velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
+        store_frame(joint_rows, j, relative_frame(
+            load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
+            (velocity, below.spin),
+        ))  # fmt: skip
+
+
+@njit(**INLINE)
+def corner_place(frame: JointFrame, corner: PointOutline, present: float) -> PointPlace:
+    """Return the place of a corner of the upper base, with its weight while the whole base rests on the face."""
+    return PointPlace(
+        frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
+        frame.corner.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
+        frame.corner.z + (corner.x * frame.along_x.z + corner.y * frame.along_y.z),
+        corner.share * present,
+    )
+
+
+@njit(**INNER)
+def place_corners(upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int) -> None:
+    """Place the corners of the upper base of all stacks."""
+    for i in range(upper_count):
+        point = points[i * P : (i + 1) * P]
+        for j in range(lane_count):
+            store_place(point, j, corner_place(
+                load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j]
+            ))  # fmt: skip
+
+
+@njit(**INNER)
+def patch_is_whole(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
+    """True if the patch is the whole upper base in all lanes, now and at the end of the last step."""
+    for i in range(upper_count):
+        point = points[i * P : (i + 1) * P]
+        for k in range(lower_count):
+            side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
+            for j in range(lane_count):
+                place, limit = load_place(point, j), load_outline(side, j)
+                free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
+                free = free if place.weight > 0.0 else 1e300
+                joint_rows[INSIDE + j] = free if free < joint_rows[INSIDE + j] else joint_rows[INSIDE + j]
+    number = 0.0
+    for j in range(lane_count):
+        number += 1.0 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0.0
+    return number == 0.0
+
+
+@njit(**INLINE)
+def clip_side(clip: EdgeClip, at_begin: float, at_end: float) -> EdgeClip:
+    """Clip a part of a side by a half plane, from the distances of its two ends into the half plane, m."""
+    crosses = (at_begin < 0.0) != (at_end < 0.0)
+    share = at_begin / (at_begin - at_end if crosses else 1.0)
+    outside = (at_begin < 0.0) & (at_end < 0.0)
+    begin = share if crosses & (at_begin < 0.0) & (share > clip.begin) else clip.begin
+    end = share if crosses & (at_end < 0.0) & (share < clip.end) else clip.end
+    return EdgeClip(begin, (-1.0 if outside else end), clip.length)
+
+
+@njit(**INLINE)
+def clipped_length(clip: EdgeClip, length: float) -> EdgeClip:
+    """Return the part of a side with its length, m."""
+    part = clip.end - clip.begin
+    return EdgeClip(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
+
+
+@njit(**INNER)
+def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+    """Clip the sides of the upper base by the lower face, and add their lengths to the rim."""
+    for i in range(upper_count):
+        point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
+        after = points[following * P : (following + 1) * P]
+        for j in range(lane_count):
+            store_clip(point, j, EdgeClip(0.0, 1.0, 0.0))
+        for k in range(lower_count):
+            side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
+            for j in range(lane_count):
+                a, b, limit = load_place(point, j), load_place(after, j), load_outline(side, j)
+                store_clip(point, j, clip_side(
+                    load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
+                    limit.reach - (limit.nx * b.x + limit.ny * b.y),
+                ))  # fmt: skip
+        for j in range(lane_count):
+            a, b = load_place(point, j), load_place(after, j)
+            clip = clipped_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
+            store_clip(point, j, clip)
+            joint_rows[RIM + j] += clip.length
+
+
+@njit(**INLINE)
+def distance_inside(a: PointPlace, b: PointPlace, x: float, y: float) -> float:
+    """Return a measure of how far a point lies inside the side from a to b of an anticlockwise polygon."""
+    return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
+
+
+@njit(**INNER)
+def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+    """Clip the sides of the lower face by the upper base, and add their lengths to the rim."""
+    for k in range(lower_count):
+        following = (k + 1) % lower_count
+        side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
+        after = points[(upper_count + following) * P : (upper_count + following + 1) * P]
+        for j in range(lane_count):
+            store_clip(side, j, EdgeClip(0.0, 1.0, 0.0))
+        for i in range(upper_count):
+            n = (i + 1) % upper_count
+            begin, end = points[i * P : (i + 1) * P], points[n * P : (n + 1) * P]
+            for j in range(lane_count):
+                a, b = load_place(begin, j), load_place(end, j)
+                c, d = load_outline(side, j), load_outline(after, j)
+                store_clip(side, j, clip_side(
+                    load_clip(side, j), distance_inside(a, b, c.x, c.y), distance_inside(a, b, d.x, d.y)
+                ))  # fmt: skip
+        for j in range(lane_count):
+            c, d = load_outline(side, j), load_outline(after, j)
+            clip = clipped_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
+            store_clip(side, j, clip)
+            joint_rows[RIM + j] += clip.length
+
+
+@njit(**INLINE)
+def point_on_side(a: PointPlace, b: PointPlace, share: float, weight: float) -> PointPlace:
+    """Return the point of a side from a to b at a share of its length, with its weight."""
+    return PointPlace(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
+
+
+@njit(**INLINE)
+def point_under_base(frame: JointFrame, x: float, y: float, weight: float) -> PointPlace:
+    """Return the point of the upper base above a point of the lower face, with its weight."""
+    normal = cross_product(frame.along_x, frame.along_y)
+    # A base that stands on edge has no height above the face; its stone has fallen.
+    up = normal.z if normal.z > 0.1 else 0.1
+    return PointPlace(
+        x, y, frame.corner.z - (normal.x * (x - frame.corner.x) + normal.y * (y - frame.corner.y)) / up, weight
+    )
+
+
+@njit(**INNER)
+def place_crossings(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+    """Place all points of a patch that is only a part of the upper base, with their weights."""
+    corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
+    for k in range(lower_count):
+        # Crossings first: they need the corners' places, and those of lower corners are outlines.
+        side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
+        following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count
+        after = points[(upper_count + following) * P : (upper_count + following + 1) * P]
+        last = points[(upper_count + before) * P : (upper_count + before + 1) * P]
+        start = points[(corners + upper_count + k) * P : (corners + upper_count + k + 1) * P]
+        end = points[(crossings + upper_count + k) * P : (crossings + upper_count + k + 1) * P]
+        for j in range(lane_count):
+            frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(after, j)
+            own, previous = load_clip(side, j), load_clip(last, j)
+            unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
+            part = unit * own.length if frame.inside < 0.0 else 0.0
+            other = unit * previous.length if frame.inside < 0.0 else 0.0
+            corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
+            store_place(side, j, point_under_base(frame, c.x, c.y, corner))
+            at, to = own.begin, own.end
+            store_place(start, j, point_under_base(
+                frame, c.x + at * (d.x - c.x), c.y + at * (d.y - c.y), part if at > 0.0 else 0.0
+            ))  # fmt: skip
+            store_place(end, j, point_under_base(
+                frame, c.x + to * (d.x - c.x), c.y + to * (d.y - c.y), part if to < 1.0 else 0.0
+            ))  # fmt: skip
+    for i in range(upper_count):
+        point, following, before = (
+            points[i * P : (i + 1) * P],
+            (i + 1) % upper_count,
+            (i + upper_count - 1) % upper_count,
+        )
+        after, last = points[following * P : (following + 1) * P], points[before * P : (before + 1) * P]
+        start = points[(corners + i) * P : (corners + i + 1) * P]
+        end = points[(crossings + i) * P : (crossings + i + 1) * P]
+        for j in range(lane_count):
+            frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(after, j)
+            own, previous = load_clip(point, j), load_clip(last, j)
+            unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
+            part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
+            corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
+            store_place(start, j, point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
+            store_place(end, j, point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
+            point[WEIGHT + j] = a.weight if within else corner

@@ -1,0 +1,256 @@
+"""Loops over the lanes of the stack kernel that predict a step and solve its equations."""
+
+from typing import Any, Final
+
+from numba import njit
+
+from overturning.dem.body.state import IN_THE_AIR, BodyBaseMotion
+from overturning.dem.body.vectors import (
+    Matrix,
+    SymmetricMatrix,
+    Vector,
+    extrapolate_vector,
+    full_matrix,
+    matrix_times_vector,
+    minus,
+    rotate_quaternion,
+    rotation_matrix,
+    scale_vector,
+    transpose,
+)
+from overturning.dem.kernel.clock import (
+    BODY,
+    CaseStepControl,
+    StepAttempt,
+)
+from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
+from overturning.dem.kernel.lanes import INLINE, INNER, tuple_arithmetic
+from overturning.dem.stack.joint import (
+    joint_equations,
+    joint_landing,
+    lands_flat,
+    normal_sum,
+    predict_friction,
+    predicted_pressure,
+)
+from overturning.dem.stack.joint_state import (
+    JOINT,
+    POINT,
+    JointBeforeAndAfter,
+    JointConstants,
+    JointEquations,
+    JointFrame,
+    JointFriction,
+    JointLanding,
+    NormalSum,
+    PointBeforeAndAfter,
+    PointPlace,
+)
+from overturning.dem.stack.patch import (
+    face_origin,
+)
+from overturning.dem.stack.solve import (
+    blocks_times_wrench,
+    eliminate_stone,
+    inertia_blocks,
+    right_side,
+    rotate_equations,
+    solve_lowest_stone,
+    wrench_plus,
+)
+from overturning.dem.stack.state import (
+    CASE,
+    STONE,
+    Diagonal,
+    Elimination,
+    JointLosses,
+    PredictedStone,
+    StackClock,
+    StackConstants,
+    StackFindings,
+    StoneChange,
+    StoneConstants,
+    StoneState,
+    StoneSum,
+    Wrench,
+)
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+load_clock, load_case, load_shaking = (
+    CASE.lane_access(CaseStepControl).load,
+    CASE.lane_access(StackConstants).load,
+    CASE.lane_access(BodyBaseMotion).load,
+)
+load_time, store_time, _ = CASE.lane_access(StackClock)
+load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
+load_findings, store_findings, _ = CASE.lane_access(StackFindings)
+load_losses, store_losses, _ = CASE.lane_access(JointLosses)
+load_inertial, store_inertial, _ = CASE.lane_access(Vector)
+load_constants = STONE.lane_access(StoneConstants).load
+load_stone, _, store_stone = STONE.lane_access(StoneState)
+load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
+load_axes, store_axes, _ = STONE.lane_access(Matrix)
+load_diagonal, store_diagonal, _ = STONE.lane_access(Diagonal)
+load_elimination, store_elimination, _ = STONE.lane_access(Elimination)
+load_change, store_change, _ = STONE.lane_access(StoneChange)
+load_sum, store_sum, _ = STONE.lane_access(StoneSum)
+load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointFrame).load
+load_history, _, store_history = JOINT.lane_access(JointBeforeAndAfter, "old")
+load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
+load_normal, store_normal, _ = JOINT.lane_access(NormalSum)
+load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
+load_equations, store_equations, _ = JOINT.lane_access(JointEquations)
+load_place = POINT.lane_access(PointPlace).load
+load_point, _, store_point = POINT.lane_access(PointBeforeAndAfter, "old")
+add_normal, no_normal = tuple_arithmetic(NormalSum).plus, tuple_arithmetic(NormalSum).zero
+add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
+larger_of, no_findings = tuple_arithmetic(StackFindings).largest, tuple_arithmetic(StackFindings).zero
+no_sum, no_wrench = tuple_arithmetic(StoneSum).zero, tuple_arithmetic(Wrench).zero
+FINE: Final = BODY.fine
+
+
+@njit(**INLINE)
+def stone_spin(inverse: SymmetricMatrix, axes: Matrix, momentum: Vector) -> Vector:
+    """Return the angular velocity in space, rad/s, from the angular momentum per mass and the axes of a stone."""
+    return matrix_times_vector(
+        axes, matrix_times_vector(full_matrix(inverse), matrix_times_vector(transpose(axes), momentum))
+    )
+
+
+@njit(**INLINE)
+def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> PredictedStone:
+    """Predict a stone at the end of a step with constant rates of momentum."""
+    half = 0.5 * dt
+    v, momentum = (
+        extrapolate_vector(state.velocity, half, state.acceleration),
+        extrapolate_vector(state.momentum, half, state.moment),
+    )
+    w = stone_spin(inverse, rotation_matrix(state.turn), momentum)
+    w = stone_spin(inverse, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
+    turn = rotate_quaternion(state.turn, dt, w)
+    spin = stone_spin(inverse, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
+    return PredictedStone(
+        place=extrapolate_vector(state.place, dt, v), turn=turn, velocity=v, momentum=momentum,
+        end=extrapolate_vector(v, half, state.acceleration), spin=spin,
+    )  # fmt: skip
+
+
+@njit(**INNER)
+def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
+    """Compute the inertial acceleration at the end of the attempted step of all stacks, and clear their sums."""
+    for j in range(lane_count):
+        length, time, shaking = load_attempt(case_rows, j).length, load_time(case_rows, j), load_shaking(case_rows, j)
+        tick = time.tick + length
+        past = tick - ticks_per_sample
+        past = past if past > 0.0 else 0.0
+        store_inertial(case_rows, j, Vector(
+            push_at(shaking.push_x, tick, past), push_at(shaking.push_y, tick, past),
+            -(GRAVITY + push_at(shaking.lift, tick, past)),
+        ))  # fmt: skip
+        store_time(case_rows, j, StackClock(time.tick, 0.5 * (load_case(case_rows, j).step * length)))
+        store_findings(case_rows, j, no_findings())
+        store_losses(case_rows, j, no_losses())
+
+
+@njit(**INNER)
+def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
+    """Predict a stone of all stacks, and begin its equations."""
+    for j in range(lane_count):
+        constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
+        predicted = predict_stone(constants.inverse, state, 2.0 * half)
+        axes = rotation_matrix(predicted.turn)
+        store_predicted(rows, j, predicted)
+        store_axes(rows, j, axes)
+        store_diagonal(rows, j, Diagonal(
+            inertia_blocks(constants.mass, constants.inertia, axes),
+            right_side(
+                half, constants.mass, no_wrench(), load_inertial(case_rows, j),
+                Wrench(state.acceleration, state.moment),
+            ),
+        ))  # fmt: skip
+        store_sum(rows, j, no_sum())
+
+
+@njit(**INNER)
+def begin_joint(joint_rows: Any, lane_count: int) -> None:
+    """Clear the sums of a joint of all stacks."""
+    for j in range(lane_count):
+        store_landing(joint_rows, j, JointLanding(1e300, IN_THE_AIR))
+        store_normal(joint_rows, j, no_normal())
+
+
+@njit(**INNER)
+def add_point_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
+    """Add a point to the landing of its joint."""
+    for j in range(lane_count):
+        store_landing(joint_rows, j, joint_landing(load_landing(joint_rows, j), load_point(point, j)))
+
+
+@njit(**INNER)
+def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+    """Predict the normal force of a point of all stacks, and add it to the sums of its joint."""
+    for j in range(lane_count):
+        joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
+        half, flat = load_time(case_rows, j).half, lands_flat(load_landing(joint_rows, j))
+        fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
+        pressure, on = predicted_pressure(joint, frame, place, load_point(point, j), fine, flat)
+        terms = normal_sum(joint, half, place, pressure, on)
+        store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
+
+
+@njit(**INNER)
+def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Predict the friction of a joint of all stacks, and its equations about the origin of the lower face."""
+    for j in range(lane_count):
+        joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
+        old, half, flat = (
+            load_history(joint_rows, j),
+            load_time(case_rows, j).half,
+            lands_flat(load_landing(joint_rows, j)),
+        )
+        fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
+        foot = load_constants(upper_rows, j).foot
+        friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
+        store_friction(joint_rows, j, friction)
+        normal = sums.force if fine else old.normal
+        store_equations(joint_rows, j, joint_equations(joint, sums, friction, half, normal))
+
+
+@njit(**INNER)
+def rotate_joint(lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Rotate the equations of a joint from the axes of the lower stone to those of the ground."""
+    for j in range(lane_count):
+        store_equations(joint_rows, j, rotate_equations(load_axes(lower_rows, j), load_equations(joint_rows, j)))
+
+
+@njit(**INNER)
+def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Eliminate a stone that stands on another, in all stacks."""
+    for j in range(lane_count):
+        below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
+        origin = face_origin(load_constants(lower_rows, j), below, axes)
+        solution, rest = eliminate_stone(
+            load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
+            load_time(case_rows, j).half, minus(origin, load_predicted(upper_rows, j).place),
+            minus(origin, below.place),
+        )  # fmt: skip
+        store_elimination(upper_rows, j, solution)
+        store_diagonal(lower_rows, j, rest)
+
+
+@njit(**INNER)
+def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Solve the equations of the stones on the ground."""
+    for j in range(lane_count):
+        arm = scale_vector(-1.0, load_predicted(rows, j).place)
+        e = solve_lowest_stone(load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm)
+        store_change(rows, j, StoneChange(e.force, e.moment))
+
+
+@njit(**INNER)
+def substitute_stones(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
+    """Compute the change of a stone from that of the stone below, in all stacks."""
+    for j in range(lane_count):
+        solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
+        e = wrench_plus(solution.alone, blocks_times_wrench(solution.below, Wrench(below.velocity, below.spin)))
+        store_change(upper_rows, j, StoneChange(e.force, e.moment))

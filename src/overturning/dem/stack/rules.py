@@ -1,0 +1,327 @@
+"""Functions that the queue calls for 3-D stacks: start a case, compute a sample, end a case."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, lean_as_squared_sine
+from overturning.dem.body.vectors import (
+    Quaternion,
+    SymmetricMatrix,
+    Vector,
+    matrix_times_vector,
+    rotation_matrix,
+    transpose,
+)
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import CaseProgress
+from overturning.dem.kernel.ground import GroundMotion, base_acceleration_over_sample
+from overturning.dem.kernel.lanes import INNER, aligned_zeros
+from overturning.dem.kernel.queue import QueueSettings, register_model_functions
+from overturning.dem.stack.ending import (
+    finite_sum,
+    first_fallen_stone,
+    of_stone,
+    record_stack_motion,
+    stack_status,
+    unit_turn,
+    write_stack_results,
+)
+from overturning.dem.stack.joint_state import (
+    JOINT,
+    POINT,
+    JointBeforeAndAfter,
+    JointConstants,
+    PointBeforeAndAfter,
+    PointOutline,
+)
+from overturning.dem.stack.state import (
+    CASE,
+    COLUMNS,
+    STONE,
+    StackClock,
+    StackConstants,
+    StoneConstants,
+    StoneOutcome,
+    StonePeaks,
+    StoneState,
+)
+from overturning.dem.stack.step import advance_stacks, joint_size
+
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
+store_clock, store_case, store_time = (
+    CASE.lane_access(of).store for of in (CaseStepControl, StackConstants, StackClock)
+)
+load_course, store_course, _ = CASE.lane_access(CaseProgress)
+store_attempt, store_shaking = CASE.lane_access(StepAttempt).store, CASE.lane_access(BodyBaseMotion).store
+load_stone, store_stone, _ = STONE.lane_access(StoneState)
+load_constants, store_constants, _ = STONE.lane_access(StoneConstants)
+store_turn = STONE.lane_access(StoneState, "turn").store
+store_peaks = STONE.lane_access(StonePeaks).store
+load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
+load_joint, store_joint, _ = JOINT.lane_access(JointConstants)
+store_history = JOINT.lane_access(JointBeforeAndAfter, "old").store
+store_outline, store_point = POINT.lane_access(PointOutline).store, POINT.lane_access(PointBeforeAndAfter, "old").store
+TICK, SAMPLE = CASE.row_start(StackClock, "tick"), CASE.row_start(CaseProgress, "sample")
+ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(LoadedSampleNumber, "sample")
+LAST_UPRIGHT, UPRIGHT_UNTIL = (
+    STONE.row_start(StonePeaks, "last_upright"),
+    STONE.row_start(StoneOutcome, "upright_until"),
+)
+
+
+class StackKernelInput(NamedTuple):
+    """Input of the kernel for cases of 3-D stacks, all with the same numbers of steps per sample and of corners."""
+
+    settings: QueueSettings
+    cases: NDArray[np.void]
+    """Case parameters, of type `CASE`, shape (n,)."""
+    row: NDArray[np.int64]
+    results: NDArray[np.void]
+    """Results to fill in, of type `RESULT`, shape (n,)."""
+    each: NDArray[np.void]
+    """Results of each stone to fill in, of type `STONE_RESULT`, shape (n, stones)."""
+    ground: GroundMotion
+    friction: FloatArray
+    """Coefficient of friction of each joint, shape (n, stones)."""
+    stones: NDArray[np.void]
+    """Constants and initial state of the stones of each stack, of type `STONE`, shape (stacks, stones)."""
+    joints: NDArray[np.void]
+    """Contact constants of the joint below each stone, of type `JOINT`, shape (stacks, stones)."""
+    corners: NDArray[np.int64]
+    """Number of corners of each stone's faces, shape (stones,)."""
+    outlines: FloatArray
+    """Corners of each stone's faces, shape (stacks, stones, corners, 6): fields of `PointOutline`."""
+
+
+class StackWorkspace(NamedTuple):
+    """Working memory of a queue of stacks."""
+
+    state: Any
+    counts: Any
+
+
+def allocate_workspace(kernel_input: Any) -> Any:
+    """Allocate the state rows of all cases that are computed together."""
+    stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[2]
+    size = CASE_SIZE + stones * (STONE_SIZE + joint_size(corners))
+    return StackWorkspace(aligned_zeros(size), np.zeros(stones, np.int64))
+
+
+def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
+    """Load a case into a lane, in its initial state."""
+    given, settings = kernel_input.cases[case], kernel_input.settings
+    initialise_lane(
+        workspace.state, lane, given, kernel_input.stones[given.stack], kernel_input.joints[given.stack],
+        kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corners, settings.interval,
+        settings.ticks,
+    )  # fmt: skip
+
+
+@njit(**INNER)
+def initialise_lane(
+    state: Any, lane: int, case: Any, stones: Any, joints: Any, friction: Any, outlines: Any, corners: Any,
+    sampling_interval: float, ticks_per_sample: float,
+) -> None:  # fmt: skip
+    """Load the initial state of a case into a lane."""
+    for row in range(state.size // COLUMNS):
+        state[row * COLUMNS + lane] = 0.0
+    mass = 0.0
+    for s in range(stones.size):
+        mass += stones[s].mass
+    first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_size(outlines.shape[1])
+    store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
+    store_case(state, lane, StackConstants(
+        sampling_interval / ticks_per_sample, mass, case.deepest, case.steady, case.still
+    ))  # fmt: skip
+    store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
+    for s in range(stones.size):
+        initialise_stone(of_stone(state, s), lane, stones[s])
+        at = first + s * size
+        initialise_joint(
+            state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stones[s].foot, stones[s].reach
+        )
+        for i in range(corners[s]):
+            begin = at + JOINT_SIZE + i * P
+            o = outlines[s, i]
+            store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
+        if s > 0:
+            for i in range(corners[s - 1]):
+                begin = at + JOINT_SIZE + (corners[s] + i) * P
+                o = outlines[s - 1, i]
+                store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
+    store_course(state, lane, CaseProgress(
+        case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, 0.0, case.barrier
+    ))  # fmt: skip
+
+
+@njit(**INNER)
+def initialise_stone(rows: Any, lane: int, given: Any) -> None:
+    """Load the constants and the initial state of a stone."""
+    store_constants(rows, lane, StoneConstants(
+        inverse=SymmetricMatrix(given.ixx, given.iyy, given.izz, given.ixy, given.ixz, given.iyz),
+        inertia=SymmetricMatrix(given.axx, given.ayy, given.azz, given.axy, given.axz, given.ayz),
+        mass=given.mass, foot=given.foot, top=given.top, critical=given.critical, fallen=given.fallen,
+        lowest=given.lowest,
+    ))  # fmt: skip
+    at = given.start
+    turn, zero = Quaternion(at.qw, at.qx, at.qy, at.qz), Vector(0.0, 0.0, 0.0)
+    axes, w = rotation_matrix(turn), Vector(at.wx, at.wy, at.wz)
+    own = matrix_times_vector(transpose(axes), w)
+    momentum = matrix_times_vector(axes, Vector(
+        (given.axx * own.x + given.axy * own.y) + given.axz * own.z,
+        (given.axy * own.x + given.ayy * own.y) + given.ayz * own.z,
+        (given.axz * own.x + given.ayz * own.y) + given.azz * own.z,
+    ))  # fmt: skip
+    store_stone(rows, lane, StoneState(
+        place=Vector(at.x, at.y, at.z), turn=turn, velocity=Vector(at.vx, at.vy, at.vz), momentum=momentum,
+        acceleration=zero, moment=zero,
+    ))  # fmt: skip
+    store_peaks(rows, lane, StonePeaks(lean_as_squared_sine(axes), -1.0))
+    store_outcome(rows, lane, StoneOutcome(1.0, 0.0, 0.0))
+
+
+@njit(**INNER)
+def initialise_joint(
+    rows: Any, lane: int, given: Any, friction: float, damping_factor: float, foot: float, reach: float
+) -> None:
+    """Load the contact constants of a joint."""
+    store_joint(rows, lane, JointConstants(
+        stiffness=given.stiffness, dashpot=given.dashpot * damping_factor, tangential=given.tangential,
+        compliance=given.compliance, damping=given.damping * damping_factor, friction=friction,
+        landing=given.landing * damping_factor, tilting=0.0 if friction * foot <= reach else 1.0,
+    ))  # fmt: skip
+
+
+def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+    """Begin a sample: normalise the rotations and load the base motion."""
+    load_next_sample(
+        workspace.state,
+        kernel_input.corners.size,
+        lane_count,
+        kernel_input.row,
+        lane_cases,
+        kernel_input.ground,
+        kernel_input.settings,
+    )
+
+
+@njit(**INNER)
+def load_next_sample(
+    state: Any,
+    stone_count: int,
+    lane_count: int,
+    motion_rows: Any,
+    lane_cases: Any,
+    ground: Any,
+    settings: QueueSettings,
+) -> None:
+    """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
+    along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        for j in range(lane_count):
+            store_turn(rows, j, unit_turn(load_stone(rows, j).turn))
+            then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
+            present = load_outcome(rows, j).present > 0.0
+            rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
+            rows[LAST_UPRIGHT + j] = -1.0
+    for j in range(lane_count):
+        tick = state[TICK + j]
+        over = (1.0 if tick >= ticks else 0.0) + (1.0 if tick >= 2.0 * ticks else 0.0)
+        state[SAMPLE + j], state[TICK + j] = state[SAMPLE + j] + over, tick - over * ticks
+    last = up.shape[0] - 3
+    for j in range(lane_count):
+        course = load_course(state, j)
+        if state[LOADED + j] == course.sample + 1.0:
+            continue
+        state[LOADED + j] = course.sample + 1.0
+        i = min(int(course.sample), last)
+        # A base that accelerates one way pushes the stones the other way.
+        push_x = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
+        push_y = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
+        store_shaking(
+            state, j, BodyBaseMotion(push_x, push_y, base_acceleration_over_sample(up, i, course.amplitude, scale))
+        )
+
+
+def advance_one_sample(
+    kernel_input: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int
+) -> tuple[Any, int]:
+    """Compute the steps of a sample; record the first lane at its start, if time has passed since the last row."""
+    settings, corners, limit, stones = (
+        kernel_input.settings,
+        kernel_input.corners,
+        kernel_input.outlines.shape[2],
+        kernel_input.corners.size,
+    )
+    if recorded_rows < path.shape[0]:
+        record_stack_motion(workspace.state, stones, settings.interval, settings.ticks, path[recorded_rows])
+        recorded_rows += 1 if recorded_rows == 0 or path[recorded_rows, 0] > path[recorded_rows - 1, 0] else 0
+    advance_stacks(
+        workspace.state, stones, limit, corners, workspace.counts, lane_count, settings.steps_per_check, settings.ticks
+    )
+    return path, recorded_rows
+
+
+def mark_lanes_that_may_have_ended(kernel_input: Any, workspace: Any, active_count: int, marks: Any) -> int:
+    """Mark the lanes whose case may have ended, or of which a stone may have fallen, and count them."""
+    return mark_possibly_ended(
+        workspace.state,
+        kernel_input.corners.size,
+        active_count,
+        marks,
+        kernel_input.settings.ticks,
+        float(kernel_input.settings.samples),
+    )
+
+
+@njit(**INNER)
+def mark_possibly_ended(
+    state: Any, stone_count: int, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float
+) -> int:
+    """Mark and count lanes with a fallen stone, failed ones, and those past the samples that can move their stack."""
+    count = 0
+    for j in range(active_count):
+        course, total = load_course(state, j), 0.0
+        for s in range(stone_count):
+            total += finite_sum(load_stone(of_stone(state, s), j))
+        sample = course.sample + state[TICK + j] / ticks_per_sample
+        due = total - total != 0.0 or sample >= min(course.calm, last_sample)
+        due = due or first_fallen_stone(state, j, stone_count) < stone_count
+        marks[j] = 1.0 if due else 0.0
+        count += 1 if due else 0
+    return count
+
+
+def skip_quiet_samples(
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_samples: Any
+) -> None:
+    """Skip nothing: stacks are computed in all samples between the first and the last strong one."""
+
+
+def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[2]
+    return stack_status(
+        workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
+        kernel_input.stones[kernel_input.cases[case].stack].rest,
+    )  # fmt: skip
+
+
+def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+    """Write the results of the case in a lane."""
+    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[2]
+    write_stack_results(
+        workspace.state, lane, stones, corners, status, kernel_input.stones[kernel_input.cases[case].stack].rest,
+        kernel_input.results[case], kernel_input.each[case],
+    )  # fmt: skip
+
+
+register_model_functions(
+    StackKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
+)  # fmt: skip

@@ -1,0 +1,210 @@
+"""State of a 3-D stack: named tuples, and their layout in the rows of arrays.
+
+The frame moves with the ground and is rotated to the orientation of the stack: x points to the azimuth, y 90°
+anticlockwise of it, z up. A *joint* is the contact of a stone with what it stands on; its quantities are in the frame
+of the lower face: origin at the centre of that face, axes of the lower stone. Velocities and moments of stones are per
+mass of the stone, as in `overturning.dem.body.state`; forces of a joint are in N.
+
+The rows of a lane are those of the case, then those of each stone, then those of each joint, each of which is followed
+by the rows of its contact points.
+"""
+
+from typing import Final, NamedTuple
+
+from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, StepRejectionFlags
+from overturning.dem.body.vectors import Matrix, Quaternion, SymmetricMatrix, Vector
+from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import CaseProgress
+from overturning.dem.kernel.lanes import TupleRowLayout
+
+COLUMNS: Final = 8
+"""Number of stacks computed side by side: one widest vector."""
+
+TICKS: Final = BODY.whole
+"""Ticks of a whole step."""
+
+
+class StackConstants(NamedTuple):
+    """Constants of a case."""
+
+    step: float
+    """Length of a tick, s."""
+    mass: float
+    """Mass of all stones, kg."""
+    deepest: float
+    """Penetration beyond which the case has failed, m."""
+    steady: float
+    """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
+    still: float
+    """Largest kinetic energy of a stack at rest, J."""
+
+
+class StackClock(NamedTuple):
+    """Time within the sample, ticks, and half of the attempted step, s."""
+
+    tick: float
+    half: float
+
+
+class StackAccount(NamedTuple):
+    """Accounts of a case: work of the ground and losses (J), their rates at the last step (W), and the penetration."""
+
+    work: float
+    lost: float
+    power: float
+    loss: float
+    depth: float
+    """Largest penetration so far, m."""
+
+
+class StackFindings(NamedTuple):
+    """Largest value of each finding over all contact points of a stack; 0 or less if no point has it."""
+
+    changed: float
+    """Above 0 if a contact opened or closed."""
+    wrong: float
+    """1 if a joint stuck or slid contrary to the assumption."""
+    reversed: float
+    """1 if a joint was assumed to slide against its velocity."""
+    holds: float
+    """1 if a loaded joint sticks."""
+    back: float
+    """1 if a joint slides whose friction had the opposite sign before."""
+    off: float
+    """1 if a point within a joint carries no load."""
+    depth: float
+    """Largest penetration, m."""
+    loaded: float
+    """1 if a joint carries load."""
+
+
+class JointLosses(NamedTuple):
+    """Power lost in the joints (W), and energy that their springs lost without work (J)."""
+
+    power: float
+    let_go: float
+
+
+class StoneConstants(NamedTuple):
+    """Mass, inertia and limits of a stone."""
+
+    inverse: SymmetricMatrix
+    """Inverse inertia in the stone's own axes, m/I, 1/m²."""
+    inertia: SymmetricMatrix
+    """Inertia in the stone's own axes, I/m, m²."""
+    mass: float
+    """Mass, kg."""
+    foot: float
+    """Height of the centre above the base, m."""
+    top: float
+    """Height of the upper face above the centre, m."""
+    critical: float
+    """`lean_as_squared_sine` at which the stone, alone on a plane, would tip over its nearest edge."""
+    fallen: float
+    """Cosine of the smallest tilt at which the stone has fallen."""
+    lowest: float
+    """Height of the centre below which the stone has fallen, m."""
+
+
+class StoneState(NamedTuple):
+    """Position, rotation, velocities and accelerations of a stone."""
+
+    place: Vector
+    """Position of the centre, m."""
+    turn: Quaternion
+    """Rotation from rest."""
+    velocity: Vector
+    """Velocity of the centre, m/s."""
+    momentum: Vector
+    """Angular momentum per mass, m²/s."""
+    acceleration: Vector
+    """Acceleration of the centre, m/s²."""
+    moment: Vector
+    """Moment of the contact forces about the centre per mass, m²/s²."""
+
+
+class StonePeaks(NamedTuple):
+    """Largest lean so far, and the last tick below the critical angle (−1: none)."""
+
+    lean: float
+    last_upright: float
+
+
+class StoneOutcome(NamedTuple):
+    """Presence and end of a stone."""
+
+    present: float
+    """1 while the stone is computed, 0 after it has fallen."""
+    upright_until: float
+    """Last time at which the stone leant less than its critical angle, s."""
+    slid_off: float
+    """1 if the stone lost its support while its tilt was below the critical angle."""
+
+
+class PredictedStone(NamedTuple):
+    """Predicted state at the end of a step, before the equations are solved."""
+
+    place: Vector
+    turn: Quaternion
+    velocity: Vector
+    """Velocity after half of the step, m/s."""
+    momentum: Vector
+    """Angular momentum per mass after half of the step, m²/s."""
+    end: Vector
+    """Velocity at the end of the step, m/s."""
+    spin: Vector
+    """Angular velocity at the end of the step, rad/s."""
+
+
+class Blocks(NamedTuple):
+    """6 × 6 matrix of forces (f) and moments (m), by velocities (first) and angular velocities (second)."""
+
+    fv: Matrix
+    fw: Matrix
+    mv: Matrix
+    mw: Matrix
+
+
+class Wrench(NamedTuple):
+    """Force and moment, or velocity and angular velocity."""
+
+    force: Vector
+    moment: Vector
+
+
+class Diagonal(NamedTuple):
+    """Diagonal block and right-hand side of a stone in the equations of a step."""
+
+    blocks: Blocks
+    right: Wrench
+
+
+class Elimination(NamedTuple):
+    """Solution of a stone as a function of the change of the stone below: e = `alone` + `below` · e_below."""
+
+    below: Blocks
+    alone: Wrench
+
+
+class StoneChange(NamedTuple):
+    """Correction of the predicted velocity (m/s) and angular velocity (rad/s) of a stone by the solution."""
+
+    velocity: Vector
+    spin: Vector
+
+
+class StoneSum(NamedTuple):
+    """Contact forces on a stone at the solution: wrench, and impulse of contacts that closed early in the step."""
+
+    at_end: Wrench
+    early: Wrench
+
+
+CASE: Final = TupleRowLayout(
+    COLUMNS, CaseStepControl, StackConstants, StackClock, StackAccount, BodyBaseMotion, LoadedSampleNumber,
+    CaseProgress, StepAttempt, StepRejectionFlags, StackFindings, JointLosses, Vector,
+)  # fmt: skip
+STONE: Final = TupleRowLayout(
+    COLUMNS, StoneConstants, StoneState, StonePeaks, StoneOutcome, PredictedStone, Matrix, Diagonal, Elimination,
+    StoneChange, StoneSum,
+)  # fmt: skip

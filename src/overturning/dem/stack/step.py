@@ -1,0 +1,160 @@
+"""Step of the centred scheme for the stacks in all lanes: order of the loops over stones, joints and points."""
+
+from typing import Any, Final
+
+from numba import njit
+
+from overturning.dem.kernel.lanes import INNER
+from overturning.dem.stack.end_loops import (
+    accept_or_reject_steps,
+    add_point_arm,
+    complete_stones,
+    end_joint,
+    end_point,
+    mark_crossed_patch,
+    store_histories,
+    store_joint_changes,
+    store_point_histories,
+)
+from overturning.dem.stack.joint_state import JOINT, POINT
+from overturning.dem.stack.patch import (
+    clip_lower_sides,
+    clip_upper_sides,
+    patch_is_whole,
+    place_corners,
+    place_crossings,
+    predict_ground_frame,
+    predict_relative_frame,
+)
+from overturning.dem.stack.predict_loops import (
+    add_point_landing,
+    begin_joint,
+    eliminate_stones,
+    predict_base,
+    predict_joint,
+    predict_point,
+    predict_stones,
+    rotate_joint,
+    solve_lowest_stones,
+    substitute_stones,
+)
+from overturning.dem.stack.state import CASE, STONE
+
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
+MAX_CORNERS: Final = 16
+"""Largest number of corners of a base or an upper face."""
+
+
+@njit(**INNER)
+def joint_size(corner_limit: int) -> int:
+    """Return the number of values in the rows of a joint and its points; faces have at most `corner_limit` corners."""
+    return JOINT_SIZE + 6 * corner_limit * P
+
+
+@njit(**INNER)
+def predict_patch(
+    case_rows: Any, upper: Any, joint: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
+) -> int:
+    """Place the points of a joint and sum their predicted forces; return the number of points that count."""
+    place_corners(upper, joint, points, upper_count, lane_count)
+    count = upper_count
+    if lower_count > 0 and not patch_is_whole(joint, points, upper_count, lower_count, lane_count):
+        clip_upper_sides(joint, points, upper_count, lower_count, lane_count)
+        clip_lower_sides(joint, points, upper_count, lower_count, lane_count)
+        place_crossings(joint, points, upper_count, lower_count, lane_count)
+        count = 3 * (upper_count + lower_count)
+    begin_joint(joint, lane_count)
+    for i in range(count):
+        add_point_landing(joint, points[i * P : (i + 1) * P], lane_count)
+    for i in range(count):
+        predict_point(case_rows, joint, points[i * P : (i + 1) * P], lane_count)
+    predict_joint(case_rows, upper, joint, lane_count)
+    return count
+
+
+@njit(**INNER)
+def end_patch(
+    case_rows: Any,
+    upper: Any,
+    lower: Any,
+    joint: Any,
+    points: Any,
+    counts: tuple[int, int],
+    lane_count: int,
+    on_ground: Any,
+) -> None:
+    """Compute the forces of a joint at the end of the step; `counts` holds the corners of the base, and all points."""
+    upper_count, count = counts
+    store_joint_changes(upper, lower, joint, lane_count, on_ground)
+    for i in range(count):
+        end_point(case_rows, joint, points[i * P : (i + 1) * P], lane_count)
+    for i in range(count):
+        add_point_arm(joint, points[i * P : (i + 1) * P], lane_count)
+    end_joint(case_rows, upper, lower, joint, lane_count, on_ground)
+    for i in range(upper_count, count):
+        mark_crossed_patch(joint, points[i * P : (i + 1) * P], lane_count)
+
+
+@njit(**INNER)
+def advance_stacks(
+    state: Any,
+    stone_count: int,
+    corner_limit: int,
+    corners: Any,
+    counts: Any,
+    lane_count: int,
+    steps: int,
+    ticks: float,
+) -> None:
+    """Attempt steps of all stacks; `corners` holds the corners of each stone's faces, `counts` is a work array."""
+    case = state[:CASE_SIZE]
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    for _ in range(steps):
+        predict_base(case, lane_count, ticks)
+        for s in range(stone_count):
+            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            predict_stones(case, stone, lane_count)
+        for s in range(stone_count):
+            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            at = first + s * size
+            joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
+            if s == 0:
+                predict_ground_frame(stone, joint, lane_count)
+                counts[s] = predict_patch(case, stone, joint, points, corners[s], 0, lane_count)
+            else:
+                lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+                predict_relative_frame(stone, lower, joint, lane_count)
+                counts[s] = predict_patch(case, stone, joint, points, corners[s], corners[s - 1], lane_count)
+                rotate_joint(lower, joint, lane_count)
+        for s in range(stone_count - 1, 0, -1):
+            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+            eliminate_stones(case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count)
+        solve_lowest_stones(
+            case, state[CASE_SIZE : CASE_SIZE + STONE_SIZE], state[first : first + JOINT_SIZE], lane_count
+        )
+        for s in range(1, stone_count):
+            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            substitute_stones(stone, state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count)
+        for s in range(stone_count):
+            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            at = first + s * size
+            joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
+            both = (int(corners[s]), int(counts[s]))
+            if s == 0:
+                end_patch(case, stone, stone, joint, points, both, lane_count, 1)
+            else:
+                lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+                end_patch(case, stone, lower, joint, points, both, lane_count, None)
+        accept_or_reject_steps(case, lane_count, ticks)
+        for s in range(stone_count):
+            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            if s == 0:
+                complete_stones(case, stone, lane_count, 1)
+            else:
+                complete_stones(case, stone, lane_count, None)
+            at = first + s * size
+            store_histories(case, state[at : at + JOINT_SIZE], lane_count)
+            for i in range(counts[s]):
+                begin = at + JOINT_SIZE + i * P
+                store_point_histories(case, state[begin : begin + P], lane_count)

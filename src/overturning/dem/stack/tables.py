@@ -1,0 +1,82 @@
+"""Columns of the stack kernel's tables: cases, stones, joints and results."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from overturning.dem.body.tables import BodyStartColumns, GroundAccelerationColumns
+from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
+from overturning.dem.stack.joint_state import JointConstants
+from overturning.dem.stack.state import StoneConstants
+
+
+class StackCaseColumns(NamedTuple):
+    """Columns of the table of cases; they precede those of `CaseStepControl`."""
+
+    amplitude: float
+    """Factor on the motion."""
+    damping_factor: float
+    """Factor on all dashpots."""
+    deepest: float
+    """Penetration beyond which the case has failed, m."""
+    steady: float
+    """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
+    still: float
+    """Largest kinetic energy of a stack at rest, J."""
+    first: float
+    """First sample that is computed."""
+    calm: float
+    """First sample after which the motion cannot start any movement."""
+    after: float
+    """Sample at which the case ends as undecided."""
+    barrier: float
+    """Smallest energy that overturns a part of the stack, J."""
+
+
+class StoneResultColumns(NamedTuple):
+    """Columns of the results of a stone."""
+
+    fallen: float
+    """1 if the stone has fallen, else 0."""
+    slid_off: float
+    """1 if the stone lost its support before its tilt reached the critical angle."""
+    overturning_time: float
+    """Last time at which the stone leant less than its critical angle, s."""
+    lean: float
+    """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
+    slip_x: float
+    """Displacement at the end relative to what the stone stands on, in the axes of that stone, m."""
+    slip_y: float
+    twist: float
+    """Rotation about the normal of what the stone stands on, anticlockwise from above, rad."""
+    top_x: float
+    """Horizontal components of the stone's axis at the end."""
+    top_y: float
+
+
+class StackResultColumns(NamedTuple):
+    """Columns of the results of a case."""
+
+    status: float
+    """`Status` as a number."""
+    peak_penetration: float
+    """Largest penetration, m."""
+    energy_error: float
+    """Error of the energy balance, as a share of the input energy."""
+    block_steps: float
+    """Number of steps times stones."""
+    samples_left_out: float
+    """Number of samples that were skipped at rest."""
+
+
+START: Final = table_dtype_of_named_tuples(BodyStartColumns)
+CASE: Final = np.dtype([("stack", "i8"), *table_dtype_of_named_tuples(StackCaseColumns, CaseStepControl).descr])
+STONE: Final = np.dtype([(name, "f8") for name in (
+    "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz",
+    *(name for name in StoneConstants._fields if name not in {"inverse", "inertia"}), "reach", "rest",
+)] + [("start", START)])  # fmt: skip
+JOINT: Final = table_dtype_of_named_tuples(JointConstants)
+RESULT: Final = table_dtype_of_named_tuples(StackResultColumns)
+STONE_RESULT: Final = table_dtype_of_named_tuples(StoneResultColumns)
+ROW: Final = np.dtype([("time", "f8"), *table_dtype_of_named_tuples(BodyStartColumns, GroundAccelerationColumns).descr])

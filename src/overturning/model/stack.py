@@ -1,0 +1,244 @@
+"""3-D model of a stack: each stone stands on the one below, and the lowest stone on the ground."""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from overturning.arrays import ArrayLike, FloatArray
+from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.model.body import Body
+from overturning.model.contact import VertexContact
+from overturning.model.geometry import place_elements, reference_height_and_b_over_h
+from overturning.model.grid import Grid
+from overturning.model.model import Model, StoneOutcomes
+from overturning.model.scene import Scene, gravestone
+from overturning.model.symmetry import FULL_TURN, ComputedCells
+from overturning.model.variables import BODY_VARIABLES, OutcomeVariable
+from overturning.units import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FACE_TOLERANCE: Final = 1e-9
+"""Largest difference of two sides or positions that count as equal, as a share of a stone's width."""
+
+
+@dataclass(frozen=True)
+class StackStone:
+    """Stone of a stack: a box with its footprint centred on the stone below.
+
+    Parameters
+    ----------
+    name : str
+        Name of its element in the scene.
+    width, depth, height : float
+        Sides along x (the azimuth of the orientation), y and z, m.
+    density : float
+        Density, kg/m³.
+    friction : float or None
+        Coefficient of friction of the joint below the stone; None for the value of each case.
+    """
+
+    name: str
+    width: float
+    depth: float
+    height: float
+    density: float
+    friction: float | None
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return self.density * self.width * self.depth * self.height
+
+
+_PER_STONE: Final = {
+    "overturned", "fall_azimuth", "peak_tilt", "overturning_time", "residual_slip_north", "residual_slip_east",
+    "residual_twist",
+}  # fmt: skip
+_OTHER_MEANING: Final = {
+    "peak_tilt": "largest angle between the stone's axis and the vertical",
+    "residual_slip_north": "northward displacement at the end, relative to what the stone stands on",
+    "residual_slip_east": "eastward displacement at the end, relative to what the stone stands on",
+    "residual_twist": "rotation at the end relative to what the stone stands on, clockwise from above",
+}
+
+STACK_VARIABLES: Final = (
+    *(
+        replace(item, per_element=item.name in _PER_STONE, long_name=_OTHER_MEANING.get(item.name, item.long_name))
+        for item in BODY_VARIABLES
+        if item.name not in {"fall_face", "peak_slip", "angular_momentum_error"}
+    ),
+    OutcomeVariable(
+        "slid_off", "i1", "whether the stone fell because it slid off what it stands on", "1", True,
+        attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands_or_tips slides_off"},
+    ),
+)  # fmt: skip
+"""Outcome variables of a stack."""
+
+
+def gravestone_with_depth() -> Scene:
+    """Return the scene of a square gravestone 0.24 m wide and 0.6 m high on the ground."""
+    scene = gravestone()
+    ground, stone = scene.elements
+    return scene.model_copy(update={"elements": (ground, stone.model_copy(update={"depth": stone.width}))})
+
+
+@suggest_closest_keyword()
+@dataclass(frozen=True)
+class Stack(Model):
+    """3-D model: a stack of boxes; neighbours touch with the upper face of one and the base of the other.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene in which each free element is a rectangle that stands on the element before it, with its `depth`.
+    contact : VertexContact
+        Springs and dashpots of the joints.
+
+    Raises
+    ------
+    ArgumentError
+        If the scene is not such a stack.
+    """
+
+    scene: Scene = field(default_factory=gravestone_with_depth)
+    contact: VertexContact = field(default_factory=VertexContact)
+
+    def __post_init__(self) -> None:
+        check_stack(self.scene)
+
+    variables: ClassVar = STACK_VARIABLES
+    ensemble_variables: ClassVar = Body.ensemble_variables
+    comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
+    direction: ClassVar = Body.direction
+    case_dims: ClassVar = ("height", "b_over_h", "friction")
+    copied: ClassVar = Body.copied
+    one_component: ClassVar = False
+    twists: ClassVar = True
+    reads: ClassVar = Body.reads
+    reads_outcomes: ClassVar = Body.reads_outcomes
+
+    @property
+    @override
+    def free_element_names(self) -> tuple[str, ...]:
+        return self.scene.free_element_names
+
+    @property
+    @override
+    def case_cost_over_block_cost(self) -> float:
+        return 60.0 * len(self.free_element_names)
+
+    @property
+    @override
+    def scene_or_body_attributes(self) -> dict[str, str]:
+        return {"scene": self.scene.name}
+
+    @override
+    def height_and_b_over_h_or_defaults(
+        self, height: ArrayLike | None, b_over_h: ArrayLike | None
+    ) -> tuple[ArrayLike, ArrayLike]:
+        """Return heights (m) and B/H of the reference element; those of the scene replace sizes that are None."""
+        own_height, own_ratio = reference_height_and_b_over_h(self.scene)
+        return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
+
+    @override
+    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
+        if aspect.tolist() != [1.0]:
+            raise ArgumentError(f"aspect: {aspect.tolist()}; a stack has the depths of its scene")
+        square = all(abs(stone.width - stone.depth) < FACE_TOLERANCE * stone.width for stone in self.stones())
+        return np.array([90.0 if square else 180.0])
+
+    @override
+    def with_stiffness_factor(self, stiffness_factor: float) -> "Stack":
+        penetration = self.contact.static_penetration / stiffness_factor
+        return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
+
+    @override
+    def drop_ineffective_frictions(self, grid: Grid) -> Grid:
+        return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
+
+    @override
+    def rotate_copied_outcomes_in_place(
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+    ) -> None:
+        own = np.arange(computed_cells.cell.shape[0])[:, None]
+        outcome_arrays["repeated"] = grid.broadcast_over_grid(computed_cells.cell != own).astype(np.int8)
+
+    @override
+    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+        """Return, for each orientation of a grid, the computed one, which differs by whole rotation periods."""
+        period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
+        turn = np.floor(grid.direction_values_deg[:, None] / period) * period
+        return replace(super().computed_cell_of_each_direction(grid, use_symmetry), turn_deg=turn)
+
+    # Once an element is selected, the cube of a stack has the variables of the cube of a body.
+
+    @override
+    def ensemble_variables_of_cells(
+        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        return Body().ensemble_variables_of_cells(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
+
+    @override
+    def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+        return Body().distinct_direction_indices(cube)
+
+    @override
+    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+        return Body().fall_probability_and_direction_by_cell(cube, use_ensemble=use_ensemble)
+
+    @override
+    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
+        return Body().member_fall_shares_by_cell(cube)
+
+    @override
+    def square_stone_outcomes(
+        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+    ) -> StoneOutcomes:
+        return Body().square_stone_outcomes(site_cube, face_azimuth_deg, cell_positions)
+
+    def stones(self, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
+        """Return the stones from the lowest up; height (m) and B/H are those of the reference element.
+
+        A change of B/H changes width and depth of the reference element in the same proportion.
+        """
+        placed = place_elements(self.scene, height, b_over_h)
+        own_width, own_height = next(
+            item.unrotated_width_and_height for item in self.scene.elements if item.name == self.scene.reference_name
+        )
+        scale = 1.0 if height is None else height / own_height
+        wider = 1.0 if b_over_h is None else b_over_h * own_height / own_width
+        found = []
+        for below, item in zip(self.scene.elements, placed[1:], strict=False):
+            element = item.element
+            depth = element.depth * scale * (wider if element.name == self.scene.reference_name else 1.0)
+            law = self.scene.contact_law(below, element)
+            density = self.scene.materials[element.material].density
+            found.append(StackStone(element.name, item.shape.width, depth, item.shape.height, density, law.friction))
+        return found
+
+
+def check_stack(scene: Scene) -> None:
+    """Raise an ArgumentError unless a scene is a stack of boxes with stated depths, each centred on the one below."""
+    ground, *stones = scene.elements
+    faults = []
+    if ground.kind != "driven":
+        faults.append(f"element {ground.name} is not driven")
+    if scene.gravity != STANDARD_GRAVITY:
+        faults.append(f"gravity {scene.gravity:g} m/s²")
+    for below, element in zip(scene.elements, stones, strict=False):
+        if element.kind != "free" or element.stands_on != below.name:
+            faults.append(f"element {element.name} does not stand free on {below.name}")
+        elif element.width is None or element.rotation_deg or element.at != (0.0, 0.0):
+            faults.append(f"element {element.name} is not an upright rectangle centred on {below.name}")
+        elif "depth" not in element.model_fields_set:
+            faults.append(f"element {element.name} has no depth")
+    if faults:
+        raise ArgumentError(
+            f"orientation_deg: scene {scene.name} is no stack of boxes ({'; '.join(faults)}); compute it in 2-D with "
+            "azimuth_deg"
+        )

@@ -63,6 +63,7 @@ class LogHandler(LogHandlerBase):
         self._stopped = False
         self._ended = threading.Event()
         self._drawing: threading.Thread | None = None
+        self._first_figure: Path | None = None  # to be named on the terminal once the file exists
 
     @override
     def emit(self, record: LogRecord) -> None:
@@ -109,6 +110,8 @@ class LogHandler(LogHandlerBase):
         """Update the data of the progress line from an event."""
         if "expected_s" in about:
             self._expected.seconds = about["expected_s"]
+            figure = Path(about["first_figure"])
+            self._first_figure = None if figure.is_file() else figure
         elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):
             self._expected.at_once = int(about.get("cores") or about.get("nodes") or 1)
         elif event == LogEvent.RUN_INFO:
@@ -122,6 +125,9 @@ class LogHandler(LogHandlerBase):
         elif event in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
             well = event == LogEvent.JOB_FINISHED
             self._expected.end(about["job_id" if well else "jobid"], well)
+            if self._first_figure is not None and self._first_figure.is_file():
+                self._print(f"First polar map: {self._first_figure}")
+                self._first_figure = None
 
     def _report_failure(self, text: str) -> None:
         if text not in self._failures:

@@ -67,6 +67,22 @@ def event(handler: LogHandler, text: str = "", level: int = logging.INFO, **abou
     handler.emit(record)
 
 
+@pytest.mark.parametrize("exists_before", [False, True])
+def test_the_first_polar_map_is_named_once_when_the_file_is_new(
+    handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], exists_before: bool
+) -> None:
+    figure = tmp_path / "rinaldi.svg"
+    if exists_before:
+        figure.touch()
+    event(handler, expected_s={"sweep": 4.0}, first_figure=str(figure))
+    event(handler, event=LogEvent.JOB_FINISHED, job_id=1)
+    assert capsys.readouterr().err == ""
+    figure.touch()
+    for job_id in (2, 3):
+        event(handler, event=LogEvent.JOB_FINISHED, job_id=job_id)
+    assert capsys.readouterr().err == ("" if exists_before else f"First polar map: {figure}\n")
+
+
 def test_errors_of_steps_are_printed_unchanged(
     handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

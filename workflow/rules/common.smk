@@ -108,6 +108,7 @@ def load_study_and_records():
 STUDY, ENTRIES, FILES = load_study_and_records()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
+ORDER = {name: place for place, name in enumerate(RECORDS)}
 # Keys that do not affect the cube; the report reads them from the study.
 REPORT_KEYS = (
     *("title", "question", "asks", "language", "primary"),
@@ -166,12 +167,13 @@ READING_MB = round(SIZE.cube_reading_memory_bytes / 1e6)
 SECONDS = expected_job_seconds_by_rule(STUDY, CHUNKS)
 SWEEP_MINUTES = 10 + round(SECONDS["sweep"] / 12)
 
-# The progress line weights jobs by their expected time.
+# The progress line weights jobs by their expected time; the first figure is named as soon as the file exists.
 logger.info(
     "Expected time of jobs",
     extra={
         "expected_s": SECONDS
-        | dict.fromkeys(BATCHES, 1.5 + SECONDS["record_figures"] * BATCH)
+        | dict.fromkeys(BATCHES, 1.5 + SECONDS["record_figures"] * BATCH),
+        "first_figure": f"{FIGURES}/polar/{RECORDS[0]}.svg",
     },
 )
 
@@ -255,6 +257,17 @@ def part_files_of_cube(wildcards):
         f"{RESULTS}/sweep/{variant_name(wildcards)}/{{record}}.{{scatteritem}}.nc",
         record=RECORDS,
     )
+
+
+def sweep_priority(wildcards):
+    """Return a priority above 1, up to 2, that decreases along the list of records, so that a figure is drawn soon.
+
+    The figures of the first records are drawn as soon as the sweeps of these records end. Parts of variants come last,
+    because no figure of a record needs them.
+    """
+    if wildcards.variant != "nominal":
+        return 1
+    return 2 - ORDER[wildcards.record] / len(RECORDS)
 
 
 def survey_settings(wildcards):

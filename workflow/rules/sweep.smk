@@ -28,7 +28,7 @@ rule sweep:
         f"{LOGS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.log",
     benchmark:
         f"{BENCHMARKS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.tsv"
-    priority: 1
+    priority: sweep_priority
     threads: 1
     resources:
         mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,

@@ -53,11 +53,11 @@ def _counted(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFr
 def _summary(rows: pd.DataFrame) -> str:
     energy = rows["energy_error"][rows["ending"] == Ending.RIGHT]
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
-    refusals = ", ".join(f"{count} for `{name}`" for name, count in reasons.items())
+    refusals = ", ".join(f"{count} (`{name}`)" for name, count in reasons.items())
     return (
         f"Among the {len(energy)} cases that pass all six checks, the largest residual of work and energy is "
-        f"{energy.max():.4f} and the median residual {energy.median():.2g}. Inputs refused because of one argument: "
-        f"{refusals or 'none'}. Cases labelled *silent*: {(rows['ending'] == Ending.SILENT).sum()}."
+        f"{energy.max():.4f} and the median residual {energy.median():.2g}. Number of inputs refused because of "
+        f"one argument: {refusals or 'none'}. Cases labelled *silent*: {(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 

@@ -38,12 +38,12 @@ from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
-from overturning.records.declarations import FileDeclarations, FileProperties
+from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
 from overturning.records.store import write_record_to_motion_file
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
-from overturning.study.sections import BodySettings, Simulation
+from overturning.study.sections import BodySettings, SimulationSettings
 from tests.expect import lacking, refused
 from tests.study.small_study import cube_of, pulse, study
 
@@ -559,10 +559,10 @@ def test_same_names_in_commands_python_and_studies() -> None:
         return {field.name for kind in kinds for field in fields(kind)}
 
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
-    assert names(declared.BodyOptions, declared.PlaneOptions, declared.StoneOptions) <= study | body | contact
-    assert names(declared.FileOptions) == {*FileProperties.model_fields}
-    assert names(declared.FileOptions) <= {*FileDeclarations.model_fields} & {*RecordEntry.model_fields}
-    assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(Simulation.model_fields)
+    assert names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions) <= study | body | contact
+    assert names(declared.FileOptions) == {*FilePropertyColumns.model_fields}
+    assert names(declared.FileOptions) <= {*DeclaredFileProperties.model_fields} & {*RecordEntry.model_fields}
+    assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(SimulationSettings.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body
     assert {*overturning.Contact.model_fields} - {"static_penetration"} == contact

@@ -95,14 +95,14 @@ class RecordRefusalReasons:
         self._found: list[str] = []
 
     @contextmanager
-    def collect(self) -> Iterator[None]:
+    def collect_reason(self) -> Iterator[None]:
         """Context manager that stores the reasons of a RecordError raised in its block and suppresses the error."""
         try:
             yield
         except RecordError as problem:
             self._found += str(problem).split(REASON_SEPARATOR)
 
-    def raise_all(self) -> None:
+    def raise_collected_reasons(self) -> None:
         """Raise a RecordError with a line for each stored reason; do nothing if there is none."""
         if self._found:
             raise RecordError(REASON_SEPARATOR.join(dict.fromkeys(self._found)))

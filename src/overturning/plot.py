@@ -307,9 +307,9 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the outcomes of a cube under one record, loaded into memory and sorted for figures."""
-    from overturning.study.cube import record_position, sort_cube_for_figures
+    from overturning.study.cube import index_of_record, sort_cube_for_figures
 
-    number = record_position(cube, record)
+    number = index_of_record(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
@@ -346,7 +346,7 @@ def _check_has_direction(cube: "xr.Dataset", coordinate_name: str, figure_kind: 
 
 
 def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
-    """Return the path of a file in the folder of a cube; a MissingDataError if there is no such file."""
+    """Return the path of a file in the folder of a cube; raise a MissingDataError if there is no such file."""
     file = Path(cube.encoding.get("source", ""))
     if not (path := file.parent / file_name).is_file():
         where = f"not next to {file}" if file.is_file() else "a cube in memory has no such file"

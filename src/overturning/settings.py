@@ -9,7 +9,7 @@ from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.validation import StrictModel
 
 
-class Ensemble(StrictModel):
+class EnsembleSettings(StrictModel):
     """Ensemble of runs of each case in a neighbourhood: uniform distributions, scrambled Sobol points."""
 
     members: int = Field(
@@ -58,7 +58,7 @@ class UniformRange(StrictModel):
         return self
 
 
-class Population(StrictModel):
+class StonePopulation(StrictModel):
     """Population of stones (a cemetery): distribution of sizes, friction and face azimuths."""
 
     width: UniformRange = Field(
@@ -91,7 +91,7 @@ class Population(StrictModel):
     @model_validator(mode="after")
     def _check_face_spread_has_face(self) -> Self:
         """Raise a ValueError if a spread of face azimuths is given without a face azimuth."""
-        if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
+        if self.face is None and self.face_spread != StonePopulation.model_fields["face_spread"].default:
             raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
         return self
 

@@ -31,7 +31,7 @@ def write_result(result: Any, path: Path, *, indent: int | None = 1) -> None:
 
 
 def read_result(result_class: type[Result], path: Path, result_name: str) -> Result:
-    """Read a file written by `write_result`; a `ResultError` if it is missing, damaged, or from another version.
+    """Read a file written by `write_result`; raise a `ResultError` if it is missing, damaged, or from another version.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def read_table_rows(
         raise error_class(
             f"{path} line {lines[0][0]}: columns are separated by {_NAMES[other]}; use {_NAMES[delimiter]}"
         )
-    if why := _column_fault(columns, row_model, required_alternatives, unknown_column_message):
+    if why := _column_error_message(columns, row_model, required_alternatives, unknown_column_message):
         raise error_class(f"{path} line {lines[0][0]}: {why}")
     adapter = TypeAdapter(row_model)
     for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
@@ -78,7 +78,7 @@ def read_table_rows(
         try:
             row = adapter.validate_python(values)
         except ValidationError as problem:
-            raise error_class(f"{path} line {number}: {_cell_fault(problem, row_model, values)}") from None
+            raise error_class(f"{path} line {number}: {_cell_error_message(problem, row_model, values)}") from None
         yield number, row
 
 
@@ -111,7 +111,7 @@ def _other_delimiter(header_line: str, expected_delimiter: str) -> str:
     return next((one for one in _NAMES if one != expected_delimiter and one in header_line.strip()), "")
 
 
-def _column_fault(
+def _column_error_message(
     column_names: Sequence[str],
     row_model: type[BaseModel],
     required_alternatives: Sequence[str],
@@ -135,7 +135,7 @@ def _column_fault(
     return ""
 
 
-def _cell_fault(validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]) -> str:
+def _cell_error_message(validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]) -> str:
     """Return a message for the first wrong cell of a table row: column, value and the expected value."""
     first = validation_error.errors()[0]
     message = format_validation_error(first)

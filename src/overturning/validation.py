@@ -209,14 +209,14 @@ def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[St
     Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
     steps: Steps = []
-    forms = _models_in_annotation(root_model)
+    forms = _pydantic_models_in_annotation(root_model)
     for place, part in enumerate(error_entry["loc"]):
         last = place == len(error_entry["loc"]) - 1
         if isinstance(part, int) or (last and error_entry["type"] == "extra_forbidden"):
             steps.append(part)
         elif owner := next((form for form in forms if part in form.model_fields), None):
             steps.append(part)
-            forms = _models_in_annotation(owner.model_fields[part].annotation)
+            forms = _pydantic_models_in_annotation(owner.model_fields[part].annotation)
         elif tagged := [form for form in forms if part in _union_tag_and_values([form])[1]]:
             forms = tagged
         elif _is_file_key(part):
@@ -224,11 +224,11 @@ def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[St
     return steps, forms
 
 
-def _models_in_annotation(annotation: Any) -> list[type[BaseModel]]:
+def _pydantic_models_in_annotation(annotation: Any) -> list[type[BaseModel]]:
     """Return the pydantic models in a type annotation, also those inside lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [model for part in get_args(annotation) for model in _models_in_annotation(part)]
+    return [model for part in get_args(annotation) for model in _pydantic_models_in_annotation(part)]
 
 
 def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.block.rigid import rocking
-from overturning.dem.faces import simulate_with_face_planes
+from overturning.dem.faces import simulate_grid_and_body_face_planes
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.dem.simulate import create_case_grid
@@ -80,7 +80,7 @@ def of_faces() -> dict[str, Any]:
     grid = create_case_grid(
         model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6]
     )
-    return simulate_with_face_planes(model, ground(), grid, Numerics())
+    return simulate_grid_and_body_face_planes(model, ground(), grid, Numerics())
 
 
 SOFT = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)

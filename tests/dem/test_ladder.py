@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.commit import (
-    CornerSolution,
-    CornerSolutionPair,
+    SolvedCornerContact,
+    SolvedCornerContactPair,
     block_step_contact_changes,
     compute_corner_forces,
 )
@@ -130,7 +130,7 @@ def test_every_step_lies_within_a_sample(pace: KernelStepControl, steps: int) ->
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
-def corrected(before: float, after: float) -> CornerSolution:
+def corrected(before: float, after: float) -> SolvedCornerContact:
     """Return a sticking corner whose depth changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
@@ -147,7 +147,7 @@ def corrected(before: float, after: float) -> CornerSolution:
     )
 
 
-def rejected(steps: float, left: CornerSolution, right: CornerSolution, gentle: float = 1e-6) -> bool:
+def rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact, gentle: float = 1e-6) -> bool:
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     case_step_control, block = (
         clock_of(BLOCK),
@@ -155,7 +155,7 @@ def rejected(steps: float, left: CornerSolution, right: CornerSolution, gentle: 
     )
     length = steps * case_step_control.finest
     found = block_step_contact_changes.py_func(
-        block, case_step_control, length, False, CornerSolutionPair(left, right), False
+        block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(
         choose_next_step_attempt.py_func(BLOCK, case_step_control, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[

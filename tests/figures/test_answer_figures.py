@@ -8,7 +8,7 @@ from matplotlib.text import Text
 
 from overturning.figures.answer import (
     COLOURS,
-    DrawnEstimate,
+    PlottedEstimate,
     alignment_with_references_figure,
     format_estimate,
     overturned_share_contrast_figure,
@@ -41,7 +41,7 @@ def alignments() -> Figure:
         "without": {"B": -0.003, "E": 0.2},
     }
     return sorted_fall_alignment_figure(
-        values, {"with a pulse": DrawnEstimate(0.1, -0.2, 0.4, 3), "without": DrawnEstimate(0.1, NAN, NAN, 2)}
+        values, {"with a pulse": PlottedEstimate(0.1, -0.2, 0.4, 3), "without": PlottedEstimate(0.1, NAN, NAN, 2)}
     )
 
 
@@ -64,11 +64,11 @@ def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
 
 def references() -> Figure:
     pulse = {
-        "pulse": DrawnEstimate(0.4, 0.2, 0.6, 11),
-        "peak velocity": DrawnEstimate(0.56, 0.4, 0.7, 11),
-        "normal": DrawnEstimate(NAN, NAN, NAN, 0),
+        "pulse": PlottedEstimate(0.4, 0.2, 0.6, 11),
+        "peak velocity": PlottedEstimate(0.56, 0.4, 0.7, 11),
+        "normal": PlottedEstimate(NAN, NAN, NAN, 0),
     }
-    control = {"peak velocity": DrawnEstimate(0.38, None, None, 7), "pulse": DrawnEstimate(-0.1, -0.3, 0.1, 7)}
+    control = {"peak velocity": PlottedEstimate(0.38, None, None, 7), "pulse": PlottedEstimate(-0.1, -0.3, 0.1, 7)}
     return alignment_with_references_figure({"with": pulse, "without": control})
 
 
@@ -94,12 +94,12 @@ def test_references_are_dots_with_intervals_on_one_axis() -> None:
 
 def contrast() -> Figure:
     one, other = (
-        [DrawnEstimate(0.663), DrawnEstimate(1.0, 0.9, 1.0)],
-        [DrawnEstimate(0.669), DrawnEstimate(0.9, 0.8, 0.95)],
+        [PlottedEstimate(0.663), PlottedEstimate(1.0, 0.9, 1.0)],
+        [PlottedEstimate(0.669), PlottedEstimate(0.9, 0.8, 0.95)],
     )
     rows = ["all cases", "B/H 0.1"]
     return overturned_share_contrast_figure(
-        rows, {"with": one, "without": other}, [DrawnEstimate(-0.006), DrawnEstimate(0.1, 0.02, 0.15)]
+        rows, {"with": one, "without": other}, [PlottedEstimate(-0.006), PlottedEstimate(0.1, 0.02, 0.15)]
     )
 
 
@@ -128,6 +128,6 @@ def test_letters_are_7_points_at_the_printed_width(draw: object) -> None:
 
 
 def test_an_estimate_is_written_with_its_interval() -> None:
-    assert format_estimate(DrawnEstimate(-0.004, -0.2, 0.1)) == "0.00 (−0.20 to 0.10)"
-    assert format_estimate(DrawnEstimate(0.5, None, None)) == "0.50"
-    assert format_estimate(DrawnEstimate(None)) == "not known"
+    assert format_estimate(PlottedEstimate(-0.004, -0.2, 0.1)) == "0.00 (−0.20 to 0.10)"
+    assert format_estimate(PlottedEstimate(0.5, None, None)) == "0.50"
+    assert format_estimate(PlottedEstimate(None)) == "not known"

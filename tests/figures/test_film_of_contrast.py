@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.figures.drawn_case import DrawnIllustrativeCase, read_drawn_cases
+from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cases_with_figures
 from overturning.figures.illustrative import draw_illustrative_cases
 from overturning.study.cube import open_cube
 from tests.figures.test_film import unpack
@@ -14,7 +14,7 @@ from tests.study.small_study import cube_of, pulse, study
 
 
 @pytest.fixture(scope="module")
-def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[DrawnIllustrativeCase]]:
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[IllustrativeCaseWithFigures]]:
     """Return the folder of a study with and without vertical motion, and its cases; the ground rises with 0.6 g."""
     folder = tmp_path_factory.mktemp("contrast")
     level = pulse("a")
@@ -29,11 +29,11 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[DrawnIll
     record = replace(level, up=np.round(shaken, 9))
     cube, other = (cube_of(settings, [record], folder, name) for name in ("nominal", "level"))
     draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
-    return folder, read_drawn_cases(folder / "cases")
+    return folder, read_cases_with_figures(folder / "cases")
 
 
 def test_first_case_falls_in_one_setting_and_stands_in_the_other(
-    drawn: tuple[Path, list[DrawnIllustrativeCase]],
+    drawn: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
     folder, cases = drawn
     first = cases[0]
@@ -49,7 +49,9 @@ def test_first_case_falls_in_one_setting_and_stands_in_the_other(
     assert len(set(first.headings)) == 2
 
 
-def test_both_settings_have_the_same_motion_along_the_plane(drawn: tuple[Path, list[DrawnIllustrativeCase]]) -> None:
+def test_both_settings_have_the_same_motion_along_the_plane(
+    drawn: tuple[Path, list[IllustrativeCaseWithFigures]],
+) -> None:
     _, cases = drawn
     along, up = ([unpack(panel["traces"][row]["rows"][0]) for panel in cases[0].film["panels"]] for row in (0, 1))
     assert along[0] == pytest.approx(along[1])
@@ -57,7 +59,7 @@ def test_both_settings_have_the_same_motion_along_the_plane(drawn: tuple[Path, l
     assert not up[1].any()
 
 
-def test_strip_of_each_case_is_a_file(drawn: tuple[Path, list[DrawnIllustrativeCase]]) -> None:
+def test_strip_of_each_case_is_a_file(drawn: tuple[Path, list[IllustrativeCaseWithFigures]]) -> None:
     folder, cases = drawn
     for case in cases:
         assert (folder / "cases" / case.strip).stat().st_size > 1000

@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.alignment import fall_alignment_by_earthquake_figure
-from overturning.figures.answer import DrawnEstimate
+from overturning.figures.answer import PlottedEstimate
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
@@ -123,7 +123,7 @@ OBSERVED, COMPUTED = np.array([0.0, 3, 1, 0, 0, 1, 0, 0]), np.array([0.5, 1.5, 2
 
 
 def survey(count: int = 1) -> Figure:
-    share, computed = DrawnEstimate(0.6, 0.36, 0.81), DrawnEstimate(0.35, 0.2, 0.5)
+    share, computed = PlottedEstimate(0.6, 0.36, 0.81), PlottedEstimate(0.35, 0.2, 0.5)
     one = SurveyFigureData("survey.csv, S$1", OBSERVED, COMPUTED, 41.0, 250.0, share, computed)
     return survey_falls_figure([one] * count)
 
@@ -279,9 +279,11 @@ def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
 
 
 def test_a_survey_without_a_direction_or_a_standing_stone_has_no_mark_of_them() -> None:
-    nothing, unknown = np.zeros(8), DrawnEstimate(None)
+    nothing, unknown = np.zeros(8), PlottedEstimate(None)
     with project_style():
-        figure = survey_falls_figure([SurveyFigureData("a", nothing, nothing, None, None, unknown, DrawnEstimate(0.4))])
+        figure = survey_falls_figure(
+            [SurveyFigureData("a", nothing, nothing, None, None, unknown, PlottedEstimate(0.4))]
+        )
         rose, shares = figure.axes
         assert len(rose.lines) == 1
         assert [text.get_text() for text in rose.texts] == ["no fall in a\nknown direction"]

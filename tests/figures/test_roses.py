@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from overturning.figures.rose import FALLS, axis_interval_arcs_deg, fall_roses_by_group_figure
 from overturning.figures.style import INK, project_style
-from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import fall_rose, fall_rose_of_all_records
@@ -25,7 +25,7 @@ def earthquakes(count: int) -> xr.Dataset:
 
 
 def summary(axis: float, half_width: float) -> FallAxisSummary:
-    return FallAxisSummary(5, EarthquakeMean(5, NAN, NAN, NAN), axis, half_width, 5, 5)
+    return FallAxisSummary(5, MeanOverEarthquakes(5, NAN, NAN, NAN), axis, half_width, 5, 5)
 
 
 def drawn(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:

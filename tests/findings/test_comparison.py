@@ -7,9 +7,9 @@ import xarray as xr
 from overturning.findings.comparison import comparisons_with_second_computations, share_of_changed_cases
 from overturning.findings.contrast import angles_between_fall_axes_deg
 from overturning.study.convergence import (
-    Convergence,
-    ElementChanges,
-    RefinementOfChanges,
+    ChangesWithFinerSteps,
+    ConvergenceCheckResult,
+    OutcomeChangesOfElement,
     RerunResult,
     RigidComparison,
 )
@@ -32,13 +32,13 @@ def test_interval_of_a_share() -> None:
 
 
 def test_each_computation_has_its_shares() -> None:
-    one = ElementChanges(element="", **COUNTS)
+    one = OutcomeChangesOfElement(element="", **COUNTS)
     rigid = RigidComparison(element="", cells=102, **COUNTS)
-    found = Convergence(
+    found = ConvergenceCheckResult(
         seed=1, wanted=100, chosen=102, at_rest=0, cells=1000, computed=500, study_block_steps=1, cost=1.0, finer_by=8,
         stiffer_by=4.0, finer=RerunResult(block_steps=1, outcomes=[one]),
         stiffer=RerunResult(block_steps=0, outcomes=[], refused="too stiff"),
-        settling=RefinementOfChanges(changed=0, looked_at=0, settled=0, chaotic=0, block_steps=0), amplitude=None,
+        settling=ChangesWithFinerSteps(changed=0, looked_at=0, settled=0, chaotic=0, block_steps=0), amplitude=None,
         rigid=rigid,
     )  # fmt: skip
     finer, stiffer, exact = comparisons_with_second_computations(found)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from overturning.model.mesh import read_mesh_polyhedron
 from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_record_table
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import check_record_files, check_study_size
@@ -37,7 +37,7 @@ def test_records_as_text(folder: Path) -> None:
         paths = [folder / name for name in WHOLE[form][0]]
         for path, text in zip(paths, WHOLE[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
-        met(lambda: read_record_without_processing(paths, FileDeclarations(unit="gal")))
+        met(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
         st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode())) for form, (texts, _) in WHOLE.items()
@@ -63,7 +63,7 @@ def test_records_in_binary(folder: Path, form: str) -> None:
         path.write_bytes(content)
         met(
             lambda: read_record_without_processing(
-                [path] if form == "zip" else [path, other], FileDeclarations(unit="gal")
+                [path] if form == "zip" else [path, other], DeclaredFileProperties(unit="gal")
             )
         )
 

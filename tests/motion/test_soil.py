@@ -17,7 +17,7 @@ from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propaga
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import processing_entry_text, record_source_and_processing
-from overturning.records.site import Site
+from overturning.records.site import SoilSite
 from overturning.records.store import (
     read_record_from_motion_file,
     round_to_stored_precision,
@@ -91,19 +91,19 @@ def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="thickness_m"):
         Layer(thickness_m=0, velocity_m_s=200)
     with pytest.raises(ValidationError, match="layers"):
-        Site(layers=[], rock=ROCK)
+        SoilSite(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):
         propagate_through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
 
 
 def test_site_of_a_study_changes_the_motion() -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
-    done = process_record(PULSE, (), Site(layers=[soft], rock=ROCK))
+    done = process_record(PULSE, (), SoilSite(layers=[soft], rock=ROCK))
     alone = propagate_through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
     assert done.north == pytest.approx(alone.samples)
     assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
     assert "north converged" in processing_entry_text(done.processing[0])
-    linear = process_record(PULSE, (), Site(layers=[LAYER], rock=ROCK))
+    linear = process_record(PULSE, (), SoilSite(layers=[LAYER], rock=ROCK))
     assert np.abs(linear.north).max() > np.abs(done.north).max()
 
 
@@ -111,9 +111,9 @@ def test_borehole_motion_is_not_treated_as_outcrop() -> None:
     """As outcrop, a borehole motion would give a too weak surface motion: it contains downgoing waves."""
     deep = replace(PULSE, extra={"declared": ["borehole sensor"], "processed": True})
     with refused(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
-        process_record(deep, (), Site(layers=[LAYER], rock=ROCK))
-    within = process_record(deep, (), Site(layers=[LAYER], rock=ROCK, motion="within"))
-    outcrop = process_record(PULSE, (), Site(layers=[LAYER], rock=ROCK))
+        process_record(deep, (), SoilSite(layers=[LAYER], rock=ROCK))
+    within = process_record(deep, (), SoilSite(layers=[LAYER], rock=ROCK, motion="within"))
+    outcrop = process_record(PULSE, (), SoilSite(layers=[LAYER], rock=ROCK))
     assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
 
 

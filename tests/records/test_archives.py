@@ -11,7 +11,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.source import SourceFile, unpack_archive
 from tests.bounds import bounded
@@ -155,7 +155,7 @@ def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_
     ):
         text = SEARCH_RESULTS if table.startswith("_") else "Dear user, cite the data."
         path.write_bytes(zip_of({table: text.encode()} | files))
-        for declared in (None, FileDeclarations(format="peer-at2")):
+        for declared in (None, DeclaredFileProperties(format="peer-at2")):
             record = read_record_without_processing(path, declared)
             np.testing.assert_allclose([record.north, record.east], FORMS["peer"].north_east(*steps[:2]), atol=1e-8)
             assert record.notes == [f"{table} left out: {why}"]

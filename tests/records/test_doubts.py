@@ -5,7 +5,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.motion.plausible import clipped_sample_count_and_level, sampling_interval_doubts
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import record_source_and_processing
 from tests.expect import refused
@@ -33,7 +33,7 @@ def columns(path, *axes, time=TIME):
 
 def read_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
     return read_record_without_processing(
-        path, FileDeclarations(columns=declared, processed=more.pop("processed", True), **more)
+        path, DeclaredFileProperties(columns=declared, processed=more.pop("processed", True), **more)
     )
 
 

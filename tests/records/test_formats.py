@@ -13,7 +13,7 @@ from overturning.records.assembly import assemble_record
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files
 from overturning.records.component import direction_of_channel_code, parse_axis_direction
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.read import read_record, read_record_without_processing
 from overturning.records.record import Record, processing_label, record_source_and_processing
@@ -52,7 +52,7 @@ def put(folder, files: dict[str, str] | str, **declared) -> Record:
     files = {"x.txt": files} if isinstance(files, str) else files
     for name, text in files.items():
         (folder / name).write_text(text)
-    return read_record_without_processing([folder / name for name in files], FileDeclarations(**declared))
+    return read_record_without_processing([folder / name for name in files], DeclaredFileProperties(**declared))
 
 
 def check(record, north, east, up=None, rtol=1e-9):
@@ -96,7 +96,7 @@ def test_any_samples_written_are_read_back(form, samples):
     if form == "cosmos":
         samples = samples // 11  # F10.5 holds -999.9
     files = [SourceFile(name, text.encode()) for name, text in written.files(*samples).items()]
-    declared = FileDeclarations(vertical_sense="none", trust_data=True)
+    declared = DeclaredFileProperties(vertical_sense="none", trust_data=True)
     record = assemble_record(read_components(files, declared), "x", declared)
     north, east = written.north_east(*samples)
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-8 * max(1, np.abs(samples).max()))
@@ -790,7 +790,7 @@ def test_unlike_rates_parallel_axes_and_doubled_components_are_refused(tmp_path)
 def test_turning_there_and_back(samples, azimuth, left_handed, correction):
     """Motion along a sensor's axis is what that sensor recorded, whichever way the axes run."""
     azimuths = (azimuth, azimuth - 90 if left_handed else azimuth + 90)
-    declared = FileDeclarations(azimuths_deg=azimuths, correction_deg=correction, trust_data=True)
+    declared = DeclaredFileProperties(azimuths_deg=azimuths, correction_deg=correction, trust_data=True)
     files = [SourceFile(name, text.encode()) for name, text in pair(*samples, intervals=(0.01, 0.01)).items()]
     record = assemble_record(read_components(files, declared), "x", declared)
     for along, expected in zip(np.radians(np.add(azimuths, correction)), samples, strict=True):

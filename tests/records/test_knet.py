@@ -11,7 +11,7 @@ from overturning.cli import app
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import checked_header_peak_difference
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats import knet
 from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_record_without_processing
@@ -35,12 +35,12 @@ def test_surface_and_borehole_are_distinguished_and_have_their_own_gains(tmp_pat
     )
     surface = read_record_without_processing([*deep, *top])
     np.testing.assert_allclose(surface.north, UP * 7845 / 8223790 * 0.01, rtol=1e-12)
-    borehole = read_record_without_processing([*top, *deep], FileDeclarations(sensor="borehole"))
+    borehole = read_record_without_processing([*top, *deep], DeclaredFileProperties(sensor="borehole"))
     np.testing.assert_allclose(borehole.north, NORTH * 3920 / 6182761 * 0.01, rtol=1e-12)
     assert surface.sampling_interval == 0.005
     assert surface.station == "TTRH02"
     with pytest.raises(RecordError, match="borehole"):
-        read_record_without_processing(top, FileDeclarations(sensor="borehole"))
+        read_record_without_processing(top, DeclaredFileProperties(sensor="borehole"))
     assert surface.notes == []  # the other sensor gives a separate record
     mixed = read_record_without_processing(
         [*(path for path in top if ".UD" not in path.name), *(p for p in deep if ".UD" in p.name)]
@@ -112,7 +112,7 @@ def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
             record = read_record(RecordEntry(id="x", format=declared, source="TST0010102031305"), folder)
             assert record.source == f"{name} TST0010102031305"
         with refused(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
-            read_record_without_processing(first, FileDeclarations(format="k-net" if kik else "geonet"))
+            read_record_without_processing(first, DeclaredFileProperties(format="k-net" if kik else "geonet"))
     with refused(MissingDataError, "TST001.NS, TST001.EW, TST001.UD (or"):
         read_record(RecordEntry(id="x", format="k-net", source="TST001"), tmp_path)
 

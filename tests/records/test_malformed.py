@@ -13,7 +13,7 @@ import pytest
 
 from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble_record
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record
@@ -22,7 +22,7 @@ from tests.bounds import bounded
 from tests.records.malformed_corpus import COUNTS, UNCOUNTED, WHOLE, corpus
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
-OPTIONS = FileDeclarations(unit="gal")
+OPTIONS = DeclaredFileProperties(unit="gal")
 
 CORPUS = {form: dict(corpus(form)) for form in WHOLE}
 

@@ -5,7 +5,7 @@ import pytest
 
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record, read_record_without_processing
 from tests.records.record_writers import peer_text
 
@@ -29,6 +29,6 @@ def test_a_vertical_component_that_is_left_out_is_named(tmp_path, names):
     entry = RecordEntry(id="x", source=" ".join(path.name for path in paths[:2]))
     assert note in read_record(entry, tmp_path).notes
     assert note not in read_record_without_processing(paths).notes
-    assert note not in read_record_without_processing(paths[:2], FileDeclarations(vertical_sense="none")).notes
+    assert note not in read_record_without_processing(paths[:2], DeclaredFileProperties(vertical_sense="none")).notes
     paths[2].unlink()
     assert read_record_without_processing(paths[:2]).notes == []

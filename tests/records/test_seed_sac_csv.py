@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_records_in_files, format_record_check
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import find_format_by_name
 from overturning.records.read import read, read_record, read_record_without_processing
@@ -73,7 +73,7 @@ def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
         read_record_without_processing([waves, metadata])
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HHE", E, 90.0))]
     with refused(RecordError, "components of 'HN' and 'HH'"):
-        read_record_without_processing(paths, FileDeclarations(unit="gal"))
+        read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
 def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
@@ -91,7 +91,7 @@ def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
     ]
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 270.0), ("HN2", E, 0.0))]
     metadata.unlink()
-    (note,) = read_record_without_processing(paths, FileDeclarations(unit="gal")).notes
+    (note,) = read_record_without_processing(paths, DeclaredFileProperties(unit="gal")).notes
     assert note == "channel HNN is taken at 270°, as its header says; its code says north"
 
 
@@ -118,8 +118,8 @@ def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path
         struct.pack_into(code, header, 4 * word, value)
     paths[1].write_bytes(bytes(header))
     with refused(RecordError, why, "--trust-data"):
-        read_record_without_processing(paths, FileDeclarations(unit="gal"))
-    trusting = read_record_without_processing(paths, FileDeclarations(unit="gal", trust_data=True))
+        read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
+    trusting = read_record_without_processing(paths, DeclaredFileProperties(unit="gal", trust_data=True))
     assert why in trusting.extra["trusted"][0]
 
 
@@ -130,7 +130,7 @@ def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
     with refused(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
         read_record_without_processing(path)
-    trusting = read_record_without_processing(path, FileDeclarations(trust_data=True))
+    trusting = read_record_without_processing(path, DeclaredFileProperties(trust_data=True))
     assert trusting.samples == 100
     assert all("breaks off" in why for why in trusting.extra["trusted"])
     path = write_mseed(
@@ -204,7 +204,7 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     ]
     with pytest.raises(RecordError, match="unit"):
         read_record_without_processing(paths)
-    record = read_record_without_processing(paths, FileDeclarations(unit="gal"))
+    record = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
     c, s = np.cos(np.radians(332)), np.sin(np.radians(332))
     np.testing.assert_allclose(record.north, (N * c - E * s) / 1e7, atol=1e-7)
     np.testing.assert_allclose(record.up, Z / 1e7, atol=1e-8)
@@ -225,14 +225,14 @@ def test_the_origin_of_a_sac_file_is_relative_to_its_reference_time(tmp_path):
         for word, value in ((5, 3.0), (7, 1.0)):
             header[4 * word : 4 * word + 4] = struct.pack("<f", value)
         path.write_bytes(bytes(header))
-    record = read_record_without_processing(paths, FileDeclarations(unit="gal"))
+    record = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
     first, origin = (np.datetime64(text.rstrip("Z")) for text in (record.start, record.extra["origin_time"]))
     assert first - origin == np.timedelta64(2, "s")
     for path in paths:  # without a reference time (words 70 to 75) both are unknown
         header = bytearray(path.read_bytes())
         header[280:304] = struct.pack("<6i", *[-12345] * 6)
         path.write_bytes(bytes(header))
-    undated = read_record_without_processing(paths, FileDeclarations(unit="gal"))
+    undated = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
     assert undated.start is None
     assert "origin_time" not in undated.extra
 
@@ -242,11 +242,11 @@ def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sens
     files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]
     files.append(write_inventory(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
     other = "surface" if sensor == "borehole" else "borehole"
-    assert read_record_without_processing(files, FileDeclarations(sensor=sensor)).station == (
+    assert read_record_without_processing(files, DeclaredFileProperties(sensor=sensor)).station == (
         "TST1" if sensor == "surface" else "TST1 (borehole)"
     )
     with pytest.raises(RecordError, match=f"is of the {sensor} sensor of TST1; declare it"):
-        read_record_without_processing(files, FileDeclarations(sensor=other))
+        read_record_without_processing(files, DeclaredFileProperties(sensor=other))
 
 
 @pytest.mark.parametrize(
@@ -264,7 +264,7 @@ def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, station
     with refused(RecordError, "a.mseed", *words):
         read_record_without_processing(files)
     if "HHN" in channels:
-        assert read_record_without_processing(files, FileDeclarations(unit="m/s2")).station == "TST1"
+        assert read_record_without_processing(files, DeclaredFileProperties(unit="m/s2")).station == "TST1"
 
 
 @pytest.mark.parametrize(
@@ -278,7 +278,7 @@ def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key
         trace.stats.sac[key] = value
         trace.write(str(path), format="SAC")
     with refused(RecordError, "a.HNE.sac" if key == "idep" else "a.HN", words):
-        read_record_without_processing(path, FileDeclarations(unit="m/s2"))
+        read_record_without_processing(path, DeclaredFileProperties(unit="m/s2"))
 
 
 @pytest.mark.parametrize(
@@ -293,7 +293,7 @@ def test_sac_other_than_even_accelerations_is_refused(tmp_path, word, value, wor
         struct.pack_into("<i", header, 4 * word, value)
         path.write_bytes(bytes(header))
     with refused(RecordError, "HNN.sac", words, "by its header"):
-        read_record_without_processing(paths, FileDeclarations(unit="gal"))
+        read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
@@ -311,13 +311,13 @@ def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
 def test_the_scale_in_a_sac_header_is_not_applied_with_a_note(tmp_path):
     """Header word 3, SCALE, is not used by SAC itself; obspy multiplies by it."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
-    plain = read_record_without_processing(paths, FileDeclarations(unit="gal"))
+    plain = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
     assert plain.notes == []
     for path in paths:
         header = bytearray(path.read_bytes())
         struct.pack_into("<f", header, 4 * 3, 0.5)
         path.write_bytes(bytes(header))
-    scaled = read_record_without_processing(paths, FileDeclarations(unit="gal"))
+    scaled = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
     np.testing.assert_array_equal(scaled.north, plain.north)
     told = "its header's SCALE, 0.5, is not applied: samples are in gal, as declared"
     assert scaled.notes == [f"{name}.sac: {told}" for name in ("HNN", "HNE")]
@@ -341,7 +341,7 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
     data[632:] = (np.frombuffer(bytes(data[632:]), "<f4") * 2).astype("<f4").tobytes()
     path.write_bytes(bytes(data))
     with pytest.raises(RecordError, match="states a peak"):
-        read_record_without_processing([path, other], FileDeclarations(unit="gal"))
+        read_record_without_processing([path, other], DeclaredFileProperties(unit="gal"))
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
@@ -389,7 +389,7 @@ def test_columns_that_contradict_the_declaration_are_refused(tmp_path, text, col
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
         read_record_without_processing(
-            path, FileDeclarations(columns=columns, sampling_interval_s=interval, processed=True)
+            path, DeclaredFileProperties(columns=columns, sampling_interval_s=interval, processed=True)
         )
 
 
@@ -420,7 +420,9 @@ def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, 
     """Regression: east declared as north was accepted without a note, although the heading contradicted it."""
     path = tmp_path / "x.csv"
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
-    record = read_record_without_processing(path, FileDeclarations(columns="time:s north:gal 90:gal", processed=True))
+    record = read_record_without_processing(
+        path, DeclaredFileProperties(columns="time:s north:gal 90:gal", processed=True)
+    )
     assert record.notes == [f"x.csv: the column under {why}, as declared" for why in told]
 
 
@@ -439,7 +441,7 @@ def test_a_line_of_text_with_another_unit_is_noted(tmp_path, line, unit):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     record = read_record_without_processing(
-        path, FileDeclarations(columns="time:s north:gal east:gal skip skip skip", processed=True)
+        path, DeclaredFileProperties(columns="time:s north:gal east:gal skip skip skip", processed=True)
     )
     told = [f"x.txt: the line {line.lstrip('#% ')!r} names {unit}; columns are taken in gal, as declared"]
     assert record.notes == (told if unit else [])
@@ -451,7 +453,7 @@ def test_a_line_of_text_with_another_quantity_is_refused(tmp_path, line):
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     with refused(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
         read_record_without_processing(
-            path, FileDeclarations(columns="time:s north:gal east:gal skip skip skip", processed=True)
+            path, DeclaredFileProperties(columns="time:s north:gal east:gal skip skip skip", processed=True)
         )
 
 
@@ -475,7 +477,9 @@ def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings
     rows = [separator.join(map(str, (n, n * n % 7, -2 * n, 3 * n))) for n in range(250)]
     path = tmp_path / "x.bbp"
     path.write_text("\n".join([*headings.split("\n"), *rows]) + "\n")
-    record = read_record_without_processing(path, FileDeclarations(columns=columns, processed=True, trust_data=True))
+    record = read_record_without_processing(
+        path, DeclaredFileProperties(columns=columns, processed=True, trust_data=True)
+    )
     said = [note for note in record.notes if "as declared" in note]
     assert [
         note for note, text in zip(said, dict.fromkeys(told), strict=False) if f"under {text!r} is" not in note
@@ -495,10 +499,10 @@ def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, 
     path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))
     declared = {"columns": "time:s north:gal east:gal", "processed": True}
     with refused(RecordError, "a.vel.bbp", "north in gal is declared", "--trust-data"):
-        read_record_without_processing(path, FileDeclarations(**declared))
+        read_record_without_processing(path, DeclaredFileProperties(**declared))
     assert any(
         "trusted although" in note
-        for note in read_record_without_processing(path, FileDeclarations(**declared, trust_data=True)).notes
+        for note in read_record_without_processing(path, DeclaredFileProperties(**declared, trust_data=True)).notes
     )
 
 
@@ -510,8 +514,8 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
             text = "".join(f"{v!r}\n" for v in (samples * (1 + (stem == "b"))).tolist())
             (tmp_path / f"{stem}_{axis}.txt").write_text(text)
     given_ = {"sampling_interval_s": 0.01, "processed": True}
-    exact = FileDeclarations(columns="a_n.txt=north:gal a_e.txt=east:gal a_z.txt=down:gal", **given_)
-    starred = FileDeclarations(columns="*_n.txt=north:gal *_e.txt=east:gal *_z.txt=down:gal", **given_)
+    exact = DeclaredFileProperties(columns="a_n.txt=north:gal a_e.txt=east:gal a_z.txt=down:gal", **given_)
+    starred = DeclaredFileProperties(columns="*_n.txt=north:gal *_e.txt=east:gal *_z.txt=down:gal", **given_)
     three = [tmp_path / f"a_{axis}.txt" for axis in "zne"]
     for paths, declared in (([three[1]], exact), (three, exact), (three, starred)):
         record = read_record_without_processing(paths, declared)
@@ -532,7 +536,7 @@ def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
         lines = ["STATION X", "ACCELERATION, 403 VALUES", *("".join(cells[i : i + 8]) for i in range(0, 403, 8))]
         (tmp_path / f"{axis}.dat").write_text("\n".join(lines) + "\n")
     columns = f"n.dat=north:gal{word} e.dat=east:gal{word}"
-    declared = FileDeclarations(columns=columns, sampling_interval_s=0.01, processed=True, trust_data=True)
+    declared = DeclaredFileProperties(columns=columns, sampling_interval_s=0.01, processed=True, trust_data=True)
     record = read_record_without_processing([tmp_path / "n.dat", tmp_path / "e.dat"], declared)
     np.testing.assert_allclose(record.north, np.round(N[:403] / 1e3, 3) / 100, rtol=1e-12)
     np.testing.assert_allclose(record.east, np.round(E[:403] / 1e3, 3) / 100, rtol=1e-12)
@@ -543,7 +547,7 @@ def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
 def test_any_columns_are_read_back(samples, data):
     unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
     text = "".join(f"{a!r},{b!r}\n" for a, b in (samples.T / 10).tolist())
-    declared = FileDeclarations(columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True)
+    declared = DeclaredFileProperties(columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True)
     for component, expected in zip(read_components([SourceFile("x", text.encode())], declared), samples, strict=True):
         np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
 
@@ -558,7 +562,7 @@ def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
     folder = tmp_path_factory.mktemp("mseed")
     metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)})
     paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
-    (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], FileDeclarations())
+    (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], DeclaredFileProperties())
     np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)
     assert component.sampling_interval == pytest.approx(1 / rate)
 
@@ -567,6 +571,6 @@ def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
 @given(arrays(np.float32, st.integers(2, 60), elements=st.floats(-1e4, 1e4, width=32)), st.floats(0, 359))
 def test_any_sac_is_read_back(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
-    (component,) = read_components([SourceFile("x.sac", path.read_bytes())], FileDeclarations(unit="gal"))
+    (component,) = read_components([SourceFile("x.sac", path.read_bytes())], DeclaredFileProperties(unit="gal"))
     np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)
     assert component.azimuth_deg == pytest.approx(azimuth, rel=1e-6)

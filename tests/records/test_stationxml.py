@@ -10,7 +10,7 @@ from obspy.core.inventory.response import CoefficientsTypeResponseStage, PolesZe
 
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import _gain_ratio, acceleration_unit_in_m_s2, is_velocity_unit
 from overturning.records.read import read_record_without_processing
 from tests.expect import refused
@@ -124,7 +124,7 @@ def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
     what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
     with refused(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
         read_record_without_processing(waves)
-    record = read_record_without_processing(waves, FileDeclarations(trust_data=True))
+    record = read_record_without_processing(waves, DeclaredFileProperties(trust_data=True))
     np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
     assert record.extra["trusted"][:2] == [f"x.mseed: channel XX.TST1..{code} {what}" for code in ("HNE", "HNN")]
 
@@ -140,7 +140,7 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
     what = "has 2 epochs in the StationXML that fit"
     with refused(RecordError, f"HNE {what}", f"HNN {what}", "gain 100000", "1990-01-01", "gain 400000", "--trust-data"):
         read_record_without_processing(waves)
-    trusted = read_record_without_processing(waves, FileDeclarations(trust_data=True))
+    trusted = read_record_without_processing(waves, DeclaredFileProperties(trust_data=True))
     np.testing.assert_allclose(trusted.north, N / 4e5, rtol=1e-12)  # gain of the epoch that began last
     assert all(what in text for text in trusted.extra["trusted"][:2])
     for channel in older[0][0]:
@@ -165,7 +165,7 @@ def test_epoch_ending_within_the_trace_is_refused(tmp_path):
     with refused(RecordError, "HNN changes in the StationXML while it records", "gain 100000", "gain 400000"):
         read_record_without_processing(waves)
     np.testing.assert_allclose(
-        read_record_without_processing(waves, FileDeclarations(trust_data=True)).north, N / 1e5, rtol=1e-12
+        read_record_without_processing(waves, DeclaredFileProperties(trust_data=True)).north, N / 1e5, rtol=1e-12
     )
 
 
@@ -249,7 +249,7 @@ def test_an_unknown_orientation_is_not_read_as_north(tmp_path, text):
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     with refused(RecordError, "axis 'HNE', 'HNN' says nothing about north"):
         read_record_without_processing(waves)
-    record = read_record_without_processing(waves, FileDeclarations(azimuths_deg=(90.0, 0.0)))
+    record = read_record_without_processing(waves, DeclaredFileProperties(azimuths_deg=(90.0, 0.0)))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, Z / 4e5, rtol=1e-12)
     assert sum(f"the StationXML says {text!r}" in note for note in record.notes) == 2
@@ -261,11 +261,11 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
         for code, x in zip(CHANNELS, (N, E, Z), strict=True)
     }
-    record = read_record_without_processing(files["HNE"], FileDeclarations(unit="gal"))
+    record = read_record_without_processing(files["HNE"], DeclaredFileProperties(unit="gal"))
     for samples, truth in zip(record.components, (N, E, Z), strict=True):
         np.testing.assert_allclose(samples, truth / 1e7, atol=1e-8)
     assert sum("its header states no direction (CMPAZ, CMPINC); the code of channel" in x for x in record.notes) == 3
-    turned = read_record_without_processing(files["HNE"], FileDeclarations(unit="gal", azimuths_deg=(0.0, 90.0)))
+    turned = read_record_without_processing(files["HNE"], DeclaredFileProperties(unit="gal", azimuths_deg=(0.0, 90.0)))
     np.testing.assert_allclose(turned.north, E / 1e7, atol=1e-8)
     assert "axis 'HNE' is taken at 0°, as declared; its file says 90°" in turned.notes
     assert "axis 'HNN' is taken at 90°, as declared; its file says 0°" in turned.notes
@@ -280,7 +280,7 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
 def test_codes_that_name_no_axis_stay_unknown(tmp_path):
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, None, None) for c, x in (("HN1", N), ("HN2", E))]
     with refused(RecordError, "axis 'HN1', 'HN2' says nothing about north"):
-        read_record_without_processing(paths, FileDeclarations(unit="gal"))
+        read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
 def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
@@ -310,17 +310,17 @@ def test_two_bands_of_one_sensor_are_two_records(tmp_path):
 def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
     write_inventory(tmp_path / "other.xml", CHANNELS, station="OTHER")
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
-    (finding,) = check_records_in_files([tmp_path], FileDeclarations(unit="gal"))
+    (finding,) = check_records_in_files([tmp_path], DeclaredFileProperties(unit="gal"))
     np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
     np.testing.assert_allclose(
-        read_record_without_processing(paths[0], FileDeclarations(unit="gal")).east, E / 1e7, atol=1e-8
+        read_record_without_processing(paths[0], DeclaredFileProperties(unit="gal")).east, E / 1e7, atol=1e-8
     )
     with refused(RecordError, "HNN", "is not in the StationXML given"):
         read_record_without_processing([*paths, tmp_path / "other.xml"])
     # Its own goes before the declaration, as ever.
     write_inventory(tmp_path / "own.xml", CHANNELS, gain=1e3)
     np.testing.assert_allclose(
-        read_record_without_processing(paths[0], FileDeclarations(unit="gal")).north, N / 1e8, rtol=1e-6
+        read_record_without_processing(paths[0], DeclaredFileProperties(unit="gal")).north, N / 1e8, rtol=1e-6
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from tests.records.record_writers import (
     cosmos_text,
     csmip_pairs_text,
@@ -46,7 +46,7 @@ class Written:
     interval: float
     stated: dict[str, Any] = field(default_factory=dict)  # expected fields of the record, or of its ``extra``
     peak: bool = True  # whether the header states it
-    declared: FileDeclarations | None = None
+    declared: DeclaredFileProperties | None = None
 
     def files(self, *samples: np.ndarray) -> dict[str, str]:
         """Names and contents of the files of a record, of whole numbers of steps."""
@@ -90,7 +90,7 @@ def at2(header: str) -> Callable[..., dict[str, str]]:
     return each(text, x228__AT2={"axis": "228"}, x318__AT2={"axis": "318"}, x_UP__AT2={"axis": "UP"})
 
 
-UP = FileDeclarations(vertical_sense="up")
+UP = DeclaredFileProperties(vertical_sense="up")
 GEONET = coded("x.V2A", geonet_text, ("N28W", 332), ("S62W", 242), ("Up", 0), interval=0.02)
 GEONET_RAW = coded("x.V1A", geonet_text, ("N28W", 332), ("S62W", 242), ("Up", 0), interval=0.02, corrected=False)
 SMC = each(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.figures.drawn_case import read_drawn_cases
+from overturning.figures.drawn_case import read_cases_with_figures
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
@@ -163,7 +163,7 @@ def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], ho
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
     assert page["sorted"] == ["30", "2,000", "12,345"]
     assert page["opened"]
-    assert page["films"] == len(read_drawn_cases(hostile / "figures" / "illustrative")) >= 1
+    assert page["films"] == len(read_cases_with_figures(hostile / "figures" / "illustrative")) >= 1
     assert page["title"] == BAD
     assert "hurt" not in page
     # On a phone only scrollable elements are wider than the screen.

@@ -7,7 +7,7 @@ import pytest
 
 from overturning.findings.collect import Findings
 from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, record_processing
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record, record_source_and_processing
 from overturning.report.page import report_page
@@ -24,7 +24,7 @@ ACROSS = np.sin(2 * np.pi * 1.3 * TIME) * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
 def record_of(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
     """Return the record of a file with two columns, read with declared columns."""
     np.savetxt(path, np.column_stack([TIME, north, ACROSS]), fmt="%.9g", delimiter=",")
-    given = FileDeclarations(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
+    given = DeclaredFileProperties(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
     return read_record_without_processing(path, given)
 
 

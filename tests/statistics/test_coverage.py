@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from scipy.special import iv
 
-from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
     FallAxisSummary,
     fall_axes_by_group,
@@ -36,7 +36,7 @@ class DataSet(NamedTuple):
     """Summaries of both groups by name, and optionally their difference."""
 
     groups: dict[str, FallAxisSummary]
-    difference: EarthquakeMean | None
+    difference: MeanOverEarthquakes | None
 
 
 def rule_of(axes_deg: np.ndarray, half_width: int) -> Rule:

@@ -12,7 +12,7 @@ from overturning.dem.block.rigid import rocking
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.criteria import (
     CRITERIA,
     PULSE_VALID,
@@ -120,7 +120,7 @@ def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     assert found is not None
     west, *others, blind = found.rules
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
-    assert (west.skill, west.within) == (EarthquakeMean(8, 1.0, 1.0, 1.0),) * 2
+    assert (west.skill, west.within) == (MeanOverEarthquakes(8, 1.0, 1.0, 1.0),) * 2
     assert all(one.skill.value < 1 and one.within.value < 1 for one in others)
     # Within a block only the motion differs, so a rule without motion has no skill.
     assert blind.within.value == pytest.approx(0.0)

@@ -13,7 +13,7 @@ from overturning.figures.explore import explorer_page_data
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.findings.exactness import ensemble_findings
 from overturning.model.falls import model_of_cube
-from overturning.settings import Ensemble, Population
+from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.statistics.earthquakes import fall_axes_by_earthquake
 from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
@@ -60,7 +60,7 @@ def of_roses(cube: xr.Dataset) -> list[float]:
 
 
 def of_the_ensemble(cube: xr.Dataset) -> object:
-    study = SimpleNamespace(ensemble=Ensemble())
+    study = SimpleNamespace(ensemble=EnsembleSettings())
     results = SimpleNamespace(cube=cube, model=model_of_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
@@ -72,9 +72,9 @@ def of_prediction(cube: xr.Dataset) -> np.ndarray:
 
 
 THE_SAME = {
-    "population": lambda cube: population_rates_by_record(cube, Population(stones=256)),
+    "population": lambda cube: population_rates_by_record(cube, StonePopulation(stones=256)),
     "population that faces 250": lambda cube: population_rates_by_record(
-        cube, Population(stones=64, face=250, face_spread=0)
+        cube, StonePopulation(stones=64, face=250, face_spread=0)
     ),
     "falls": fall_counts_towards_azimuths,
     "blocks that only just fall": informative_block_mask,
@@ -111,7 +111,7 @@ def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
     cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)
     cube["overturning_time"] = cube["overturned"].where(cube["overturned"] != 0)
     rates = {
-        face: population_rates_by_record(cube, Population(face=face, face_spread=0, stones=64))
+        face: population_rates_by_record(cube, StonePopulation(face=face, face_spread=0, stones=64))
         for face in (250, 175, 245)
     }
     assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
@@ -152,7 +152,7 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
     half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SiteFallPrediction(half, background=0).fall_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
-    unknown = {face: population_rates_by_record(half, Population(face=face, face_spread=0, stones=64))["unknown"]
+    unknown = {face: population_rates_by_record(half, StonePopulation(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
     flags = extend_cells_to_full_circle(half)["overturned"]

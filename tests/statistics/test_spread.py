@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multinomial
 
-from overturning.settings import Ensemble
+from overturning.settings import EnsembleSettings
 from overturning.statistics.spread import runs_disagree_on_fall, runs_fall_to_both_sides, unbiased_first_batch_statistic
 from overturning.study.ensemble import fall_probabilities_converged
 
@@ -15,7 +15,7 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
 
     Counted over the runs of each cell, its stopping is part of the share: 0.48 in place of 0.34 for (0.1, 0.85).
     """
-    cells, settings = 20_000, Ensemble()
+    cells, settings = 20_000, EnsembleSettings()
     towards, away = chances
     generator = np.random.default_rng(11)
     values = np.array([1, -1, 0], np.int8)
@@ -39,13 +39,13 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
     assert np.isnan(unbiased_first_batch_statistic(runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
     assert unbiased_first_batch_statistic(
-        runs_disagree_on_fall, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)
+        runs_disagree_on_fall, [1 / 16], [0.0], [16], EnsembleSettings(members=16, half_width=0.0)
     ) == pytest.approx(0.5)
     assert unbiased_first_batch_statistic(
-        runs_disagree_on_fall, [1 / 15], [0.0], [15], Ensemble(members=16)
+        runs_disagree_on_fall, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
     ) == pytest.approx(8 / 15)
     many = unbiased_first_batch_statistic(
-        runs_disagree_on_fall, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0)
+        runs_disagree_on_fall, [1 / 400], [0.0], [400], EnsembleSettings(members=400, half_width=0.0)
     )
     assert many == pytest.approx(8 / 400)
 

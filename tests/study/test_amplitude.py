@@ -17,7 +17,7 @@ from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_cell_sample
 from overturning.study.scenes import numerics_of_study
-from overturning.study.sections import Verification
+from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
 from tests.expect import refused
 from tests.study.small_study import cube_of, pulse
@@ -81,7 +81,7 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
 def test_a_recheck_finds_every_factor_the_same_and_a_sample_is_as_recorded(cubes: dict[str, Path]) -> None:
     found = recheck(cubes["three"], cell_count=72)
     assert (found.of, found.cells, found.is_identical) == (72, 72, True)
-    samples = [read_cell_sample(cubes[name], Verification(at_least=12)) for name in ("one", "three")]
+    samples = [read_cell_sample(cubes[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
 
 

@@ -15,7 +15,7 @@ from overturning.study.document import (
 )
 from overturning.study.load import load_study, load_study_from_file_or_json, record_table_rows, study_from_content
 from overturning.study.scenes import variant_contact
-from overturning.study.values import AzimuthRange, Range
+from overturning.study.values import AzimuthRange, ValueRange
 from tests.expect import refused
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -24,7 +24,7 @@ SPACE = {"body": {"aspect": [1, 2]}, "orientation": {"step": 45}, "b_over_h": [0
 
 
 def test_range_includes_its_stop_without_rounding_dust() -> None:
-    assert Range(start=0.1, stop=0.6, step=0.05).expand_values() == tuple(n / 20 for n in range(2, 13))
+    assert ValueRange(start=0.1, stop=0.6, step=0.05).expand_values() == tuple(n / 20 for n in range(2, 13))
 
 
 def test_azimuths_exclude_360_and_include_additional_ones() -> None:

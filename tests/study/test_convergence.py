@@ -24,7 +24,7 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision
-from overturning.settings import Ensemble
+from overturning.settings import EnsembleSettings
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, empty_case_outcomes
 from overturning.study.convergence import read_convergence_result
 from overturning.study.convergence_check import case_rerun_functions, check_convergence
@@ -34,7 +34,7 @@ from overturning.study.load import study_from_content
 from overturning.study.sample import CellSample, choose_random_cells, read_cell_sample, read_rigid_block_sample
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
-from overturning.study.sections import Verification
+from overturning.study.sections import ConvergenceCheckSettings
 from tests.dem.near_field import strong_part
 from tests.study.small_study import cube_of, study
 
@@ -74,15 +74,17 @@ def test_comparison_counts_each_kind_of_change_once() -> None:
 def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
     computed = np.ones((10, 1, 20, 2), bool)
     computed[5:] = False
-    record, cells = choose_random_cells(Verification(share=0.1, at_least=7), 3, computed)
+    record, cells = choose_random_cells(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
     assert len(record) == round(0.1 * 3 * 400)
     assert computed[tuple(cells.T)].all()
     assert len(np.unique(np.column_stack([record, cells]), axis=0)) == len(cells)
-    fewer = choose_random_cells(Verification(share=0.001, at_least=50), 3, computed)
+    fewer = choose_random_cells(ConvergenceCheckSettings(share=0.001, at_least=50), 3, computed)
     assert len(fewer[0]) == 50
     np.testing.assert_array_equal(fewer[1], cells[:50], "a first part of the order is a choice too")
-    assert len(choose_random_cells(Verification(at_least=10_000), 3, computed)[0]) == 600, "all of a small study"
-    other = choose_random_cells(Verification(share=0.1, seed=2), 3, computed)
+    assert len(choose_random_cells(ConvergenceCheckSettings(at_least=10_000), 3, computed)[0]) == 600, (
+        "all of a small study"
+    )
+    other = choose_random_cells(ConvergenceCheckSettings(share=0.1, seed=2), 3, computed)
     assert not np.array_equal(other[1], cells)
 
 
@@ -109,8 +111,8 @@ class Swept:
 
 def swept(settings: Study, records: list[Record], folder: Path) -> Swept:
     """All of a small study, without an ensemble, and its sample as the rule draws it from the cube."""
-    alone = settings.model_copy(update={"ensemble": Ensemble(members=0)})
-    assert isinstance(settings.verification, Verification)
+    alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
+    assert isinstance(settings.verification, ConvergenceCheckSettings)
     return Swept(records, read_cell_sample(cube_of(alone, records, folder), settings.verification))
 
 
@@ -377,7 +379,7 @@ def test_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
     given |= {"probability_towards": towards.reshape(shape), "probability_away": away.reshape(shape)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
-    sample = read_cell_sample(tmp_path / "cube.nc", Verification(at_least=5))
+    sample = read_cell_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
     apart = dict(zip(sample.index[:, 0].tolist(), sample.apart[:, 0].tolist(), strict=True))
@@ -396,7 +398,7 @@ def test_3d_members_disagree_if_their_directions_spread(tmp_path: Path) -> None:
     given |= {"members": np.full(shape, 8, np.int16)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
-    sample = read_cell_sample(tmp_path / "cube.nc", Verification(at_least=5))
+    sample = read_cell_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     place = np.argsort(sample.index[:, 0])
     assert sample.divided[place, 0].tolist() == [False, False, False, True, False]
     assert sample.apart[place, 0].tolist() == [False, False, True, True, False]

@@ -27,7 +27,7 @@ from overturning.study.load import load_study, load_study_from_file_or_json, stu
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
-from overturning.study.sections import Verification
+from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
 from tests.study.small_study import cube_of
 
@@ -161,7 +161,7 @@ def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
 
 
 def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study) -> None:
-    assert isinstance(settings.verification, Verification)
+    assert isinstance(settings.verification, ConvergenceCheckSettings)
     sample = read_cell_sample(cube_file, settings.verification)
     assert sample.index.shape == (6, 5)
     done = replace(sample, block_steps=10_000_000)

@@ -8,7 +8,7 @@ from scipy.stats import binomtest, chisquare
 
 from overturning.errors import ArgumentError
 from overturning.findings.surveys import survey_findings
-from overturning.settings import Population
+from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
 from overturning.surveys.population import population_rates_by_record
@@ -131,7 +131,7 @@ def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, sid
     assert prediction.fall_sector_probabilities(front, side) == pytest.approx(counts / counts.sum())
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
-        stones = Population(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
+        stones = StonePopulation(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
         octants = population_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
         assert prediction.octant_from_sector_probabilities(
             prediction.fall_sector_probabilities(front)

@@ -14,7 +14,7 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_record_to_motion_file
 from overturning.report.drawings import draw_posterior
-from overturning.settings import Population
+from overturning.settings import StonePopulation
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
 from overturning.surveys.library import (
@@ -63,7 +63,7 @@ def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], thr
 
 @pytest.fixture
 def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
-    monkeypatch.setattr(computed, "simulate_outcomes_at_nodes", ruled)
+    monkeypatch.setattr(computed, "simulate_outcomes_of_sizes", ruled)
     kinds = [StoneKind(*size, 0.0) for size in SIZES]
     return SurveyInversion(StoneOutcomeProbabilities([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
 
@@ -203,7 +203,7 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion: SurveyInversi
     assert not inferred_motion_findings(answer, [column(SIZES[0])]).sizes_assumed
     found = inferred_motion_findings(answer, [column(SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
-    heights, shapes = (StoneKind.from_stone(one).size_grid_weights(Population()) for one in (tall, shaped))
+    heights, shapes = (StoneKind.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
 
@@ -281,7 +281,7 @@ def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         calls.append(len(nodes))
         return ruled(one, aspect, nodes, threads)
 
-    monkeypatch.setattr(computed, "simulate_outcomes_at_nodes", counting)
+    monkeypatch.setattr(computed, "simulate_outcomes_of_sizes", counting)
     one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
@@ -322,7 +322,7 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
         asked.append(outcome.size)
         return outcome
 
-    monkeypatch.setattr(computed, "simulate_outcomes_at_nodes", counting)
+    monkeypatch.setattr(computed, "simulate_outcomes_of_sizes", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
     cases, seconds = uncached_case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)

@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
 from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
-from overturning.settings import Population, UniformRange
+from overturning.settings import StonePopulation, UniformRange
 from overturning.surveys.population import (
     DrawnStones,
     draw_stones,
@@ -37,7 +37,7 @@ def pulse(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
 
 
 def test_stones_are_those_of_the_population() -> None:
-    population = Population(face=90, face_spread=5, stones=512)
+    population = StonePopulation(face=90, face_spread=5, stones=512)
     stones = draw_stones(population)
     assert stones.height.mean() == pytest.approx(0.75, abs=0.002)
     width = stones.height * stones.b_over_h
@@ -66,7 +66,7 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
 
 def test_rate_matches_stones_simulated_one_by_one() -> None:
     """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
-    population = Population(width=UniformRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
+    population = StonePopulation(width=UniformRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
     motion = pulse(4.0, 0.8)
     stones = draw_stones(population)
     cells = simulate(
@@ -93,7 +93,7 @@ def test_2d_model_underestimates_sliding_in_3d() -> None:
     along = 0.28 * STANDARD_GRAVITY * np.sin(np.pi * np.arange(101) / 100)
     motion = Motion(along, along, sampling_interval=INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
-    stone, few = stones_of(0.5, 0.8, 0.3, 0.0), Population(shifted=0.01)
+    stone, few = stones_of(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
     planes = outcome_rates_by_amplitude(
         outcomes_of_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
     )
@@ -144,7 +144,7 @@ def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
 
 def test_stones_without_an_answer_have_no_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
-    found = outcome_rates_by_amplitude(StoneOutcomes(~known & known, known, untold, untold, untold), Population())
+    found = outcome_rates_by_amplitude(StoneOutcomes(~known & known, known, untold, untold, untold), StonePopulation())
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
     np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
     assert found["unknown"].tolist() == [1.0, 0.5]
@@ -160,7 +160,7 @@ def test_rotated_in_space_by_hand() -> None:
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(stones_of(0.7, 0.5, 0.7, 0.0, count=4), face=face)
-        found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), Population())
+        found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), StonePopulation())
         assert found["fall_rate"] == [0.25]
         assert found["shift_rate"] == [0.5]
         assert found["rotation_rate"] == [0.5]
@@ -169,7 +169,7 @@ def test_rotated_in_space_by_hand() -> None:
 
 def test_rates_over_amplitudes_of_a_cube() -> None:
     """Each factor is a cell of its own: what falls under a motion times 2 falls at the factor 2."""
-    motion, population = pulse(3.0, 0.8), Population(width=UniformRange(low=0.1, high=0.3), stones=64)
+    motion, population = pulse(3.0, 0.8), StonePopulation(width=UniformRange(low=0.1, high=0.3), stones=64)
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(
         [cube(motion, **axes), cube(motion.times(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")

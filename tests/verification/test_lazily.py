@@ -14,7 +14,7 @@ from overturning.findings.causes import logistic_fit_findings, skill_of_publishe
 from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
 from overturning.findings.results import StudyResults, open_study_results
-from overturning.settings import Population
+from overturning.settings import StonePopulation
 from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones
 from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.study import cube as cube_module
@@ -71,7 +71,7 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "planar model": planar_model_agreement,
         "twist": final_twist_findings,
         "ensemble": ensemble_findings,
-        "population": lambda results: population_rates_by_record(results.cube, Population()),
+        "population": lambda results: population_rates_by_record(results.cube, StonePopulation()),
         "illustrative cases": lambda results: find_illustrative_cases(results.cube),
     },
     "scene": {"elements and variants": stones_of},

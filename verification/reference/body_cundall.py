@@ -21,10 +21,10 @@ from numba import njit
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
     base_lands_flat,
-    both_base_ends_rest,
-    contact_waits_for_base_ends,
+    both_extreme_base_points_rest,
     landing_time_of_new_contact,
     update_base_contacts,
+    vertex_waits_for_extreme_base_vertices,
 )
 from overturning.dem.body.centred import (
     centre_acceleration,
@@ -335,7 +335,7 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                contact_waits_for_base_ends(body, base_contact, p, at.arm.z, left),
+                vertex_waits_for_extreme_base_vertices(body, base_contact, p, at.arm.z, left),
                 base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
@@ -348,7 +348,7 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                contact_waits_for_base_ends(body, base_contact, q, on.arm.z, right),
+                vertex_waits_for_extreme_base_vertices(body, base_contact, q, on.arm.z, right),
                 base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
@@ -376,7 +376,7 @@ def add_rim_contact_forces(
         rate, left, right = body.dashpot / dt, load_memory(first_point_rows, j), load_memory(opposite_point_rows, j)
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
-            (across_lean != 0.0) & (not both_base_ends_rest(base_contact)),
+            (across_lean != 0.0) & (not both_extreme_base_points_rest(base_contact)),
             base_lands_flat(base_contact),
             landing_time_of_new_contact(body, base_contact),
         )

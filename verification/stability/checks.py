@@ -144,7 +144,7 @@ def find_scene_contradiction(
     prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_contradiction`."""
-    size = min(item.size for item in prepared.placed if not item.is_driven_or_held)
+    size = min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held)
     bound = min(rocking_bound(prepared.placed), friction)
     bounds = CaseBounds(
         max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
@@ -173,10 +173,10 @@ def rocking_bound(placed: Sequence[PlacedElement]) -> float:
         x = sum(part.mass * part.x for part in above) / mass
         z = sum(part.mass * part.z for part in above) / mass
         level = item.vertices_in_scene[:, 1].min()
-        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.size][:, 0]
+        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.smaller_side][:, 0]
         if k > 0:
             below = free[k - 1].vertices_in_scene
-            top = below[below[:, 1] > level - 1e-6 * item.size][:, 0]
+            top = below[below[:, 1] > level - 1e-6 * item.smaller_side][:, 0]
             foot = np.clip(foot, top.min(), top.max())
         least = min(least, (foot.max() - x) / (z - level), (x - foot.min()) / (z - level))
     return float(max(least, 0.0))
@@ -255,7 +255,9 @@ def _face_rotations(item: PlacedElement) -> list[tuple[float, float]]:
         x, z = second - first
         turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
         lowest = (
-            t for t in turns if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.size - _centre_height(item, t)
+            t
+            for t in turns
+            if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.smaller_side - _centre_height(item, t)
         )
         found += [(turn, float(np.hypot(x, z))) for turn in lowest]
     return found

@@ -225,7 +225,8 @@ def _scene_groups(setting: SceneSetting, prepared: PreparedScene | None, motion:
     heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
     groups = (
-        max_static_penetration(prepared) / min(item.size for item in prepared.placed if not item.is_driven_or_held),
+        max_static_penetration(prepared)
+        / min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _step_ratio(setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval),
         setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
-from overturning.records.declarations import FileDeclarations, FileProperties
+from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
 
 TABLE: Final = Path("config/records.tsv")
 """Default record table."""
@@ -51,7 +51,9 @@ def _option_flag(field_name: str) -> str:
 def _file_property_option(field_name: str, flag: str = "") -> Any:
     """Return the option for a field of `FileOptions`, with the help text of this column of the record table."""
     return typer.Option(
-        flag or _option_flag(field_name), help=FileProperties.model_fields[field_name].description, show_default=False
+        flag or _option_flag(field_name),
+        help=FilePropertyColumns.model_fields[field_name].description,
+        show_default=False,
     )
 
 
@@ -69,15 +71,15 @@ class FileOptions:
     unit: Annotated[str, _file_property_option("unit")] = ""
     vertical_sense: Annotated[str, _file_property_option("vertical_sense")] = ""
 
-    def declarations(self) -> FileDeclarations:
-        """Return the options as `FileDeclarations`; raise an ArgumentError that names a wrong option."""
+    def declared_properties(self) -> DeclaredFileProperties:
+        """Return the options as `DeclaredFileProperties`; raise an ArgumentError that names a wrong option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import find_format_by_name
 
         given: dict[str, Any] = {name: value for name, value in vars(self).items() if value not in ("", None)}
         try:
             find_format_by_name(self.format or "auto")
-            return FileDeclarations(**given)
+            return DeclaredFileProperties(**given)
         except ArgumentError as problem:
             raise ArgumentError(
                 re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_flag(key[2]), str(problem))
@@ -115,7 +117,7 @@ class StoneOptions:
 
 
 @dataclass(frozen=True)
-class PlaneOptions:
+class PlanarModelOptions:
     """Options of `overturning one` for a 2-D block or scene."""
 
     azimuth: Annotated[

@@ -31,7 +31,7 @@ def write_explorer_page(
     """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, record_position, study_for_presentation
+    from overturning.study.cube import index_of_record, open_cube, study_for_presentation
     from overturning.study.load import load_study_from_file_or_json
     from overturning.translation.texts import use_visible_language
 
@@ -40,7 +40,7 @@ def write_explorer_page(
     check_output_path(path, "--output", ".html")
     with open_cube(cube, element=None) as data:
         names = dict.fromkeys(record or data["record_id"].to_numpy().astype(str).tolist())
-        chosen = data.isel(record=[record_position(data, name) for name in names])
+        chosen = data.isel(record=[index_of_record(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
         settings = study_for_presentation(data, load_study_from_file_or_json(study) if study else None)

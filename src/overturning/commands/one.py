@@ -11,7 +11,7 @@ from overturning.commands.declared import (
     FileOptions,
     MotionOptions,
     OutputOptions,
-    PlaneOptions,
+    PlanarModelOptions,
     StoneOptions,
     dataclass_fields_as_options,
 )
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def simulate_one_stone(
     motion_options: MotionOptions,
     body_options: BodyOptions,
-    plane_options: PlaneOptions,
+    planar_model_options: PlanarModelOptions,
     stone_options: StoneOptions,
     output_options: OutputOptions,
     file_options: FileOptions,
@@ -43,19 +43,19 @@ def simulate_one_stone(
     _check_output_files(output_options, body_options)
     record = _read_processed_record(motion_options, file_options)
     motion = Motion.of(record if motion_options.vertical else replace(record, up=None))
-    if body_options.body and plane_options != PlaneOptions():
+    if body_options.body and planar_model_options != PlanarModelOptions():
         raise ArgumentError(
             "--body: accepts --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
         )
     if not body_options.body and body_options != BodyOptions():
         raise ArgumentError("--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body")
-    if not body_options.body and not plane_options.azimuth:
+    if not body_options.body and not planar_model_options.azimuth:
         raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
     shift = start_offset_from_file_start_s(record)
     found = (
         _simulate_body(motion, motion_options.amplitude, body_options, stone_options, shift)
         if body_options.body
-        else _simulate_planar(motion, motion_options.amplitude, plane_options, stone_options, shift)
+        else _simulate_planar(motion, motion_options.amplitude, planar_model_options, stone_options, shift)
     )
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     # The title must state that the motion differs from the recorded one.
@@ -146,7 +146,11 @@ class _SimulatedTrajectories:
 
 
 def _simulate_planar(
-    motion: "Motion", amplitude: float, plane_options: PlaneOptions, stone_options: StoneOptions, file_time_shift: float
+    motion: "Motion",
+    amplitude: float,
+    planar_model_options: PlanarModelOptions,
+    stone_options: StoneOptions,
+    file_time_shift: float,
 ) -> _SimulatedTrajectories:
     """Simulate a 2-D scene along each azimuth; motion times plus ``file_time_shift``, s, are times in the file."""
     from overturning.dem.trajectory import trajectory
@@ -156,7 +160,7 @@ def _simulate_planar(
     from overturning.model.geometry import reference_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
-    stones = _load_or_create_scene(plane_options, stone_options.damping_ratio)
+    stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
     own_height, own_ratio = reference_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
@@ -171,7 +175,7 @@ def _simulate_planar(
             ),
             file_time_shift,
         )
-        for angle in plane_options.azimuth or []
+        for angle in planar_model_options.azimuth or []
     ]  # fmt: skip
     lines = []
     for path in paths:
@@ -180,7 +184,7 @@ def _simulate_planar(
             name = f" ({stones.default_output_element})" if len(stones.free_element_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_bearing(path.attrs['azimuth_deg'])}: {text}")
-    what = "" if plane_options.scene is None else f"{stones.title or stones.name}, "
+    what = "" if planar_model_options.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.varies_friction else "that of the scene"
     what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
     block = {"height": height, "b_over_h": b_over_h, "friction": friction}
@@ -256,23 +260,32 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
         raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
 
 
-def _load_or_create_scene(plane_options: PlaneOptions, damping_ratio: float | None) -> "Scene":
+def _load_or_create_scene(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
     """Return the named scene, or the default gravestone with the given density and contact."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
     from overturning.model.scene import gravestone, load_scene
     from overturning.units import GRANITE_DENSITY
 
-    if plane_options.scene is None:
-        stiffness: Literal["auto"] | float = "auto" if plane_options.stiffness is None else plane_options.stiffness
-        contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=plane_options.damping)
-        return gravestone(contact, GRANITE_DENSITY if plane_options.density is None else plane_options.density)
+    if planar_model_options.scene is None:
+        stiffness: Literal["auto"] | float = (
+            "auto" if planar_model_options.stiffness is None else planar_model_options.stiffness
+        )
+        contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=planar_model_options.damping)
+        return gravestone(
+            contact, GRANITE_DENSITY if planar_model_options.density is None else planar_model_options.density
+        )
     if any(
         value is not None
-        for value in (plane_options.density, plane_options.stiffness, damping_ratio, plane_options.damping)
+        for value in (
+            planar_model_options.density,
+            planar_model_options.stiffness,
+            damping_ratio,
+            planar_model_options.damping,
+        )
     ):
         raise ArgumentError("--scene: the scene defines density, stiffness and damping; set them in the scene file")
-    return load_scene(plane_options.scene)
+    return load_scene(planar_model_options.scene)
 
 
 def _read_processed_record(motion_options: MotionOptions, file_options: FileOptions) -> "Record":
@@ -292,7 +305,7 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
         return round_to_stored_precision(
-            process_record(read_record_without_processing(Path(name), file_options.declarations()), None)
+            process_record(read_record_without_processing(Path(name), file_options.declared_properties()), None)
         )
     if file_options != FileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")

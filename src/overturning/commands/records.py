@@ -31,7 +31,7 @@ def check_record_files(paths: Paths, file_options: FileOptions) -> None:
     from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
     from overturning.records.earthquakes import assign_records_to_earthquakes
 
-    findings = check_records_in_files(paths, file_options.declarations())
+    findings = check_records_in_files(paths, file_options.declared_properties())
     for finding in findings:
         typer.echo(format_record_check(finding))
     _print_notes(assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes)
@@ -56,9 +56,9 @@ def _print_notes(notes: Iterable[str]) -> None:
 
 def _print_record_notes(record: "Record") -> None:
     """Print the notes of a record."""
-    from overturning.records.check import check_report_notes
+    from overturning.records.check import notes_for_check_report
 
-    for note in check_report_notes(record):
+    for note in notes_for_check_report(record):
         typer.echo(f"  {note}")
 
 
@@ -91,7 +91,7 @@ def plot_records(
     from overturning.records.processing import default_processing_steps, process_record
     from overturning.records.record import processing_entry_text
 
-    declared = file_options.declarations()
+    declared = file_options.declared_properties()
     try:
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:

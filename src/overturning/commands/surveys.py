@@ -25,7 +25,7 @@ def compare_survey_with_cube(
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
     from overturning.stored import write_result
-    from overturning.study.cube import open_cube, record_position
+    from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
     from overturning.surveys.stones import read_survey_with_notes
 
@@ -33,7 +33,7 @@ def compare_survey_with_cube(
     check_output_path(output, "--output")
     rows, notes, doubts = read_survey_with_notes(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
-        site = data.isel(record=[record_position(data, record)]).load()
+        site = data.isel(record=[index_of_record(data, record)]).load()
         name = str(site["record_id"].item())
         comparison, gaps = (
             compare_survey_with_prediction(rows, site, background=background),

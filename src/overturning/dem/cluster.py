@@ -50,7 +50,7 @@ def simulate_cases_on_cluster(
     count = max(1, wanted, -(-cases.size // MAX_CASES_PER_TASK))
     pieces = [np.arange(part, cases.size, count) for part in range(count)]
     # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
-    ground = client.submit(_return_motion, motion, pure=False)
+    ground = client.submit(_motion_on_worker, motion, pure=False)
     tasks = {
         client.submit(simulate_cases, ground, _select_cases(cases, piece), here, pure=False): piece for piece in pieces
     }
@@ -65,7 +65,7 @@ def simulate_cases_on_cluster(
     return type(parts[0])(**columns)
 
 
-def _return_motion(motion: Motion) -> Motion:
+def _motion_on_worker(motion: Motion) -> Motion:
     """Return the motion unchanged, as the result of a task on which all other tasks depend."""
     return motion
 

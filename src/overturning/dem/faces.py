@@ -20,7 +20,9 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 
-def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
+def simulate_grid_and_body_face_planes(
+    model: Model, motion: Motion, grid: Grid, numerics: Numerics
+) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.
 
     The arrays are those of `simulate_grid` and the model's `study_variables_besides_outcomes`. A rectangle is also

@@ -43,7 +43,9 @@ class PlanarTrajectory:
     place: FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
     contacts: list[tuple[str, str]]  # names of the two elements of each contact
 
-    def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def variables_coordinates_and_attributes(
+        self, results: CaseResults
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
         vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
         for item, row in zip(self.placed, vertices, strict=True):

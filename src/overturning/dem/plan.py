@@ -37,7 +37,9 @@ def check_trajectory_size(value_count: int) -> None:
 class Trajectory(Protocol):
     """Motion of a model over time in one case."""
 
-    def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def variables_coordinates_and_attributes(
+        self, results: CaseResults
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
 
 

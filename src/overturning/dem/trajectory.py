@@ -99,7 +99,7 @@ def trajectory(
     results, path = plan_simulation(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
     model.rotate_copied_outcomes_in_place(views, grid, sources)
-    variables, coordinates, attributes = path.dataset_parts(results)
+    variables, coordinates, attributes = path.variables_coordinates_and_attributes(results)
     known = {f"{model.direction}_deg": grid.direction_values_deg.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
     return create_xarray_dataset(

@@ -5,9 +5,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import DrawnEstimate, sorted_fall_alignment_figure
+from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_figure
 from overturning.figures.style import SERIES, add_title_and_legend, create_panel_grid, label_axes
-from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, FallAxisSummary
 
 HOLLOW_MAX_EARTHQUAKES = 2
@@ -22,13 +22,13 @@ def fall_alignment_by_earthquake_figure(
         name: dict(zip(data["event"].to_numpy().astype(str).tolist(), data["cosine"].to_numpy().tolist(), strict=True))
         for name, data in fall_axes_by_group.items()
     }
-    means = {name: drawn_estimate_of_mean(one.alignment) for name, one in summary_by_group.items()}
+    means = {name: plotted_estimate_of_mean(one.alignment) for name, one in summary_by_group.items()}
     return sorted_fall_alignment_figure(values, means)
 
 
-def drawn_estimate_of_mean(earthquake_mean: EarthquakeMean) -> DrawnEstimate:
-    """Return the mean of a measure over earthquakes, with its interval and their number, as a `DrawnEstimate`."""
-    return DrawnEstimate(earthquake_mean.value, earthquake_mean.low, earthquake_mean.high, earthquake_mean.n)
+def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
+    """Return the mean of a measure over earthquakes, with its interval and their number, as a `PlottedEstimate`."""
+    return PlottedEstimate(earthquake_mean.value, earthquake_mean.low, earthquake_mean.high, earthquake_mean.n)
 
 
 def fall_alignment_by_b_over_h_figure(

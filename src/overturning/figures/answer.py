@@ -36,7 +36,7 @@ _BESIDE: Final[dict[str, Any]] = {
 """Place of a text to the right of a panel, at a row."""
 
 
-class DrawnEstimate(NamedTuple):
+class PlottedEstimate(NamedTuple):
     """Estimated value, low and high end of its interval, and number n of earthquakes; None or NaN: not known."""
 
     value: float | None
@@ -46,7 +46,7 @@ class DrawnEstimate(NamedTuple):
 
 
 def sorted_fall_alignment_figure(
-    alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, DrawnEstimate]
+    alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, PlottedEstimate]
 ) -> Figure:
     """Draw the alignment of falls with the fault normal for each earthquake, sorted, and the mean, a panel per group.
 
@@ -55,7 +55,7 @@ def sorted_fall_alignment_figure(
     alignments_by_group : mapping of str to mapping of str to float
         For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
         if all fall along it, NaN if none falls.
-    mean_by_group : mapping of str to DrawnEstimate
+    mean_by_group : mapping of str to PlottedEstimate
         Mean over the earthquakes of each group, with its interval.
     """
     rows = max(len(of_group) for of_group in alignments_by_group.values())
@@ -93,12 +93,12 @@ def sorted_fall_alignment_figure(
     return figure
 
 
-def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figure:
+def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, PlottedEstimate]]) -> Figure:
     """Draw the alignment of falls with several references in one panel, with intervals, a marker per group of records.
 
     Parameters
     ----------
-    alignments_by_group : mapping of str to mapping of str to DrawnEstimate
+    alignments_by_group : mapping of str to mapping of str to PlottedEstimate
         For each group of records the alignment by the name of the reference: 1 if all stones fall along its axis, −1
         if all fall across it. The first group sets the order of references.
     """
@@ -107,7 +107,7 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
     names = sorted(
         every,
         key=lambda name: (
-            -(_nan_if_none(first[name].value) if _is_finite(first.get(name, DrawnEstimate(None)).value) else -9)
+            -(_nan_if_none(first[name].value) if _is_finite(first.get(name, PlottedEstimate(None)).value) else -9)
         ),
     )
     figure, panels = create_panel_grid(
@@ -119,7 +119,7 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
         look = _marker_style(place)
         for row, name in enumerate(names):
             dot, at = (
-                of_group.get(name, DrawnEstimate(None)),
+                of_group.get(name, PlottedEstimate(None)),
                 row + apart * (place - (len(alignments_by_group) - 1) / 2),
             )
             draw_estimate_with_interval(axes, dot, at, look, 1.6)
@@ -139,8 +139,8 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
 
 def overturned_share_contrast_figure(
     row_names: Sequence[str],
-    shares_by_setting: Mapping[str, Sequence[DrawnEstimate]],
-    share_differences: Sequence[DrawnEstimate],
+    shares_by_setting: Mapping[str, Sequence[PlottedEstimate]],
+    share_differences: Sequence[PlottedEstimate],
 ) -> Figure:
     """Draw the share of cases that overturn under each of two settings, and the difference of the shares, row by row.
 
@@ -148,9 +148,9 @@ def overturned_share_contrast_figure(
     ----------
     row_names : sequence of str
         Names of the rows, from the top, such as all cases and then each B/H.
-    shares_by_setting : mapping of str to sequence of DrawnEstimate
+    shares_by_setting : mapping of str to sequence of PlottedEstimate
         Shares, 0 to 1, by the name of the setting, one for each row.
-    share_differences : sequence of DrawnEstimate
+    share_differences : sequence of PlottedEstimate
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = create_panel_grid(
@@ -161,7 +161,7 @@ def overturned_share_contrast_figure(
         for row, dot in enumerate(dots):
             share = scale_estimate(dot, 100.0)
             draw_estimate_with_interval(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
-            text = format_estimate(DrawnEstimate(share.value), 1) if _is_finite(share.value) else "–"
+            text = format_estimate(PlottedEstimate(share.value), 1) if _is_finite(share.value) else "–"
             left.annotate(text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_BESIDE)
         left.plot([], [], **look, label=setting)
     for row, pair in enumerate(zip(*shares_by_setting.values(), strict=True)):
@@ -197,7 +197,7 @@ def format_signed(value: float, digits: int = 2) -> str:
     return f"{value:z.{digits}f}".replace("-", "−")
 
 
-def format_estimate(estimate: DrawnEstimate, digits: int = 2) -> str:
+def format_estimate(estimate: PlottedEstimate, digits: int = 2) -> str:
     """Return an estimate as text, such as "0.42 (0.10 to 0.60)", with its interval if that is known."""
     if not _is_finite(estimate.value):
         return "not known"
@@ -218,7 +218,7 @@ def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], m
 
 
 def draw_estimate_with_interval(
-    axes: Any, estimate: DrawnEstimate, row: float, marker_style: dict[str, Any], interval_line_width: float
+    axes: Any, estimate: PlottedEstimate, row: float, marker_style: dict[str, Any], interval_line_width: float
 ) -> None:
     """Draw an estimate as a marker at the height `row`, and its interval as a line; nothing if it is not known."""
     if not _is_finite(estimate.value):
@@ -245,10 +245,10 @@ def _marker_style(group_index: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def scale_estimate(estimate: DrawnEstimate, factor: float) -> DrawnEstimate:
+def scale_estimate(estimate: PlottedEstimate, factor: float) -> PlottedEstimate:
     """Multiply an estimate and the ends of its interval by a factor."""
     value, low, high = (factor * _nan_if_none(end) if _is_finite(end) else None for end in estimate[:3])
-    return DrawnEstimate(value, low, high, estimate.n)
+    return PlottedEstimate(value, low, high, estimate.n)
 
 
 def _earthquake_count_label(count: int) -> str:

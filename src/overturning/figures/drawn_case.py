@@ -11,7 +11,7 @@ CASES: Final = "cases.json"
 
 
 @dataclass(frozen=True)
-class DrawnIllustrativeCase:
+class IllustrativeCaseWithFigures:
     """An illustrative case with its film and figures.
 
     Attributes
@@ -47,11 +47,11 @@ class DrawnIllustrativeCase:
     figures: dict[str, dict[str, Any]]
 
 
-def write_drawn_cases(drawn_cases: list[DrawnIllustrativeCase], folder: Path) -> None:
+def write_cases_with_figures(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:
     """Write the file of the drawn illustrative cases into the folder of their figures."""
     write_result(drawn_cases, folder / CASES, indent=None)
 
 
-def read_drawn_cases(folder: Path) -> list[DrawnIllustrativeCase]:
-    """Read the drawn illustrative cases of a folder; a `ResultError` if their file is missing or of another version."""
-    return read_result(list[DrawnIllustrativeCase], folder / CASES, "illustrative cases")
+def read_cases_with_figures(folder: Path) -> list[IllustrativeCaseWithFigures]:
+    """Read the illustrative cases of a folder; raise a `ResultError` if their file is missing or of another version."""
+    return read_result(list[IllustrativeCaseWithFigures], folder / CASES, "illustrative cases")

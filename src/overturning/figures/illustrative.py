@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import overturning_boundary_figure
-from overturning.figures.drawn_case import DrawnIllustrativeCase, write_drawn_cases
+from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_cases_with_figures
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
 from overturning.figures.film_strip import strip_figure
@@ -69,7 +69,7 @@ def draw_illustrative_cases(
             _draw_illustrative_case(cube, case, motion_folder, output_folder, number)
             for number, case in enumerate(cases, 1)
         ]
-        write_drawn_cases(rows, output_folder)
+        write_cases_with_figures(rows, output_folder)
 
 
 CaseFigure = tuple[str, "Figure", str, dict[str, float]]
@@ -78,7 +78,7 @@ CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 
 def _draw_illustrative_case(
     cube: "xr.Dataset", case: IllustrativeCase, motion_folder: Path, output_folder: Path, case_number: int
-) -> DrawnIllustrativeCase:
+) -> IllustrativeCaseWithFigures:
     """Simulate one illustrative case again and draw its film and figures."""
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
@@ -110,7 +110,7 @@ def _draw_illustrative_case(
         save_figure_files(figure, output_folder / f"{case_number}-{name}.svg")
         figures[f"{case_number}-{name}.svg"] = {"alt": alt, **options}
     strip = f"{case_number}-strip.svg"
-    return DrawnIllustrativeCase(
+    return IllustrativeCaseWithFigures(
         title=case.title,
         rule=case.rule,
         block=film.title,

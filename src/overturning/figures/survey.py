@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.answer import (
     ROW,
     TEXT,
-    DrawnEstimate,
+    PlottedEstimate,
     draw_estimate_with_interval,
     format_estimate,
     scale_estimate,
@@ -55,7 +55,7 @@ class SurveyFigureData:
         Number of stones that fell towards each octant, from N clockwise, and as many as are computed.
     observed_mean_deg, computed_mean_deg : float or None
         Mean fall directions; None if there is none.
-    observed_share, computed_share : DrawnEstimate
+    observed_share, computed_share : PlottedEstimate
         Share of the stones that fell, 0 to 1, with its interval or range.
     """
 
@@ -64,8 +64,8 @@ class SurveyFigureData:
     computed: FloatArray
     observed_mean_deg: float | None
     computed_mean_deg: float | None
-    observed_share: DrawnEstimate
-    computed_share: DrawnEstimate
+    observed_share: PlottedEstimate
+    computed_share: PlottedEstimate
 
 
 def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:

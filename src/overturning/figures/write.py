@@ -14,7 +14,7 @@ from overturning.figures.svg import compact_svg
 from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
 from overturning.quantities import parse_quantity
-from overturning.study.evaluation import FORMATS, Figures
+from overturning.study.evaluation import FORMATS, FigureSettings
 from overturning.translation.texts import ENGLISH, check_font_is_installed, current_language
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def save_figure_files(
     scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
     if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
-    _lay_out_once(figure)
+    _compute_layout_only_once(figure)
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():  # else Matplotlib would measure all ticks to place an empty label
             axis.set_label_coords(0.5, 0.0)
@@ -214,7 +214,7 @@ Write = Callable[["Figure", Path], None]
 """Function that writes a figure to a path without extension, in all formats of a study."""
 
 
-def write_figure_in_study_formats(figure_settings: Figures, figure: "Figure", path_without_suffix: Path) -> None:
+def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figure", path_without_suffix: Path) -> None:
     """Write a figure in the size, resolution and formats of a study, and remove its files in other formats.
 
     `path_without_suffix` is the path without extension.
@@ -245,13 +245,13 @@ def refill_folder(folder: Path) -> Iterator[None]:
     write_text(folder.with_suffix(".txt"), "".join(f"{name}\n" for name in names))
 
 
-def _lay_out_once(figure: "Figure") -> None:
+def _compute_layout_only_once(figure: "Figure") -> None:
     """Compute the layout of a figure once, without the complete drawing that Matplotlib makes and discards for it."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     draw, waiting = figure.draw, [True]
 
-    def draw_or_lay_out(renderer: Any) -> None:
+    def compute_layout_on_first_draw(renderer: Any) -> None:
         engine = figure.get_layout_engine()
         if not isinstance(engine, ConstrainedLayoutEngine):  # Matplotlib has removed it: the final drawing
             draw(renderer)
@@ -259,4 +259,4 @@ def _lay_out_once(figure: "Figure") -> None:
             waiting.clear()
             engine.execute(figure)
 
-    figure.draw = draw_or_lay_out  # type: ignore[method-assign]
+    figure.draw = compute_layout_on_first_draw  # type: ignore[method-assign]

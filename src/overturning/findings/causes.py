@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negated
+from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negate_estimate
 from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
 from overturning.statistics.logistic import LEVEL, coefficient_rows, fit_logistic_overturning_model
@@ -113,7 +113,7 @@ class CriteriaFindings(Finding):
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
-class PublishedComparison(Finding):
+class ComparisonWithPublished(Finding):
     """Published and computed outcome of one block under one record, with motion along one azimuth."""
 
     variant: str
@@ -226,12 +226,12 @@ def _differences_not_shown(
         if listed_names.index(criterion) < listed_names.index(other):
             first, second, difference = criterion, other, lead
         else:
-            first, second, difference = other, criterion, negated(lead)
+            first, second, difference = other, criterion, negate_estimate(lead)
         differences.append(SkillDifference(first=first, second=second, first_minus_second=difference))
     return differences
 
 
-def compare_outcomes_with_published(results: StudyResults) -> list[PublishedComparison]:
+def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWithPublished]:
     """Compare computed with published outcomes, for each variant, height and friction of the study.
 
     Empty if the study names no published outcomes.
@@ -239,7 +239,7 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedComp
     if not results.study.published:
         return []
     return [
-        PublishedComparison(
+        ComparisonWithPublished(
             variant=variant,
             record=row.record,
             azimuth_deg=row.azimuth,

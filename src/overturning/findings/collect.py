@@ -6,15 +6,15 @@ from typing import Any
 
 from overturning.files import write_text
 from overturning.findings.causes import (
+    ComparisonWithPublished,
     CriteriaFindings,
     LogisticFitFindings,
-    PublishedComparison,
     compare_outcomes_with_published,
     logistic_fit_findings,
     skill_of_published_criteria,
 )
 from overturning.findings.contrast import (
-    ElementOutcomes,
+    ElementFallOutcomes,
     SiteFallRates,
     VariantContrast,
     contrast_study_with_variants,
@@ -93,8 +93,8 @@ class Findings(Finding):
     reference_alignments: list[GroupReferenceAlignment]
     """Alignment of 3-D falls with references."""
     planar_model_agreement: PlanarModelAgreement | None
-    """Agreement of the 2-D model of the faces with the 3-D outcome."""
-    element_outcomes: list[ElementOutcomes]
+    """Agreement of the 2-D model in the face planes with the 3-D outcome."""
+    element_outcomes: list[ElementFallOutcomes]
     """Falls of each element of scenes of several elements."""
     site_fall_rates: list[SiteFallRates]
     """Falls of the population on each soil."""
@@ -108,7 +108,7 @@ class Findings(Finding):
     """Published peaks of the motions and computed ones."""
     published_agreement: list[PublishedAgreement]
     """Blocks for which all published outcomes are found."""
-    published_comparisons: list[PublishedComparison]
+    published_comparisons: list[ComparisonWithPublished]
     """Outcomes next to published ones."""
     population: PopulationFindings | None
     """Falls of the population of stones."""
@@ -195,7 +195,7 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
 
 
 def read_findings(path: Path) -> Findings:
-    """Read the findings of a study from a JSON file; a `ResultError` if it is missing or damaged.
+    """Read the findings of a study from a JSON file; raise a `ResultError` if it is missing or damaged.
 
     The error is also raised for a file from another version.
     """

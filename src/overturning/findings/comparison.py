@@ -3,7 +3,7 @@
 import math
 
 from overturning.findings.values import Finding, Number
-from overturning.study.convergence import Convergence, ElementChanges
+from overturning.study.convergence import ConvergenceCheckResult, OutcomeChangesOfElement
 from overturning.study.ensemble import wilson_interval
 
 
@@ -24,7 +24,7 @@ class ChangedCases(Finding):
     high: Number
 
 
-class SecondComputation(Finding):
+class ComparisonWithSecondComputation(Finding):
     """Comparison of the outcomes of a study with a second computation of some of its cases."""
 
     computation: str
@@ -56,7 +56,7 @@ def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sa
     return ChangedCases(count=changed_count, compared=compared_count, value=share, low=low, high=high)
 
 
-def comparisons_with_second_computations(convergence: Convergence) -> list[SecondComputation]:
+def comparisons_with_second_computations(convergence: ConvergenceCheckResult) -> list[ComparisonWithSecondComputation]:
     """Return the changes of outcomes in each second computation of a convergence check.
 
     Second computations use finer steps, stiffer contact, or exact rigid blocks.
@@ -70,7 +70,7 @@ def comparisons_with_second_computations(convergence: Convergence) -> list[Secon
         if not part.outcomes:
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
-                SecondComputation(
+                ComparisonWithSecondComputation(
                     computation=name, factor=factor, element="", refused=part.refused, falls_or_stands=none,
                     falls_or_stands_undivided=none, side=none, side_agreed=none,
                 )
@@ -84,9 +84,9 @@ def comparisons_with_second_computations(convergence: Convergence) -> list[Secon
 
 
 def _second_computation_of_element(
-    computation: str, factor: float, element_changes: ElementChanges, is_random_sample: bool
-) -> SecondComputation:
-    return SecondComputation(
+    computation: str, factor: float, element_changes: OutcomeChangesOfElement, is_random_sample: bool
+) -> ComparisonWithSecondComputation:
+    return ComparisonWithSecondComputation(
         computation=computation,
         factor=factor,
         element=element_changes.element,

@@ -8,7 +8,7 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.model.scene import Scene
-from overturning.records.site import Site
+from overturning.records.site import SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_fall_contrast
@@ -56,7 +56,7 @@ class VariantContrast(Finding):
     """Share of the falls in both that go more than 45° apart; None without such falls."""
     earlier_in_study: Estimate
     """Share of the falls in both that are earlier in the study."""
-    by_b_over_h: list["SharesAtBOverH"]
+    by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
     rate_here: Estimate | None
     """Fall rate of the population in the study under the records as they are; None without a population."""
@@ -65,7 +65,7 @@ class VariantContrast(Finding):
     """Difference of the primary statistic: of the fall rates if that is the fall rate, otherwise of the shares."""
 
 
-class SharesAtBOverH(Finding):
+class OverturnedSharesAtBOverH(Finding):
     """Shares of the cases of one B/H that overturn in the study and in a variant."""
 
     b_over_h: float
@@ -78,7 +78,7 @@ class SharesAtBOverH(Finding):
     """First share minus the second, record by record."""
 
 
-class ElementOutcomes(Finding):
+class ElementFallOutcomes(Finding):
     """Number of falls, share of cases with a fall, and median fall time of one element of a scene."""
 
     variant: str
@@ -179,7 +179,7 @@ def _contrast_study_with_variant(
     shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
 
     by_shape = [
-        SharesAtBOverH(
+        OverturnedSharesAtBOverH(
             b_over_h=round(float(ratio), 9),
             share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(one, events), SHARE_OVERTURNED),
             share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(other, events), SHARE_OVERTURNED),
@@ -240,7 +240,7 @@ def _population_fall_rates(results: StudyResults, variant: str, record_indices: 
     return np.asarray(rates[record_indices], np.float64)
 
 
-def element_fall_findings(results: StudyResults) -> list[ElementOutcomes]:
+def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
     """Count the falls of each element of the study and of its variants.
 
     Empty if all have the same scene of one element.
@@ -258,12 +258,12 @@ def element_fall_findings(results: StudyResults) -> list[ElementOutcomes]:
 
 def _element_outcomes(
     variant: str, scene: Scene, fall_counts: ElementFallCounts, several_elements: bool
-) -> ElementOutcomes:
+) -> ElementFallOutcomes:
     """Convert the fall counts of one element of a scene to a finding.
 
     `several_elements` is True if the scene has several.
     """
-    return ElementOutcomes(
+    return ElementFallOutcomes(
         variant=variant,
         scene=scene.name,
         element=fall_counts.name if several_elements else scene.free_element_names[0],
@@ -280,7 +280,7 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
 
     Empty without a variant that sets the soil, or without a population.
     """
-    sites: dict[str, Site | None] = {NOMINAL: None}
+    sites: dict[str, SoilSite | None] = {NOMINAL: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
     if len(sites) == 1 or not results.populations:

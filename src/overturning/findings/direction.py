@@ -28,7 +28,7 @@ class EarthquakeAxis(Finding):
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
-class AlignmentUnderRule(Finding):
+class FallAlignmentUnderRule(Finding):
     """Alignment of falls with the fault normal, over the blocks that one rule selects."""
 
     rule: str
@@ -43,7 +43,7 @@ class AlignmentUnderRule(Finding):
     """Alignment if the mean axis of every record were its fault normal."""
 
 
-class GroupDirection(Finding):
+class GroupFallDirection(Finding):
     """Direction, relative to the fault normal, of the falls in a group of records."""
 
     group: str
@@ -68,7 +68,7 @@ class GroupDirection(Finding):
     """Resultant of the doubled fall axes of one record, mean over earthquakes."""
     by_earthquake: list[EarthquakeAxis]
     """Falls of each earthquake relative to its fault normal."""
-    by_rule: list[AlignmentUnderRule]
+    by_rule: list[FallAlignmentUnderRule]
     """Alignment under each rule that selects blocks."""
     smallest_by_rule: Number
     """Smallest alignment under the rules of `by_rule`."""
@@ -85,7 +85,7 @@ class FallDirection(Finding):
     """False if the falls have no axis that can be compared with a fault."""
     no_axis_because: str
     """Reason why not: "no outcome", "no falls", "one plane", "falls in every plane", "no fault normal"; else empty."""
-    groups: list[GroupDirection]
+    groups: list[GroupFallDirection]
     """Direction of the falls of each group of records."""
     alignment_difference: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
@@ -128,7 +128,7 @@ class GroupReferenceAlignment(Finding):
 
 
 class PlanarModelAgreement(Finding):
-    """Agreement between the 2-D model of the faces of a body and its 3-D model."""
+    """Agreement between the 2-D model in the face planes of a body and its 3-D model."""
 
     cases: int
     """Number of cases with both outcomes."""
@@ -148,12 +148,12 @@ class PlanarModelAgreement(Finding):
 
 def _alignment_under_rule(
     rule_alignment: AlignmentUnderBlockRule, direction_noun: str, is_study_rule: bool
-) -> AlignmentUnderRule:
+) -> FallAlignmentUnderRule:
     """Convert the alignment under one block selection rule to a finding.
 
     `direction_noun`, such as "plane", completes the name of the rule.
     """
-    return AlignmentUnderRule(
+    return FallAlignmentUnderRule(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,
         records=rule_alignment.records,
@@ -193,7 +193,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         ]
         known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(
-            GroupDirection(
+            GroupFallDirection(
                 group=name,
                 earthquakes=summary.earthquakes,
                 alignment=estimate_from_mean(summary.alignment, ALIGNMENT),
@@ -277,7 +277,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
 
 
 def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None:
-    """Compute how often the 2-D model of the faces agrees with the 3-D model; None without 2-D outcomes."""
+    """Compute how often the 2-D model in the face planes agrees with the 3-D model; None without 2-D outcomes."""
     if "plane_overturned" not in results.cube:
         return None
     whole = {str(name): float(one) for name, one in planar_agreement_shares(results.planar_agreement_counts).items()}

@@ -8,14 +8,14 @@ import xarray as xr
 
 from overturning.findings.comparison import (
     ChangedCases,
-    SecondComputation,
+    ComparisonWithSecondComputation,
     comparisons_with_second_computations,
     share_of_changed_cases,
 )
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
-from overturning.settings import Ensemble
+from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.space import standing_stone_twists_deg, summarise_twists
 from overturning.statistics.spread import (
@@ -24,7 +24,7 @@ from overturning.statistics.spread import (
     runs_fall_to_both_sides,
     unbiased_first_batch_statistic,
 )
-from overturning.study.convergence import Convergence
+from overturning.study.convergence import ConvergenceCheckResult
 from overturning.study.ensemble import BATCH
 
 
@@ -53,11 +53,11 @@ class ConvergenceFindings(Finding):
     Second computations use finer steps, stiffer springs, or exact rigid blocks.
     """
 
-    result: Convergence
+    result: ConvergenceCheckResult
     """Counts of the convergence check (`convergence.json`)."""
     is_sample: bool
     """True if a random sample of the cases was run again, False if all were."""
-    comparisons: list[SecondComputation]
+    comparisons: list[ComparisonWithSecondComputation]
     """Cases that change in each second computation."""
     share_at_rest: Number
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
@@ -130,7 +130,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     )
 
 
-def count_ensemble_cells(model: Model, ensemble_settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
+def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
     """Count, for each record, cells: all, repeated, with runs that disagree, with falls to both sides.
 
     The runs of repeated cells are counted, too.

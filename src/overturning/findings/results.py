@@ -14,13 +14,13 @@ from overturning.files import path_without_absolute_folder
 from overturning.model.falls import model_of_cube
 from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
-from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
 from overturning.statistics.falls import mean_fall_directions, overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.space import planar_agreement_counts
-from overturning.study.convergence import Convergence, read_convergence_result
+from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
@@ -71,7 +71,7 @@ class StudyResults:
     cube: xr.Dataset
     cubes: dict[str, xr.Dataset]
     intensity: xr.Dataset
-    convergence: Convergence | None
+    convergence: ConvergenceCheckResult | None
     surveys: tuple[StoredSurveyComparison, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
@@ -172,7 +172,7 @@ class StudyResults:
         return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_group.items()}
 
     @cached_property
-    def first_minus_second_group_alignment(self) -> EarthquakeMean | None:
+    def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls in the first group of records minus that in the second.
 
         The alignment is with the fault normal. None if there is one group.
@@ -211,7 +211,7 @@ class StudyResults:
 
     @cached_property
     def planar_agreement_counts(self) -> xr.Dataset:
-        """Numbers of cases in which the 2-D model of the faces agrees with the 3-D model.
+        """Numbers of cases in which the 2-D model in the face planes agrees with the 3-D model.
 
         See `statistics.space.planar_agreement_counts`.
         """

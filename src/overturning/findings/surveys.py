@@ -7,7 +7,7 @@ from pydantic import Field
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
-from overturning.settings import Population
+from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.surveys.comparison import StoredSurveyComparison
@@ -31,7 +31,7 @@ class StatisticalTestFinding(Finding):
     """p-value."""
 
 
-class ObservedShare(Finding):
+class ObservedFallShare(Finding):
     """Share of the stones of a survey that fell, with its exact binomial interval.
 
     Stones are taken to fall independently of each other.
@@ -47,7 +47,7 @@ class ObservedShare(Finding):
     """Probability of the interval."""
 
 
-class ComputedShare(Finding):
+class ComputedFallShare(Finding):
     """Computed share of the stones of a survey that fall: mean and range.
 
     Mean and range are over heights and frictions of the grid of the study.
@@ -88,9 +88,9 @@ class SurveyFindings(Finding):
     """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
     predicted_resultant: Number
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
-    observed_fall_share: ObservedShare | None
+    observed_fall_share: ObservedFallShare | None
     """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen."""
-    computed_fall_share: ComputedShare
+    computed_fall_share: ComputedFallShare
     """Share computed for the survey's stones under the record.
 
     A stone counts with its face, B/H and height, as far as the survey gives them (outside the grid: the nearest grid
@@ -158,7 +158,7 @@ class LikelyMotion(Finding):
     prior: Number
 
 
-class SizeRange(Finding):
+class StoneSizeRange(Finding):
     """Range of the heights or widths of stones, m."""
 
     low: float
@@ -209,9 +209,9 @@ class InferredMotion(Finding):
     """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
     stones_without_b_over_h: int
     sizes_assumed: bool
-    assumed_height_m: SizeRange
+    assumed_height_m: StoneSizeRange
     """Height of the stones without one, and width of those without B/H."""
-    assumed_width_m: SizeRange
+    assumed_width_m: StoneSizeRange
 
 
 MOTIONS_LISTED = 12
@@ -249,7 +249,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         ),
         predicted_resultant=found.predicted_resultant,
         observed_fall_share=_observed_fall_share(found.fallen, found.stood) if found.stood else None,
-        computed_fall_share=ComputedShare(
+        computed_fall_share=ComputedFallShare(
             value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
         ),
         observed_by_octant=counts_by_octant(found.octant_observed.tolist()),
@@ -272,9 +272,9 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     )
 
 
-def _observed_fall_share(fallen_count: int, standing_count: int) -> ObservedShare:
+def _observed_fall_share(fallen_count: int, standing_count: int) -> ObservedFallShare:
     low, high = exact_share_interval(fallen_count, fallen_count + standing_count)
-    return ObservedShare(value=fallen_count / (fallen_count + standing_count), low=low, high=high)
+    return ObservedFallShare(value=fallen_count / (fallen_count + standing_count), low=low, high=high)
 
 
 def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
@@ -304,7 +304,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     weakest, strongest = (float(share) for share in one.weakest_and_strongest_level_probabilities())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
     wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness_in_both_planes[0]))
-    assumed = Population()
+    assumed = StonePopulation()
     shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
@@ -333,8 +333,8 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         stones_without_height=int(high),
         stones_without_b_over_h=int(wide),
         sizes_assumed=bool(high or wide),
-        assumed_height_m=SizeRange(low=assumed.height.low, high=assumed.height.high),
-        assumed_width_m=SizeRange(low=assumed.width.low, high=assumed.width.high),
+        assumed_height_m=StoneSizeRange(low=assumed.height.low, high=assumed.height.high),
+        assumed_width_m=StoneSizeRange(low=assumed.width.low, high=assumed.width.high),
     )
 
 

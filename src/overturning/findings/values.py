@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
-from overturning.statistics.bootstrap import EarthquakeMean
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 
 
 def _nan_to_none(value: Any) -> Any:
@@ -54,12 +54,12 @@ class Estimate(Finding):
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
-def negated(estimate: Estimate) -> Estimate:
+def negate_estimate(estimate: Estimate) -> Estimate:
     """Return an estimate with the opposite sign."""
     value, low, high = (None if one is None else -one for one in (estimate.value, estimate.low, estimate.high))
     return estimate.model_copy(update={"value": value, "low": high, "high": low})
 
 
-def estimate_from_mean(mean: EarthquakeMean, statistic: str, unit: str = "1") -> Estimate:
+def estimate_from_mean(mean: MeanOverEarthquakes, statistic: str, unit: str = "1") -> Estimate:
     """Convert a mean over earthquakes to an `Estimate` of the quantity that `statistic` names."""
     return Estimate(statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquakes=mean.n, unit=unit)

@@ -45,7 +45,7 @@ _MEMBERS: Final = {
 def cell_weight_in_direction_statistics(
     fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
-    """Return each cell's weight in direction statistics: 1 if all its members fall the same way, 0 if in any way.
+    """Return each cell's weight in direction statistics: 1 if all its members fall one way, 0 if in all directions.
 
     The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
     without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is

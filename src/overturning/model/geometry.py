@@ -65,7 +65,7 @@ class PlacedElement:
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
     @property
-    def size(self) -> float:
+    def smaller_side(self) -> float:
         """Smaller one of width and height of the element, m."""
         return min(self.shape.width, self.shape.height)
 
@@ -301,7 +301,7 @@ def touching_segment_ends(
     """
     touching = []
     for index, (a, b) in enumerate(placed_pieces_of_pairs(placed_elements, pairs)):
-        ends, closed = contact_segment_ends(a, b), CONTACT_GAP * min(a.size, b.size)
+        ends, closed = contact_segment_ends(a, b), CONTACT_GAP * min(a.smaller_side, b.smaller_side)
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
@@ -311,7 +311,7 @@ def touching_segment_ends(
 
 
 def check_scene_geometry(scene: SceneLayout) -> None:
-    """Raise an ArgumentError, with element and remedy, if elements overlap or lack support."""
+    """Raise an ArgumentError that names element and remedy if elements overlap or lack support."""
     if fault := first_placement_error(place_elements(scene)):
         raise ArgumentError(fault)
 
@@ -320,7 +320,7 @@ def first_placement_error(placed_elements: list[PlacedElement]) -> str:
     """Return an error message for the first element that overlaps another or lacks support; "" if there is none."""
     for i, j, gap in sorted(_gaps_between_elements(placed_elements)):
         a, b = placed_elements[i], placed_elements[j]
-        if -gap > 1e-6 * min(a.size, b.size):
+        if -gap > 1e-6 * min(a.smaller_side, b.smaller_side):
             return (
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"

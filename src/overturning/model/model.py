@@ -68,7 +68,7 @@ class Model(ABC):
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
-        """Dimensions of a case, the direction first."""
+        """Names of the dimensions of a case, the direction first."""
         return (self.direction, *self.case_dims)
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.pieces import COLLINEAR_AREA, convex_piece_vertex_indices, polygon_crosses_itself
-from overturning.model.rest import is_resting_face
+from overturning.model.rest import mask_of_resting_faces
 
 SYMMETRY_TOLERANCE: Final = 1e-9
 """Relative tolerance of mirror symmetry: vertices within it, as a share of the size, are made to mirror exactly."""
@@ -68,7 +68,7 @@ class Polygon:
         tilts = np.arctan2(
             normals[:, 0], -normals[:, 1]
         )  # a face with its normal towards +x comes down by a rotation to +x
-        stable = is_resting_face(normals, offsets, max(self.width, self.height))
+        stable = mask_of_resting_faces(normals, offsets, max(self.width, self.height))
         stable[np.argmin(np.abs(tilts))] = False
         back, on = (float(np.min(turns[stable & (turns > 0)], initial=np.pi)) for turns in (-tilts, tilts))
         return round(back, 12), round(on, 12)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.rest import FLAT, is_resting_face
+from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.solid import Solid
 from overturning.model.tipping import ConvexHull, fall_tilt_limits
 
@@ -48,7 +48,7 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
 
 
 def _convex_hull(vertices: FloatArray) -> ConvexHull:
-    """Return the convex hull of vertices about their centre of mass; an ArgumentError if they are not convex."""
+    """Return the convex hull of vertices about their centre of mass; raise an ArgumentError if they are not convex."""
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
     size = float(np.ptp(vertices, axis=0).max())
@@ -103,11 +103,11 @@ def _least_tilt_and_resting_face_normals(hull: ConvexHull, size: float) -> tuple
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
-    stable = is_resting_face(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
+    stable = mask_of_resting_faces(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
-    # Triangles of a face are not exactly coplanar if the file rounds its vertices: merge them, as `is_resting_face`.
+    # Triangles of a face are not exactly coplanar if the file rounds its vertices: see `mask_of_resting_faces`.
     faces = normals[stable]
     faces = faces[~np.tril(faces @ faces.T > 1.0 - FLAT, -1).any(axis=1)]
     # Rounded: otherwise a face along x, up to the last digit, could come last instead of first.
@@ -124,7 +124,7 @@ def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArra
     """
     n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.normals[hull.neighbours].reshape(-1, 3)
-    nearest = _max_cosine_to_down(n1, n2).reshape(-1, 3)
+    nearest = _max_cosine_to_vertical_on_arcs(n1, n2).reshape(-1, 3)
     reached = nearest > np.cos(max_tilt) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
@@ -133,7 +133,7 @@ def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArra
     return np.unique(np.concatenate(vertices))
 
 
-def _max_cosine_to_down(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
+def _max_cosine_to_vertical_on_arcs(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
     """Return, for each of m arcs between two unit normals, the largest cosine of its angle to the downward vertical."""
     ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
     axis = np.cross(first_normals, second_normals)

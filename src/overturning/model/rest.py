@@ -11,7 +11,7 @@ FLAT: Final = 1e-6
 """Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
 
-def is_resting_face(
+def mask_of_resting_faces(
     face_normals: FloatArray, distances_of_vertices_from_faces: FloatArray, body_size: float
 ) -> NDArray[np.bool_]:
     """Return True for each face on which a body can rest, because the foot of its centre of mass lies on the face.

@@ -49,7 +49,7 @@ class Shape(ABC):
 
 @dataclass(frozen=True)
 class RectangularPrism(Shape):
-    """Right prism B × D × H with B along the azimuth of its orientation and D = aspect · B across it."""
+    """Rectangular prism B × D × H, with the width B along the azimuth that it faces and the depth D = aspect · B."""
 
     name: ClassVar[str] = "rectangle"
     aspect_is_parameter: ClassVar[bool] = True

@@ -59,7 +59,7 @@ class FallTiltLimits(NamedTuple):
 
 
 class LowestVertexChanges(NamedTuple):
-    """Changes of the lowest vertex of a body that leans further and further in a direction; one entry per change."""
+    """Successive lowest vertices of a body that leans more and more in a direction, one entry per change of vertex."""
 
     direction: NDArray[np.int64]
     """Index of the direction."""
@@ -105,15 +105,15 @@ def fall_tilt_limits(
     if (limits <= least_tilt + 1e-9).all():
         return FallTiltLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
-    _lower_limits_to_resting_faces(limits, rows, resting_face_normals)
-    starts = _quarter_turn_measure(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    _reduce_fall_limits_to_resting_faces(limits, rows, resting_face_normals)
+    starts = _pseudo_angle(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
     return FallTiltLimits(least_tilt, limits, sectors, np.unique(touched))
 
 
-def _lower_limits_to_resting_faces(
+def _reduce_fall_limits_to_resting_faces(
     fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
 ) -> None:
     """Lower the fall limits so that a body resting on any of the faces counts as fallen, even on a narrow face."""
@@ -125,7 +125,7 @@ def _lower_limits_to_resting_faces(
             sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
 
 
-def _quarter_turn_measure(angle: FloatArray) -> FloatArray:
+def _pseudo_angle(angle: FloatArray) -> FloatArray:
     """Return, for each angle, rad, a number from 0 to 4 that grows with the angle and needs no trigonometry."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))

@@ -21,7 +21,7 @@ from overturning.records.component import (
     non_perpendicular_axes_notes,
     note_on_sensor_in_structure,
 )
-from overturning.records.declarations import FileDeclarations, VerticalSense
+from overturning.records.declared_properties import DeclaredFileProperties, VerticalSense
 from overturning.records.doubts import report_dead_horizontal_axis, sample_quality_notes
 from overturning.records.record import Record
 from overturning.records.window import AssemblyRefusalCollector, common_window_processing_entry, cut_to_common_window
@@ -55,40 +55,40 @@ def _rotate_samples_to_north_east(
 def assemble_record(
     components: Sequence[RecordComponent],
     record_id: str,
-    declarations: FileDeclarations | None = None,
+    declared_properties: DeclaredFileProperties | None = None,
     **replaced_fields: Any,
 ) -> Record:
     """Assemble one record from the components of one sensor: two horizontal ones and at most one vertical one.
 
-    The components may be in any order. `declarations` gives directions of the axes and ``trust_data``, which accepts
+    The components may be in any order. `declared_properties` gives axis directions and ``trust_data``, which accepts
     contradictions of header and data, different lengths and implausible amplitudes. `replaced_fields` replace fields of
     the files (station, event, licence…). A vertical axis of unknown sense is left out unless its sense is declared. A
     `RecordError` names all reasons against the record: missing or repeated components, an unknown axis, a sensor that
     was not declared, different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g
     or 1000 cm/s or below 0.0001 g.
     """
-    declarations = declarations or FileDeclarations()
-    refusals = AssemblyRefusalCollector(trust_contradictions=declarations.trust_data)
+    declared_properties = declared_properties or DeclaredFileProperties()
+    refusals = AssemblyRefusalCollector(trust_contradictions=declared_properties.trust_data)
     name = components[0].file if components else record_id
-    components, notes = _orient_or_omit_vertical_components(components, declarations.vertical_sense)
-    notes += [note for component in components if (note := _unused_declaration_note(component, declarations))]
+    components, notes = _orient_or_omit_vertical_components(components, declared_properties.vertical_sense)
+    notes += [note for component in components if (note := _unused_declaration_note(component, declared_properties))]
     notes += dict.fromkeys(
         note for component in components if (note := note_on_sensor_in_structure(component.location))
     )
     differences = _relative_header_peak_differences(components, refusals)
     by_files = [c for c in components if not c.vertical]
-    with refusals.collect():
-        components = _horizontal_then_vertical_components(components, declarations.azimuths_deg, name)
+    with refusals.collect_reason():
+        components = _horizontal_then_vertical_components(components, declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_notes(components, by_files)
     if not components:
-        refusals.raise_all()
+        refusals.raise_collected_reasons()
     window = _cut_to_window_and_check_samples(components, refusals, notes)
-    refusals.raise_all()
-    azimuths = [((c.azimuth_deg or 0.0) + declarations.correction_deg) % 360.0 for c in window[:2]]
+    refusals.raise_collected_reasons()
+    azimuths = [((c.azimuth_deg or 0.0) + declared_properties.correction_deg) % 360.0 for c in window[:2]]
     north, east = _rotate_samples_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
-    extra = _extra_record_properties(window, declarations, notes, differences, refusals.trusted)
+    extra = _extra_record_properties(window, declared_properties, notes, differences, refusals.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
     if first.sensor == "borehole":
@@ -122,7 +122,7 @@ def _relative_header_peak_differences(
     """Return |data peak − header peak| / header peak by axis name; components without header peak are left out."""
     differences = {}
     for component in components:
-        with refusals_out.collect():
+        with refusals_out.collect_reason():
             if (difference := checked_header_peak_difference(component, refusals_out.report_contradiction)) is not None:
                 differences[component.axis] = round(difference, 6)
     return differences
@@ -144,15 +144,15 @@ def _cut_to_window_and_check_samples(
 ) -> Sequence[RecordComponent]:
     """Return the components cut to their common window; add what the checks find to `refusals_out` and `notes_out`."""
     window = components
-    with refusals_out.collect():
+    with refusals_out.collect_reason():
         window = cut_to_common_window(components, refusals_out)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
     if not refusals_out.has_reasons:
-        with refusals_out.collect():
+        with refusals_out.collect_reason():
             report_dead_horizontal_axis(window, refusals_out.report_contradiction)
-    with refusals_out.collect():
+    with refusals_out.collect_reason():
         notes_out += sample_quality_notes(window, refusals_out.report_contradiction)
-    with refusals_out.collect():
+    with refusals_out.collect_reason():
         why = _implausible_amplitude_reason(window)
         if why and not refusals_out.trusting:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
@@ -163,7 +163,7 @@ def _cut_to_window_and_check_samples(
 
 def _extra_record_properties(
     cut_components: Sequence[RecordComponent],
-    declarations: FileDeclarations,
+    declared_properties: DeclaredFileProperties,
     notes: list[str],
     peak_differences: dict[str, float],
     trusted_contradictions: Sequence[str],
@@ -176,12 +176,12 @@ def _extra_record_properties(
         {"origin_time": format_utc(first.origin)} if first.origin else {}
     )
     extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
-    if declarations.trust_data:
+    if declared_properties.trust_data:
         by_reader = [text for c in cut_components for text in c.extra.get("trusted", ())]
         extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
-    borehole = ["borehole sensor"] if declarations.sensor == "borehole" else []
-    extra["declared"] = [*extra.get("declared", ()), *declarations.axis_declaration_texts, *borehole]
+    borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
+    extra["declared"] = [*extra.get("declared", ()), *declared_properties.axis_declaration_texts, *borehole]
     return extra
 
 
@@ -190,14 +190,14 @@ def borehole_station_name(station: str) -> str:
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
-def _unused_declaration_note(component: RecordComponent, declarations: FileDeclarations) -> str:
+def _unused_declaration_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
     """Return a note on declared values that are ignored because the file states its own; "" if there are none."""
-    said = [f"unit {declarations.unit}"] if declarations.unit not in (None, component.unit) else []
-    if declarations.processed not in (None, component.processed):
-        said.append("processed" if declarations.processed else "raw")
+    said = [f"unit {declared_properties.unit}"] if declared_properties.unit not in (None, component.unit) else []
+    if declared_properties.processed not in (None, component.processed):
+        said.append("processed" if declared_properties.processed else "raw")
     interval = component.sampling_interval
-    if abs((declarations.sampling_interval_s or interval) - interval) > 1e-3 * interval:
-        said.append(f"{declarations.sampling_interval_s:g} s")
+    if abs((declared_properties.sampling_interval_s or interval) - interval) > 1e-3 * interval:
+        said.append(f"{declared_properties.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file} states its own" if said else ""
 

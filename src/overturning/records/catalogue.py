@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.declarations import FileDeclarations, FileProperties
+from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
 from overturning.records.fault_trace import checked_fault_trace_text
 from overturning.records.source import SourceFile, read_source_file, unpack_archive
 from overturning.tables import read_table_rows
@@ -124,8 +124,8 @@ LABELS: Final = tuple(name for name in RecordDescription.model_fields if name no
 """Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
 
 
-class RecordEntry(FileProperties, RecordDescription, frozen=True):
-    """One line of the record table: a record, its metadata, and declarations about its files."""
+class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
+    """One line of the record table: a record, its metadata, and properties that it declares of its files."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
     """Angle added to the azimuths in the file: misorientation of the sensor, degrees clockwise."""
@@ -139,11 +139,11 @@ class RecordEntry(FileProperties, RecordDescription, frozen=True):
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property
-    def file_declarations(self) -> FileDeclarations:
+    def declared_file_properties(self) -> DeclaredFileProperties:
         """Declarations about the files of the record, from this line of the record table."""
-        return FileDeclarations(
+        return DeclaredFileProperties(
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
-            **self.model_dump(include={*FileProperties.model_fields}),
+            **self.model_dump(include={*FilePropertyColumns.model_fields}),
         )
 
     @property

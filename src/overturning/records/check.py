@@ -7,7 +7,7 @@ from pathlib import Path
 from overturning.errors import REASON_SEPARATOR, OverturningError
 from overturning.records.assembly import assemble_record
 from overturning.records.component import RecordComponent, peak_acceleration
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import NO_ACCELERATION, holds_no_acceleration
 from overturning.records.grouping import group_components_by_record
@@ -36,7 +36,7 @@ class RecordCheckResult:
 
 
 def check_records_in_files(
-    paths: Sequence[Path], declarations: FileDeclarations | None = None
+    paths: Sequence[Path], declared_properties: DeclaredFileProperties | None = None
 ) -> list[RecordCheckResult]:
     """Read files and folders, sort their components into records, and check each record.
 
@@ -45,25 +45,25 @@ def check_records_in_files(
     are checked.
     """
     sources, findings = _read_source_files(paths)
-    declarations = (declarations or FileDeclarations()).with_station_xml(sources)
-    records = [source for source in sources if source not in declarations.metadata]
+    declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml(sources)
+    records = [source for source in sources if source not in declared_properties.metadata]
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
     findings += [RecordCheckResult((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
     components, refused = _read_components_of_declared_sensor(
-        [source for source in records if source not in skipped], declarations
+        [source for source in records if source not in skipped], declared_properties
     )
     findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components, located = read_components_of_file_and_siblings(paths[0], declarations)
+        components, located = read_components_of_file_and_siblings(paths[0], declared_properties)
     groups = group_components_by_record(components)
-    return findings + [_check_record(group, groups, located, declarations) for group in groups]
+    return findings + [_check_record(group, groups, located, declared_properties) for group in groups]
 
 
 def _read_components_of_declared_sensor(
-    source_files: Sequence[SourceFile], declarations: FileDeclarations
+    source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
     """Return the components of the declared sensor (of all sensors if none is), and a check per refused file."""
     components: list[RecordComponent] = []
@@ -71,14 +71,16 @@ def _read_components_of_declared_sensor(
     refused = []
     for source in source_files:
         try:
-            for one in read_components([source], declarations):
-                (components if declarations.sensor in (None, one.sensor) else others).append(one)
+            for one in read_components([source], declared_properties):
+                (components if declared_properties.sensor in (None, one.sensor) else others).append(one)
         except OverturningError as problem:
             refused.append(RecordCheckResult((source.name,), reason=str(problem)))
     if others and not components:
         files = tuple(dict.fromkeys(one.file for one in others))
         refused.append(
-            RecordCheckResult(files, reason=f"of the {others[0].sensor} sensor; {declarations.sensor} is declared")
+            RecordCheckResult(
+                files, reason=f"of the {others[0].sensor} sensor; {declared_properties.sensor} is declared"
+            )
         )
     return components, refused
 
@@ -87,14 +89,16 @@ def _check_record(
     components: Sequence[RecordComponent],
     all_component_groups: Sequence[Sequence[RecordComponent]],
     file_paths: Sequence[Path],
-    declarations: FileDeclarations,
+    declared_properties: DeclaredFileProperties,
 ) -> RecordCheckResult:
     """Return the result of the check of one record, given its components: the record, or why it is refused."""
     files = tuple(dict.fromkeys(c.file for c in components))
     try:
-        record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declarations)
+        record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
         own = [path for path in file_paths if path.name in files]
-        record = add_notes_to_record(record, missing_vertical_notes(own, components, declarations) if own else [])
+        record = add_notes_to_record(
+            record, missing_vertical_notes(own, components, declared_properties) if own else []
+        )
         return RecordCheckResult(files, tuple(components), record, used=process_record(record, None))
     except OverturningError as problem:
         several = _refusal_reason_of_several_locations(components, all_component_groups)
@@ -173,7 +177,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_format_component(c)}" for c in record_check.components),
-        *(f"  {note}" for note in check_report_notes(record, record_check.components[0].sensor)),
+        *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor)),
         f"  north and east: {_format_peaks(record_check.used or record)}",
     ]
     return "\n".join(lines)
@@ -194,8 +198,8 @@ def _format_peaks(processed_record: Record) -> str:
     return f"PGA {pga} Gal, PGV {pgv} cm/s, PGD {pgd} cm {how}{drifts}"
 
 
-def check_report_notes(record: Record, sensor: str = "surface") -> list[str]:
-    """Return notes on a record: processing by the agency, omitted parts, declarations and trusted contradictions."""
+def notes_for_check_report(record: Record, sensor: str = "surface") -> list[str]:
+    """Return notes on a record: processing by the agency, omitted parts, declarations, trusted contradictions."""
     done = record.extra.get("agency_processing")
     cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))

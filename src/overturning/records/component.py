@@ -11,7 +11,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.declarations import Sensor
+from overturning.records.declared_properties import Sensor
 from overturning.records.source import SourceFile
 
 Direction = tuple[float | None, int]

@@ -133,7 +133,7 @@ def _connect_to_fdsn_server(server: str, timeout: float) -> Any:
 
 
 def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
-    """Return start and end of the requested window as obspy times; ``get_events`` finds the event of an id."""
+    """Return start and end of the requested window as obspy times; ``get_events`` looks up an event by its id."""
     import obspy
 
     if request.event_id:
@@ -159,7 +159,7 @@ def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[s
 
 
 def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> Any:
-    """Send a request to an FDSN server; raise an ArgumentError or a MissingDataError if a retry cannot help."""
+    """Return an FDSN server's answer to a request; raise an ArgumentError or MissingDataError if no retry can help."""
     from obspy.clients.fdsn import header
 
     nothing = MissingDataError(f"{request_label}: the server has no such data; check codes, time window and event")

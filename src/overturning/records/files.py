@@ -7,7 +7,7 @@ from typing import Final
 
 from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import RecordComponent
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.table import (
     NO_ACCELERATION,
     RecordFileFormat,
@@ -22,15 +22,15 @@ TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
-def read_components(files: Iterable[SourceFile], declarations: FileDeclarations) -> list[RecordComponent]:
+def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Read the components of files and archives, each in the format of its content.
 
     Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
     packed = list(_unpack_archives(files))
-    declarations = declarations.with_station_xml(member for member, _ in packed)
-    named = find_format_by_name("csv" if declarations.columns else declarations.format)
+    declared_properties = declared_properties.with_station_xml(member for member, _ in packed)
+    named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
     is_csv = named is not None and named.name == "csv"
     components: list[RecordComponent] = []
     left_out: dict[SourceFile, str] = {}
@@ -38,28 +38,28 @@ def read_components(files: Iterable[SourceFile], declarations: FileDeclarations)
     reasons = RecordRefusalReasons()
     for member, file in packed:
         in_archive = member is not file
-        if member in declarations.metadata:
+        if member in declared_properties.metadata:
             continue
         if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION
         elif in_archive and not is_csv and _is_table_of_unknown_format(member):
             tables.append(member)
         else:
-            with reasons.collect():
-                components += _read_file_components(member, named, declarations)
+            with reasons.collect_reason():
+                components += _read_file_components(member, named, declared_properties)
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
     for member in tables:
         if records and member.suffix not in records:
             left_out[member] = "its format is not recognised"
         else:
-            with reasons.collect():
-                _read_file_components(member, named, declarations)
-    with reasons.collect():
+            with reasons.collect_reason():
+                _read_file_components(member, named, declared_properties)
+    with reasons.collect_reason():
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
-    reasons.raise_all()
+    reasons.raise_collected_reasons()
     return _drop_raw_versions_of_processed_components(components, packed, left_out)
 
 
@@ -76,14 +76,14 @@ def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
 
 
 def _read_file_components(
-    file: SourceFile, required_format: RecordFileFormat | None, declarations: FileDeclarations
+    file: SourceFile, required_format: RecordFileFormat | None, declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
     """Read the components of one file, in the required format or in the one detected from its content."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")
     if required_format is not None and required_format.name != "csv" and not required_format.matches_file(file):
         raise RecordError(f"{file.name}: not a {required_format.title} file; check `format` in the record table")
-    return (required_format or detect_format(file)).read_components(file, declarations)
+    return (required_format or detect_format(file)).read_components(file, declared_properties)
 
 
 def _drop_raw_versions_of_processed_components(

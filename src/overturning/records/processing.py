@@ -13,7 +13,7 @@ from overturning.motion.noise import signal_to_noise_ratio
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.assembly import format_utc
 from overturning.records.record import Record, pga_pgv_pgd_of_larger_component
-from overturning.records.site import Site
+from overturning.records.site import SoilSite
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
 DEFAULT_HZ: Final = 0.1
@@ -38,7 +38,7 @@ def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] 
     return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=corner_hz, order=2))
 
 
-def process_record(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
+def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite | None = None) -> Record:
     """Apply processing steps to a record in order, then the soil layers of a site, if given.
 
     The default steps are those of `default_processing_steps`. ``processing`` of the returned record has one more entry
@@ -83,7 +83,7 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
 
 
 def _with_processing_entry(
-    record_before: Record, record_after: Record, step: Step | Site, parameter_note: str, start_shift_s: float = 0.0
+    record_before: Record, record_after: Record, step: Step | SoilSite, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
     """Return ``record_after`` with an entry on the parameters and effect of ``step`` added to its processing."""
     peaks = [

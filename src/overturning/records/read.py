@@ -20,7 +20,7 @@ from overturning.errors import (
 from overturning.records.assembly import assemble_record, borehole_station_name
 from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_files
 from overturning.records.component import RecordComponent
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import (
     find_format_by_name,
@@ -66,11 +66,11 @@ def read_record_without_table_labels(table_entry: RecordEntry, data_dir: Path | 
         components = _read_record_components(table_entry, data_dir)
         source = f"{components[0].format if components else table_entry.format} {table_entry.source}"
         record = _assemble_record_of_declared_sensor(
-            components, table_entry.id, table_entry.file_declarations, source=source
+            components, table_entry.id, table_entry.declared_file_properties, source=source
         )
         paths = paths_of_record_files(table_entry, Path(data_dir))
         record = add_notes_to_record(
-            record, missing_vertical_notes(paths, components, table_entry.file_declarations) if paths else []
+            record, missing_vertical_notes(paths, components, table_entry.declared_file_properties) if paths else []
         )
     if table_entry.sha256 and table_entry.sha256 != record.sha256:
         raise RecordError(
@@ -110,10 +110,10 @@ def _read_record_components(table_entry: RecordEntry, data_dir: Path | str) -> l
 
         return fema_p695.read_components(table_entry.source)
     try:
-        find_format_by_name(table_entry.file_declarations.format)
+        find_format_by_name(table_entry.declared_file_properties.format)
     except ArgumentError as problem:
         raise ConfigError(f"record {table_entry.id}: {problem}") from None
-    return read_components(read_record_files(table_entry, Path(data_dir)), table_entry.file_declarations)
+    return read_components(read_record_files(table_entry, Path(data_dir)), table_entry.declared_file_properties)
 
 
 def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
@@ -122,20 +122,23 @@ def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
 
 
 def _assemble_record_of_declared_sensor(
-    components: Sequence[RecordComponent], record_id: str, declarations: FileDeclarations, **replaced_fields: Any
+    components: Sequence[RecordComponent],
+    record_id: str,
+    declared_properties: DeclaredFileProperties,
+    **replaced_fields: Any,
 ) -> Record:
     """Assemble the record of the declared sensor (by default the surface sensor) from components.
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
-    reasons, sensor = RecordRefusalReasons(), declarations.sensor or "surface"
+    reasons, sensor = RecordRefusalReasons(), declared_properties.sensor or "surface"
     chosen = [c for c in components if c.sensor == sensor]
     records = group_components_by_record(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         what = f"{len(records)} records ({stations})"
         raise RecordError(f"{chosen[0].file}: {what}; name one by the stem of its files in the record table")
-    with reasons.collect():
+    with reasons.collect_reason():
         if components and not chosen:
             other, first = components[0].sensor, components[0]
             raise RecordError(
@@ -143,9 +146,9 @@ def _assemble_record_of_declared_sensor(
                 f"declare it (sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or "
                 f"give the files of the {sensor} sensor"
             )
-    with reasons.collect():
-        record = assemble_record(chosen or components, record_id, declarations, **replaced_fields)
-    reasons.raise_all()
+    with reasons.collect_reason():
+        record = assemble_record(chosen or components, record_id, declared_properties, **replaced_fields)
+    reasons.raise_collected_reasons()
     others = [c for c in components if c.sensor != sensor]
     if sum(not c.vertical for c in others) >= 2:  # They are a complete record of another sensor.
         return record
@@ -154,21 +157,23 @@ def _assemble_record_of_declared_sensor(
 
 
 def read_record_without_processing(
-    path: Path | str | Sequence[Path | str], declarations: FileDeclarations | None = None, record_id: str | None = None
+    path: Path | str | Sequence[Path | str],
+    declared_properties: DeclaredFileProperties | None = None,
+    record_id: str | None = None,
 ) -> Record:
     """Read a record from a file or several files, without processing."""
-    declarations = declarations or FileDeclarations()
+    declared_properties = declared_properties or DeclaredFileProperties()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
-        components = read_components(map(read_source_file, paths), declarations)
+        components = read_components(map(read_source_file, paths), declared_properties)
     else:
-        components, paths = read_components_of_file_and_siblings(paths[0], declarations)
+        components, paths = read_components_of_file_and_siblings(paths[0], declared_properties)
     record = _assemble_record_of_declared_sensor(
-        components, record_id or paths[0].name.split(".")[0].lower(), declarations
+        components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
     )
-    return add_notes_to_record(record, missing_vertical_notes(paths, components, declarations))
+    return add_notes_to_record(record, missing_vertical_notes(paths, components, declared_properties))
 
 
 def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
@@ -177,26 +182,26 @@ def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
 
 
 def missing_vertical_notes(
-    paths: Sequence[Path], components: Sequence[RecordComponent], declarations: FileDeclarations
+    paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
 ) -> list[str]:
     """Return a note if a record lacks a vertical component that another file in the folder of its files has."""
     if (
         len(components) < 2
-        or declarations.columns
-        or declarations.vertical_sense == "none"
+        or declared_properties.columns
+        or declared_properties.vertical_sense == "none"
         or any(map(is_vertical_component, components))
     ):
         return []
     for path in find_similarly_named_files(paths):
         with suppress(OverturningError):
-            found = read_components([read_source_file(path)], declarations)
+            found = read_components([read_source_file(path)], declared_properties)
             if any(is_vertical_component(one) and belongs_to_record(components, one) for one in found):
                 return [f"vertical component left out: {path.name} in the same folder holds it; name it too"]
     return []
 
 
 def read_components_of_file_and_siblings(
-    path: Path, declarations: FileDeclarations
+    path: Path, declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[Path]]:
     """Read a file and, if it holds only one component, the other files of the same record in its folder.
 
@@ -204,9 +209,11 @@ def read_components_of_file_and_siblings(
     """
     first = read_source_file(path)
     stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declarations = declarations.with_station_xml(map(read_source_file, stationxml))
-    components = read_components([first], declarations)
-    stations = {file.name for file in declarations.metadata} if components[0].format in ("miniseed", "sac") else set()
+    declared_properties = declared_properties.with_station_xml(map(read_source_file, stationxml))
+    components = read_components([first], declared_properties)
+    stations = (
+        {file.name for file in declared_properties.metadata} if components[0].format in ("miniseed", "sac") else set()
+    )
     needed = [other for other in stationxml if other.name in stations]
     if len(components) > 1:
         return components, [path, *needed]
@@ -218,7 +225,7 @@ def read_components_of_file_and_siblings(
     for other in alike:
         # Ignore neighbours that are damaged or no records.
         with suppress(RecordError):
-            components += read_components([read_source_file(other)], declarations)
+            components += read_components([read_source_file(other)], declared_properties)
     components = group_components_by_record(components)[0]
     found = {component.file for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
@@ -238,15 +245,15 @@ def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@suggest_closest_keyword(*(name for name in FileDeclarations.model_fields if name != "metadata"))
+@suggest_closest_keyword(*(name for name in DeclaredFileProperties.model_fields if name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,
     record_id: str | None = None,
     processing: "Sequence[Step | dict[str, Any]] | None" = None,
-    **declarations: Any,
+    **declared_properties: Any,
 ) -> Record:
-    """Read a record from a file, an archive, or several files that belong together, processed as a study does it.
+    """Read a record from a file, an archive, or several files that belong together, and process it as a study does.
 
     Parameters
     ----------
@@ -258,7 +265,7 @@ def read(
     processing : sequence of steps, optional
         As in a study, ``[{"step": "highpass", "corner_hz": 0.1}]``. By kind of file where not given: what its agency
         has processed is left alone.
-    **declarations
+    **declared_properties
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal",
         or by file "a_n.txt=north:gal a_e.txt=east:gal"),
         ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
@@ -283,7 +290,7 @@ def read(
     except ValidationError as problem:
         lines = describe_invalid_keys(problem, Steps, lambda steps: ["processing", *steps])
         raise ArgumentError("\n       ".join(lines)) from None
-    record = read_record_without_processing(paths, FileDeclarations(**declarations), record_id)
+    record = read_record_without_processing(paths, DeclaredFileProperties(**declared_properties), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
     return round_to_stored_precision(process_record(record, steps))

@@ -11,7 +11,7 @@ from overturning.motion.soil import TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.record import Record
 
 
-class Site(BaseModel, extra="forbid", frozen=True):
+class SoilSite(BaseModel, extra="forbid", frozen=True):
     """Site of a study: soil layers that carry the horizontal motion from rock to the surface, after all steps.
 
     Needs pystrata (group `soil`). Linear, or equivalent-linear if a layer has a curve. The vertical motion is

@@ -162,7 +162,7 @@ class Lowpass(ButterworthFilter):
 
 
 class Baseline(_ProcessingStep):
-    """Baseline correction by the named published scheme.
+    """Baseline correction by a published scheme, which is chosen by its name.
 
     ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the
     end of the velocity; a_f is subtracted after t2, and the mean offset that leads to that line between t1 and t2.

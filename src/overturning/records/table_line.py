@@ -41,7 +41,7 @@ def add_record_to_table(
         raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")
     entry = _validated_table_entry(cells)
     if len(paths) == 1 and "source" not in cells_by_column:
-        paths = read_components_of_file_and_siblings(paths[0], entry.file_declarations)[1]
+        paths = read_components_of_file_and_siblings(paths[0], entry.declared_file_properties)[1]
         cells["source"] = " ".join(path.name for path in paths)
         entry = entry.model_copy(update={"source": cells["source"]})
     _check_cell_characters(cells)

@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import DrawnEstimate, alignment_with_references_figure, overturned_share_contrast_figure
+from overturning.figures.answer import (
+    PlottedEstimate,
+    alignment_with_references_figure,
+    overturned_share_contrast_figure,
+)
 from overturning.figures.fall_rate import overturned_fraction_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.scene import scenes_figure
@@ -99,9 +103,9 @@ def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
     return "ground as recorded", f"soil of {one.variant}"
 
 
-def drawn_estimate(one: Estimate) -> DrawnEstimate:
+def drawn_estimate(one: Estimate) -> PlottedEstimate:
     """Return an estimate in the form in which figures draw it."""
-    return DrawnEstimate(one.value, one.low, one.high, one.earthquakes)
+    return PlottedEstimate(one.value, one.low, one.high, one.earthquakes)
 
 
 def _references(found: Findings) -> "Figure":
@@ -143,8 +147,8 @@ def _surveys(surveys: Sequence[SurveyFindings]) -> "Figure":
     def counts(by_octant: dict[str, float | None]) -> FloatArray:
         return np.array([by_octant.get(octant) or 0.0 for octant in OCTANTS])
 
-    def share(one: Any) -> DrawnEstimate:
-        return DrawnEstimate(None) if one is None else DrawnEstimate(one.value, one.low, one.high)
+    def share(one: Any) -> PlottedEstimate:
+        return PlottedEstimate(None) if one is None else PlottedEstimate(one.value, one.low, one.high)
 
     return survey_falls_figure(
         [

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import ResultError
-from overturning.figures.drawn_case import DrawnIllustrativeCase, read_drawn_cases
+from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cases_with_figures
 from overturning.figures.page import film_html_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
@@ -42,7 +42,7 @@ class FilmFacts:
     rule: str
 
 
-def _film_facts(name: str, case: DrawnIllustrativeCase) -> FilmFacts:
+def _film_facts(name: str, case: IllustrativeCaseWithFigures) -> FilmFacts:
     """Return the facts about the film of a case, in the current language."""
     panels = zip(map(translate, case.headings), map(translate, case.outcomes), strict=True)
     return FilmFacts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
@@ -83,7 +83,7 @@ def write_report(
         figures = study_figures(results / "figures")
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
-        cases = {f"film-{number}": case for number, case in enumerate(read_drawn_cases(folder), 1)}
+        cases = {f"film-{number}": case for number, case in enumerate(read_cases_with_figures(folder), 1)}
         figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of_cube
-from overturning.statistics.bootstrap import EarthquakeMean, mean_over_earthquakes
+from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_groups
 from overturning.statistics.falls import (
     BLOCK_RULES,
@@ -28,7 +28,7 @@ class AlignmentUnderBlockRule:
         Rule that selects the blocks.
     records : int
         Records with falls of these blocks and a known fault normal.
-    alignment : EarthquakeMean
+    alignment : MeanOverEarthquakes
         Mean of cos 2Δ over the falls of a record, the records of an earthquake, and earthquakes; 95 % interval.
     largest : float
         Largest possible alignment: the same mean of the resultants of the doubled fall axes of each record.
@@ -36,7 +36,7 @@ class AlignmentUnderBlockRule:
 
     rule: BlockSelectionRule
     records: int
-    alignment: EarthquakeMean
+    alignment: MeanOverEarthquakes
     largest: float
 
 

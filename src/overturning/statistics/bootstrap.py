@@ -35,7 +35,7 @@ class ConfidenceInterval(NamedTuple):
 
 
 @dataclass(frozen=True)
-class EarthquakeMean:
+class MeanOverEarthquakes:
     """Mean over ``n`` earthquakes and the ends of its confidence interval; an unknown number is NaN."""
 
     n: int
@@ -168,29 +168,29 @@ def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray
 
 def mean_over_earthquakes(
     record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
-) -> EarthquakeMean:
+) -> MeanOverEarthquakes:
     """Average a value of each record over records of each earthquake, then over earthquakes.
 
     The interval of the mean is that of `bootstrap_interval`.
     """
     means = _finite_means_by_earthquake(record_values, record_events)
     if means.size == 0:
-        return EarthquakeMean(0, *(math.nan,) * 3)
+        return MeanOverEarthquakes(0, *(math.nan,) * 3)
     ends = bootstrap_interval(mean_of_each_bootstrap_sample, means, draws=draws)
-    return EarthquakeMean(int(means.size), float(means.mean()), *ends)
+    return MeanOverEarthquakes(int(means.size), float(means.mean()), *ends)
 
 
 def mean_share_over_earthquakes(
     record_shares: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
-) -> EarthquakeMean:
+) -> MeanOverEarthquakes:
     """Average a share of each record, 0 to 1, over records of each earthquake, then over earthquakes.
 
     The interval is exact if the shares of all earthquakes are 0, or all are 1; otherwise it is from the bootstrap.
     """
     means = _finite_means_by_earthquake(record_shares, record_events)
     if means.size == 0:
-        return EarthquakeMean(0, *(math.nan,) * 3)
-    return EarthquakeMean(int(means.size), float(means.mean()), *mean_share_interval(means, draws=draws))
+        return MeanOverEarthquakes(0, *(math.nan,) * 3)
+    return MeanOverEarthquakes(int(means.size), float(means.mean()), *mean_share_interval(means, draws=draws))
 
 
 def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:

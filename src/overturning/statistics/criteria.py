@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import EarthquakeMean, bootstrap_interval
+from overturning.statistics.bootstrap import MeanOverEarthquakes, bootstrap_interval
 from overturning.statistics.logistic import overturning_regression_rows
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
@@ -237,9 +237,9 @@ class PredictionRuleScore:
     ----------
     name, rule : str
         Name and rule of the criterion, or of the rule that ignores the motion.
-    overall, skill : FallPredictionCounts, EarthquakeMean
+    overall, skill : FallPredictionCounts, MeanOverEarthquakes
         Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
-    within : EarthquakeMean
+    within : MeanOverEarthquakes
         Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
         same kind of interval.
     within_valid : float
@@ -249,8 +249,8 @@ class PredictionRuleScore:
     name: str
     rule: str
     overall: FallPredictionCounts
-    skill: EarthquakeMean
-    within: EarthquakeMean
+    skill: MeanOverEarthquakes
+    within: MeanOverEarthquakes
     within_valid: float
 
 
@@ -263,7 +263,7 @@ class OverturningCriteriaScores:
     rules : tuple of PredictionRuleScore
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
-    leads : dict of str to EarthquakeMean
+    leads : dict of str to MeanOverEarthquakes
         Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     beyond : float
@@ -273,7 +273,7 @@ class OverturningCriteriaScores:
     """
 
     rules: tuple[PredictionRuleScore, ...]
-    leads: dict[str, EarthquakeMean]
+    leads: dict[str, MeanOverEarthquakes]
     beyond: float
     blocks: dict[tuple[float, float], tuple[FallPredictionCounts, ...]]
 
@@ -317,7 +317,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
             (_skill_over_all_blocks, _mean_skill_within_blocks),
         )
         skill, within = (
-            EarthquakeMean(len(counts), float(of(counts)), *bootstrap_interval(of, counts)) for of in statistics
+            MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts)) for of in statistics
         )
         return PredictionRuleScore(
             name,
@@ -346,7 +346,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     return OverturningCriteriaScores(tuple(rules), _best_minus_other_skills(by_event), beyond, blocks)
 
 
-def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict[str, EarthquakeMean]:
+def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
     """Compute the skill of the best criterion minus that of each other one, by name of the other.
 
     See `OverturningCriteriaScores.leads`.
@@ -366,7 +366,7 @@ def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict
         for name, counts in counts_by_criterion.items()
     }
     return {
-        name: EarthquakeMean(
+        name: MeanOverEarthquakes(
             len(pair), float(first_minus_second_skill(pair)), *bootstrap_interval(first_minus_second_skill, pair)
         )
         for name, pair in pairs.items()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
 from overturning.statistics.bootstrap import (
-    EarthquakeMean,
+    MeanOverEarthquakes,
     bootstrap_interval,
     distinct_earthquake_names,
     mean_of_each_bootstrap_sample,
@@ -113,7 +113,7 @@ class FallAxisSummary:
     ----------
     earthquakes : int
         Number of earthquakes.
-    alignment : EarthquakeMean
+    alignment : MeanOverEarthquakes
         Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
         −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
     axis_deg : float
@@ -134,7 +134,7 @@ class FallAxisSummary:
     """
 
     earthquakes: int
-    alignment: EarthquakeMean
+    alignment: MeanOverEarthquakes
     axis_deg: float
     half_width_deg: float
     with_axis: int
@@ -169,13 +169,13 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
         half_width = float(np.quantile(distances, 1 - 2 * tail_share_of_expanded_interval(len(vectors), level)))
     known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
-    alignment, most = EarthquakeMean(len(vectors), float(cosine), *ends), fall_axes["largest"].values
+    alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes["largest"].values
     largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
     count = int(fall_axes.sizes["event"])
     return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
-def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> EarthquakeMean:
+def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
     """Compute the alignment with the fault normal in a first set of records minus that in a second set.
 
     Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with
@@ -193,7 +193,7 @@ def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: 
         return np.asarray(means[:, 0] - means[:, 1])
 
     difference = float(first_minus_second_mean(values.T[None])[0])
-    return EarthquakeMean(
+    return MeanOverEarthquakes(
         n, difference, *bootstrap_interval(first_minus_second_mean, values.T, draws=10_000, earthquake_count=n)
     )
 
@@ -246,18 +246,18 @@ class FallAlignmentWithReferences:
     Attributes
     ----------
     means : dict
-        `EarthquakeMean` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
+        `MeanOverEarthquakes` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
         the reference, and True for its axis or False for its direction (peaks and radial direction only).
     closest : tuple of str
         The two references with the largest alignment of axes in the first range of B/H, among those known for the
         largest number of records (others are means over different records). Shorter if fewer are known.
-    closer : list of EarthquakeMean
+    closer : list of MeanOverEarthquakes
         Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 
-    means: dict[tuple[str, bool], list[EarthquakeMean]]
+    means: dict[tuple[str, bool], list[MeanOverEarthquakes]]
     closest: tuple[str, ...]
-    closer: list[EarthquakeMean]
+    closer: list[MeanOverEarthquakes]
 
 
 def fall_alignment_with_references(
@@ -307,7 +307,7 @@ def _group_alignment_with_references(
     `FallAlignmentWithReferences.means`.
     """
 
-    def earthquake_mean_of_group(record_cosines: FloatArray) -> EarthquakeMean:
+    def earthquake_mean_of_group(record_cosines: FloatArray) -> MeanOverEarthquakes:
         return mean_over_earthquakes(np.where(group_mask, record_cosines, np.nan), record_events)
 
     means = {key: [earthquake_mean_of_group(one) for one in values] for key, values in reference_cosines.items()}

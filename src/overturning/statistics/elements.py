@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.statistics.bootstrap import EarthquakeMean, mean_share_over_earthquakes
+from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_record_cubes
 
 
@@ -40,11 +40,11 @@ class TwoStoneFallContrast:
     45° of each other, and falls that are earlier in this cube.
     """
 
-    only_this: EarthquakeMean
-    only_other: EarthquakeMean
-    both: EarthquakeMean
-    same_way: EarthquakeMean
-    earlier: EarthquakeMean
+    only_this: MeanOverEarthquakes
+    only_other: MeanOverEarthquakes
+    both: MeanOverEarthquakes
+    same_way: MeanOverEarthquakes
+    earlier: MeanOverEarthquakes
 
 
 _OUTCOME = ("overturned", "overturning_time")
@@ -134,7 +134,7 @@ def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_])
     `record_events` are the names of the earthquakes of the records, shape (records,).
     """
 
-    def mean_share_of_counts(part_name: str, whole_name: str) -> EarthquakeMean:
+    def mean_share_of_counts(part_name: str, whole_name: str) -> MeanOverEarthquakes:
         total = fall_counts[whole_name].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
             return mean_share_over_earthquakes(

@@ -89,16 +89,16 @@ def _standing_case_with_largest_value(
     return _case_with_largest_score(record_cube, 0, size, size >= min_value)
 
 
-def _broadest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCaseOfRecord | None:
+def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCaseOfRecord | None:
     return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_cells)
 
 
 def _find_fall_over_corner(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
-    return _broadest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
+    return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
-def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_fault_normal_and_parallel_cases(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(
         wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
@@ -117,7 +117,7 @@ def _find_normal_and_parallel_pair(record_cube: xr.Dataset) -> BestCaseOfRecord 
     return BestCaseOfRecord((float(moves[place]), broad), place, (along, across))
 
 
-def _find_falls_to_both_sides(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_fall_to_each_side(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     model = model_of_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
@@ -136,14 +136,14 @@ RULES: Final = (
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
         "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
         "one that only stands)",
-        _find_normal_and_parallel_pair,
+        _find_fault_normal_and_parallel_cases,
         ("peak_rotation",),
     ),
     IllustrativeCaseRule(
         WHICH_SIDE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
-        _find_falls_to_both_sides,
+        _find_fall_to_each_side,
         ("overturned",),
     ),
     IllustrativeCaseRule(
@@ -155,7 +155,7 @@ RULES: Final = (
     IllustrativeCaseRule(
         "Falls, though both planes of its faces say it stands",
         "the broadest block that does so",
-        lambda record_cube: _broadest_falling_case(record_cube, record_cube["plane_overturned"] == 0),
+        lambda record_cube: _stoutest_falling_case(record_cube, record_cube["plane_overturned"] == 0),
         ("plane_overturned",),
     ),
     IllustrativeCaseRule(

@@ -17,7 +17,7 @@ _SHARES: Final = {
 
 
 def planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Count, by record and B/H, the cases in which the 2-D model of the faces gives the 3-D outcome.
+    """Count, by record and B/H, the cases in which the 2-D model in the face planes gives the 3-D outcome.
 
     Cases in which the models differ are counted, too.
 
@@ -50,7 +50,7 @@ def _planar_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
 
 
 def planar_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Compute the shares of cases in which the 2-D model of the faces gives the outcome of the 3-D model.
+    """Compute the shares of cases in which the 2-D model in the face planes gives the outcome of the 3-D model.
 
     The counts of `planar_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import comb
 
 from overturning.arrays import FloatArray
-from overturning.settings import Ensemble
+from overturning.settings import EnsembleSettings
 from overturning.study.ensemble import BATCH, intervals_within_half_width
 
 MAX_RUNS_PER_CELL: Final = 128
@@ -46,7 +46,7 @@ def unbiased_first_batch_statistic(
     positive_share: ArrayLike,
     negative_share: ArrayLike,
     run_counts: ArrayLike,
-    ensemble_settings: Ensemble,
+    ensemble_settings: EnsembleSettings,
 ) -> FloatArray:
     """Estimate, for each cell, a statistic of its first batch of ensemble runs from all runs of the cell.
 
@@ -78,7 +78,7 @@ def unbiased_first_batch_statistic(
         np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (positive_share, negative_share)
     )
     first = min(BATCH, ensemble_settings.members)
-    orders, (i, j) = _share_of_run_orders_by_code(first), _fall_counts_from_code(first)
+    orders, (i, j) = _share_of_run_orders_by_outcome_code(first), _fall_counts_by_outcome_code(first)
     says, found = batch_statistic(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -94,15 +94,17 @@ def unbiased_first_batch_statistic(
         places = fell.flat[ended] * _STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _fall_counts_from_code(made)
+        i, j = _fall_counts_by_outcome_code(made)
         unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, ensemble_settings.half_width)
         more = max(min(BATCH, ensemble_settings.members - made), 1)
-        orders, sums = (np.convolve(one * unsettled, _share_of_run_orders_by_code(more)) for one in (orders, sums))
+        orders, sums = (
+            np.convolve(one * unsettled, _share_of_run_orders_by_outcome_code(more)) for one in (orders, sums)
+        )
         made += more
     return found
 
 
-def _fall_counts_from_code(run_count: int) -> tuple[Counts, Counts]:
+def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
     """Return, for each code, the numbers of runs that fall to +1 and to −1.
 
     A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
@@ -111,10 +113,10 @@ def _fall_counts_from_code(run_count: int) -> tuple[Counts, Counts]:
     return towards, away
 
 
-def _share_of_run_orders_by_code(run_count: int) -> FloatArray:
-    """Return, for each code of `_fall_counts_from_code`, which share of all orders of outcomes has its counts.
+def _share_of_run_orders_by_outcome_code(run_count: int) -> FloatArray:
+    """Return, for each code of `_fall_counts_by_outcome_code`, which share of all orders of outcomes has its counts.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """
-    towards, away = _fall_counts_from_code(run_count)
+    towards, away = _fall_counts_by_outcome_code(run_count)
     return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

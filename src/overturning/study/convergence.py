@@ -21,7 +21,7 @@ WARN_ABOVE: Final = 0.01
 """Share of changed flags above which the report warns; cells with a divided ensemble are not counted."""
 
 
-class ElementChanges(OutcomeDifferenceCounts):
+class OutcomeChangesOfElement(OutcomeDifferenceCounts):
     """Numbers of cases in which a rerun changes the outcome of one element; its name is "" for a single block."""
 
     element: str
@@ -33,7 +33,7 @@ class ElementChanges(OutcomeDifferenceCounts):
     sides_agreed: int  # of these, that fall to the other side
 
 
-class RigidComparison(ElementChanges):
+class RigidComparison(OutcomeChangesOfElement):
     """Numbers of cases with different outcomes in the study and for the exact rigid block."""
 
     cells: int  # number of cells of the study with blocks that cannot slide
@@ -43,12 +43,12 @@ class RerunResult(BaseModel):
     """Result of running cases again in one way: changes of outcomes by element, or the reason for a refusal."""
 
     block_steps: int
-    outcomes: list[ElementChanges]
+    outcomes: list[OutcomeChangesOfElement]
     refused: str = ""
 
 
-class RefinementOfChanges(BaseModel):
-    """Numbers of cases that change with finer steps: all, run again, confirmed by the finest steps, and chaotic."""
+class ChangesWithFinerSteps(BaseModel):
+    """Numbers of cases whose outcome changes with finer steps: all, rerun with the finest steps, confirmed, chaotic."""
 
     changed: int
     looked_at: int
@@ -57,7 +57,7 @@ class RefinementOfChanges(BaseModel):
     block_steps: int
 
 
-class AmplitudeChange(BaseModel):
+class FallChangesWithAmplitude(BaseModel):
     """Numbers of 3-D falls that change under motions whose amplitudes differ by at most `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
@@ -68,7 +68,7 @@ class AmplitudeChange(BaseModel):
     block_steps: int
 
 
-class Convergence(BaseModel):
+class ConvergenceCheckResult(BaseModel):
     """Result of a convergence check, stored in ``convergence.json``."""
 
     seed: int
@@ -83,11 +83,11 @@ class Convergence(BaseModel):
     stiffer_by: float
     finer: RerunResult
     stiffer: RerunResult
-    settling: RefinementOfChanges
-    amplitude: AmplitudeChange | None  # None for planar models
+    settling: ChangesWithFinerSteps
+    amplitude: FallChangesWithAmplitude | None  # None for planar models
     rigid: RigidComparison | None  # None if no cell has a block that cannot slide
 
 
-def read_convergence_result(path: Path) -> Convergence:
-    """Read the result of a convergence check; a `ResultError` if it is missing, damaged, or from another version."""
-    return read_result(Convergence, path, "convergence check")
+def read_convergence_result(path: Path) -> ConvergenceCheckResult:
+    """Read the result of a convergence check; raise a `ResultError` if missing, damaged, or of another version."""
+    return read_result(ConvergenceCheckResult, path, "convergence check")

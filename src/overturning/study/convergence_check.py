@@ -29,10 +29,10 @@ from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
     AMPLITUDE_REACH,
     MIN_AZIMUTH_SHIFT_DEG,
-    AmplitudeChange,
-    Convergence,
-    ElementChanges,
-    RefinementOfChanges,
+    ChangesWithFinerSteps,
+    ConvergenceCheckResult,
+    FallChangesWithAmplitude,
+    OutcomeChangesOfElement,
     RerunResult,
     RigidComparison,
 )
@@ -61,7 +61,7 @@ def check_convergence(
     threads: int = 1,
     progress: Progress | None = None,
     rigid_sample: CellSample | None = None,
-) -> Convergence:
+) -> ConvergenceCheckResult:
     """Rerun a sample of cases with finer time steps and with stiffer contact springs, within the allowed cost.
 
     Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
@@ -84,7 +84,7 @@ def check_convergence(
         runs.rerun_affordable_cases("finer", 1.0, allowed)
     count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
-    return Convergence(
+    return ConvergenceCheckResult(
         seed=settings.seed,
         wanted=len(case_sample.record),
         chosen=count,
@@ -171,7 +171,7 @@ class _CaseReruns:
         outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
         return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), outcomes=outcomes)
 
-    def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[ElementChanges]:
+    def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
         """Count the changes of each element between the study and a rerun of the first cases."""
         count, outcomes = len(rerun_outcomes), []
         own = self.sample.answers[:count]
@@ -189,7 +189,7 @@ class _CaseReruns:
                 "fallen_undivided": those.fallen,
                 "fallen_agreed": agreed.fallen, "sides_agreed": agreed.sides,
             }  # fmt: skip
-            outcomes.append(ElementChanges(element=name, **undivided, **counts.model_dump()))
+            outcomes.append(OutcomeChangesOfElement(element=name, **undivided, **counts.model_dump()))
         return outcomes
 
     def compare_with_rigid_block(self) -> RigidComparison:
@@ -198,7 +198,7 @@ class _CaseReruns:
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
         return RigidComparison(cells=self.sample.computed, **found.model_dump())
 
-    def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> RefinementOfChanges:
+    def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
         """Rerun the cases that finer steps changed, with the finest steps and with a perturbed motion, and compare."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
@@ -210,7 +210,7 @@ class _CaseReruns:
             self._rerun_cases("finer", rows, 1.0 + AMPLITUDE_PERTURBATION),
         )
         kept = ~outcomes_differ(nudged, finer[rows])
-        return RefinementOfChanges(
+        return ChangesWithFinerSteps(
             changed=changed.size,
             looked_at=rows.size,
             settled=int((~outcomes_differ(finest, finer[rows]) & kept).sum()),
@@ -218,7 +218,7 @@ class _CaseReruns:
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
-    def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> AmplitudeChange | None:
+    def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
         """Run falls of 3-D bodies among the first cases again under weaker and stronger motions; None in 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
@@ -234,7 +234,7 @@ class _CaseReruns:
             stood |= (again["overturned"] == 0).any(axis=1)
             steps += int(again["block_steps"].sum())
         weight = self.sample.weight[rows]
-        return AmplitudeChange(
+        return FallChangesWithAmplitude(
             falls=rows.size,
             moved=int(moved.sum()),
             stood=int(stood.sum()),

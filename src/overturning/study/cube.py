@@ -200,7 +200,7 @@ def _check_element_exists(element: str | None, known_elements: Sequence[str], cu
         raise ResultError(f"{cube_path}: no element {element!r}; known: {', '.join(known_elements)}")
 
 
-def record_position(cube: "xr.Dataset", record_id: str | None) -> int:
+def index_of_record(cube: "xr.Dataset", record_id: str | None) -> int:
     """Return the position of a record by its id, which may be None for a cube with one record.
 
     A selection of one record has its id without a dimension; a cube without a study has no ids. An `ArgumentError`
@@ -216,7 +216,7 @@ def record_position(cube: "xr.Dataset", record_id: str | None) -> int:
 
 
 def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
-    """Return the parsed content of a JSON attribute of a cube; a ResultError if missing or of another type."""
+    """Return the parsed content of a JSON attribute of a cube; raise a ResultError if missing or of another type."""
     try:
         found = json.loads(cube.attrs[attribute_name])
         if not isinstance(found, expected_type):
@@ -229,7 +229,7 @@ def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type:
 
 
 def study_of_cube(cube: "xr.Dataset") -> Study:
-    """Return the complete study of a cube; a ResultError if it is missing, a ConfigError if it is invalid."""
+    """Return the complete study of a cube; raise a ResultError if it is missing, a ConfigError if it is invalid."""
     return study_from_content(parse_json_attribute(cube, "study", dict), "study in the cube")
 
 

@@ -10,8 +10,8 @@ from overturning.arrays import FloatArray
 from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.motion.soil import Layer, Rock
-from overturning.records.site import Site
-from overturning.settings import Population, UniformRange
+from overturning.records.site import SoilSite
+from overturning.settings import StonePopulation, UniformRange
 from overturning.study.schema import Study
 
 SLOWEST_SOIL: Final = 30.0
@@ -90,7 +90,7 @@ def _density_warnings(key: str, density: float) -> Iterator[str]:
         yield f"{key}: {density:g} kg/m³ outside {low:,.0f} to {high:,.0f} kg/m³{cause}"
 
 
-def _soil_layer_warnings(key: str, site: Site) -> Iterator[str]:
+def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
     """Yield warnings about the soil of a site."""
     below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
     for name, one in [*below, ("rock", site.rock)]:
@@ -110,7 +110,7 @@ def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
             yield from _friction_warnings(f"{key}.contacts.{number}.friction", (law.friction,))
 
 
-def _population_range_warnings(study: Study, population: Population) -> Iterator[str]:
+def _population_range_warnings(study: Study, population: StonePopulation) -> Iterator[str]:
     """Yield a warning if much of a population lies outside the heights, B/H or frictions of the study.
 
     Such stones take the nearest value. Sizes are uniformly distributed, so quantiles represent the stones.

@@ -25,7 +25,7 @@ from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from overturning.settings import Ensemble
+from overturning.settings import EnsembleSettings
 from overturning.tables import read_table_rows
 
 Z_95: Final = NormalDist().inv_cdf(0.975)
@@ -80,7 +80,7 @@ class EnsembleMembers:
     initial_tilt: FloatArray
 
     @property
-    def size(self) -> int:
+    def member_count(self) -> int:
         """Number of ensemble members."""
         return int(self.scramble.size)
 
@@ -104,7 +104,7 @@ class EnsembleMembers:
 
     @classmethod
     def read_csv(cls, csv_path: Path) -> Self:
-        """Read a file written by `write_csv`; a `ResultError` if it is missing, damaged, or another kind of file."""
+        """Read a file written by `write_csv`; raise a `ResultError` if it is missing, damaged, or of another kind."""
         if csv_path.exists() and not checksum_matches(csv_path):
             raise ResultError(
                 f"{csv_path}: damaged, or no table of ensemble members; run the study again to recreate it"
@@ -122,7 +122,7 @@ COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
 _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...)))  # type: ignore[call-overload]
 
 
-def draw_member_changes(settings: Ensemble) -> EnsembleMembers:
+def draw_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
     """Draw the parameter changes of all members from two differently scrambled Sobol sequences (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
@@ -246,7 +246,7 @@ class CellEnsemble:
             shape = overturned.shape if variable.per_element else grid.shape
             arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
-        together = max(1, min(BATCH, members.size))
+        together = max(1, min(BATCH, members.member_count))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
         most = min(MAX_MOTION_SAMPLES // motion.samples, MAX_MEMBER_CASES // cells_of_each)
         group = max(1, most // together)
@@ -255,8 +255,8 @@ class CellEnsemble:
             some = np.zeros_like(chosen)
             some[directions[start : start + group]] = True
             cells = np.argwhere(chosen & some)
-            flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
-            azimuth = np.full((len(cells), members.size), np.nan)
+            flags = np.full((len(cells), members.member_count, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
+            azimuth = np.full((len(cells), members.member_count), np.nan)
             of_group = progress_of_subtask(progress, done / work, (done + len(cells)) / work)
             block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
             found = self.model.ensemble_variables_of_cells(flags, azimuth - members.azimuth_deg, members.scramble)
@@ -300,7 +300,7 @@ class CellEnsemble:
         direction, *rest = (
             grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
-        same = np.ones(members.size)
+        same = np.ones(members.member_count)
         sizes = {
             name: at * getattr(members, name, same) for name, at in zip(grid.dimension_names[1:], rest, strict=True)
         }

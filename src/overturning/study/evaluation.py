@@ -12,7 +12,7 @@ from overturning.validation import StrictModel
 FORMATS: Final = ("svg", "png", "pdf")
 
 
-class Figures(StrictModel):
+class FigureSettings(StrictModel):
     """Size, resolution and formats of the figures of a study."""
 
     size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; the font size stays")
@@ -45,7 +45,7 @@ class Figures(StrictModel):
         return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
 
 
-class Crate(StrictModel):
+class CrateMetadata(StrictModel):
     """Licence, date and authors for the research crate of the results."""
 
     licence: str = Field(
@@ -58,7 +58,7 @@ class Crate(StrictModel):
     authors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), description="names of the authors")
 
 
-class Published(StrictModel):
+class PublishedValues(StrictModel):
     """Published peaks and outcome for one component of a record, to compare with the study."""
 
     record: str = Field(description="id of the record")
@@ -81,7 +81,7 @@ CONTRASTS: Final = ("vertical", "scene", "site")
 """Questions that compare a variant with the study, named after the setting that the variant changes."""
 
 
-class Primary(StrictModel):
+class PrimaryStatistic(StrictModel):
     """The one statistic that answers a study's question; all others are called secondary."""
 
     statistic: Literal["alignment", "share", "fall_rate", "published"] = Field(
@@ -96,7 +96,7 @@ class Primary(StrictModel):
     )
 
 
-class Survey(StrictModel):
+class SurveySettings(StrictModel):
     """Survey of fallen stones, to compare with the prediction of the study for their site."""
 
     stones: str = Field(

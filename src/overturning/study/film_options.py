@@ -19,7 +19,7 @@ from overturning.study.scenes import (
     variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
-from overturning.study.sections import Records, Simulation
+from overturning.study.sections import RecordSettings, SimulationSettings
 from overturning.units import GRANITE_DENSITY
 
 if TYPE_CHECKING:
@@ -62,11 +62,11 @@ def _motion_obstacles_and_options(study: Study, variant: str) -> tuple[list[str]
         missing.append("the study processes its records in its own way")
     if own.site is not None or study.site is not None:
         missing.append("the motion goes through soil")
-    if study.simulation.model_copy(update={"vertical": True}) != Simulation():
+    if study.simulation.model_copy(update={"vertical": True}) != SimulationSettings():
         missing.append("the study has numerical settings of its own")
     options = [] if variant_uses_vertical_motion(study, variant) else ["--no-vertical"]
     for name in ("table", "folder"):
-        if (given := getattr(study.records, name)) != Records.model_fields[name].default:
+        if (given := getattr(study.records, name)) != RecordSettings.model_fields[name].default:
             options += [f"--{name}", shlex.quote(given)]
     return missing, options
 

@@ -25,7 +25,7 @@ def load_study(path: Path) -> Study:
 
 
 def read_study_content(path: Path) -> dict[str, Any]:
-    """Read keys and values of a study file without validation; a `ConfigError` if it cannot be read."""
+    """Read keys and values of a study file without validation; raise a `ConfigError` if it cannot be read."""
     return read_yaml_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
 
 

@@ -6,9 +6,9 @@ from typing import Any, Final
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
-from overturning.settings import Ensemble, Population
+from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.study.evaluation import CONTRASTS
-from overturning.study.sections import BodySettings, Orientations, Variant
+from overturning.study.sections import BodySettings, OrientationRange, Variant
 from overturning.units import GRANITE_DENSITY
 
 _PLANAR_ONLY: Final = {
@@ -30,7 +30,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     contacts[""] = study.contact
     if study.body is not None:
         yield from _body_conflicts(study, study.body, contacts)
-    elif study.orientation != Orientations():
+    elif study.orientation != OrientationRange():
         yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
     yield from _population_conflicts(study)
     yield from _scene_conflicts(study, contacts)
@@ -47,7 +47,7 @@ def _population_conflicts(study: Any) -> Iterator[str]:
     """Yield messages on settings that conflict with the population."""
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
-        if said := [name for name, value in own if value != Population.model_fields[name].default]:
+        if said := [name for name, value in own if value != StonePopulation.model_fields[name].default]:
             yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
 
 
@@ -93,7 +93,7 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
             yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
     if not body.body_shape().slenderness_is_parameter and study.ensemble.b_over_h not in (
         0.0,
-        Ensemble.model_fields["b_over_h"].default,
+        EnsembleSettings.model_fields["b_over_h"].default,
     ):
         yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
     if study.ensemble.initial_tilt:

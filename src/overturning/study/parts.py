@@ -28,7 +28,7 @@ class SweepChunk:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Parse a text such as ``3-of-8``; an `ArgumentError` if it is not a chunk."""
+        """Parse a text such as ``3-of-8``; raise an `ArgumentError` if it is not a chunk."""
         found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", text)
         if found is None or not 1 <= int(found[1]) <= int(found[2]):
             raise ArgumentError(f"chunk: {text!r}; write a number and that of all chunks, 3-of-8")
@@ -106,14 +106,14 @@ class OpenSweepPart(NamedTuple):
 
 
 def record_and_variant_of_part(path: Path) -> tuple[str, str]:
-    """Return the record id and variant of a part file; a `ResultError` if the file cannot be read."""
+    """Return the record id and variant of a part file; raise a `ResultError` if the file cannot be read."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenSweepPart]:
-    """Open a part and check that its cells belong to a grid; a `ResultError` if they do not."""
+    """Open a part and check that its cells belong to a grid; raise a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenSweepPart(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))

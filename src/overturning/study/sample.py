@@ -13,7 +13,7 @@ from overturning.study.answers import CaseOutcomes, empty_case_outcomes
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
-from overturning.study.sections import Verification
+from overturning.study.sections import ConvergenceCheckSettings
 
 NO_SLIP_FRICTION: Final = 1.0
 """Smallest friction of a rectangular block (with B/H below it) that is compared with a block that cannot slide."""
@@ -45,7 +45,7 @@ class CellSample:
 
 
 def choose_random_cells(
-    settings: Verification, record_count: int, computed_cells: NDArray[np.bool_]
+    settings: ConvergenceCheckSettings, record_count: int, computed_cells: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return n distinct cells at random: position of the record, shape (n,), and indices in the grid, shape (n, dims).
 
@@ -70,9 +70,9 @@ def mask_of_cells_with_rigid_limit(study: Study) -> NDArray[np.bool_]:
 
 
 def read_cell_sample(
-    cube: Path, settings: Verification, candidate_cells: NDArray[np.bool_] | None = None
+    cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
 ) -> CellSample:
-    """Choose cells of a cube and read their outcomes; a ResultError if the cube cannot be read.
+    """Choose cells of a cube and read their outcomes; raise a ResultError if the cube cannot be read.
 
     Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
     """

@@ -57,7 +57,7 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
 
 
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
-    """Return the model of a variant; a `ConfigError` if the study has no such variant."""
+    """Return the model of a variant; raise a `ConfigError` if the study has no such variant."""
     if study.body is None:
         return PlanarModel(variant_scene(study, variant))
     contact = variant_contact(study, variant)

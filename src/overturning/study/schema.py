@@ -20,19 +20,27 @@ from overturning.model.element import Name
 from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
-from overturning.records.site import Site
+from overturning.records.site import SoilSite
 from overturning.records.steps import Steps
-from overturning.settings import Ensemble, Population
-from overturning.study.evaluation import Asks, Crate, Figures, Language, Primary, Published, Survey
+from overturning.settings import EnsembleSettings, StonePopulation
+from overturning.study.evaluation import (
+    Asks,
+    CrateMetadata,
+    FigureSettings,
+    Language,
+    PrimaryStatistic,
+    PublishedValues,
+    SurveySettings,
+)
 from overturning.study.misfits import incompatible_setting_messages
 from overturning.study.sections import (
     BodySettings,
-    Orientations,
-    Records,
+    ConvergenceCheckSettings,
+    OrientationRange,
+    RecordSettings,
     SceneChoice,
-    Simulation,
+    SimulationSettings,
     Variant,
-    Verification,
     load_scene_by_name,
 )
 from overturning.study.values import AzimuthRange, Values
@@ -61,13 +69,13 @@ class Study(StrictModel):
     language: Language = Field(
         default="en", description="language of report, figures, films and explorer: English (`en`) or Japanese (`ja`)"
     )
-    primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
-    records: Records = Field(description="the records")
+    primary: PrimaryStatistic = Field(default=PrimaryStatistic(), description="the statistic that answers the question")
+    records: RecordSettings = Field(description="the records")
     processing: Steps | None = Field(
         default=None,
         description="processing steps in order; not given: the default steps for raw files, none for processed ones",
     )
-    site: Site | None = Field(
+    site: SoilSite | None = Field(
         default=None, description="soil above the records, which are treated as rock motions; not given: no soil"
     )
     scene: SceneChoice = Field(
@@ -80,7 +88,7 @@ class Study(StrictModel):
     body: BodySettings | None = Field(
         default=None, description="a free 3-D body instead of a 2-D scene in vertical planes; not given: 2-D"
     )
-    orientation: Orientations = Field(default=Orientations(), description="directions that a 3-D body faces")
+    orientation: OrientationRange = Field(default=OrientationRange(), description="directions that a 3-D body faces")
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(),
         description="azimuths of the motion, degrees clockwise from north; a 3-D body has `orientation` instead",
@@ -101,36 +109,41 @@ class Study(StrictModel):
     contact: ContactSettings = Field(
         default=ContactSettings(), description="springs, dashpots and slider at each corner"
     )
-    simulation: Simulation = Field(default=Simulation(), description="how the cases are computed")
-    ensemble: Ensemble = Field(
-        default=Ensemble(),
+    simulation: SimulationSettings = Field(default=SimulationSettings(), description="how the cases are computed")
+    ensemble: EnsembleSettings = Field(
+        default=EnsembleSettings(),
         description="repetitions (members) of a case with slightly different parameters; their share that falls is a "
         "probability",
     )
     verification: Annotated[
-        Annotated[Literal["none"], Tag("literal")] | Annotated[Verification, Tag("settings of verification")],
+        Annotated[Literal["none"], Tag("literal")]
+        | Annotated[ConvergenceCheckSettings, Tag("settings of verification")],
         # Distinguish both forms before validation, so that a wrong key gives one message, not one for each form.
         # `no`, `off` and nothing are not settings either; they are answered with the word that is needed.
         Discriminator(lambda value: "literal" if isinstance(value, str | bool | None) else "settings of verification"),
-    ] = Field(default=Verification(), description="`none`, or settings of the convergence check")
+    ] = Field(default=ConvergenceCheckSettings(), description="`none`, or settings of the convergence check")
     variants: dict[Name, Variant] = Field(
         default={},
         description="the study repeated with another contact, scene, site or vertical motion, by name; each variant "
         "has its own cube, and settings that it does not give are those of the study",
     )
-    published: tuple[Published, ...] = Field(
+    published: tuple[PublishedValues, ...] = Field(
         default=(), description="published values; the report compares the study with them"
     )
-    population: Population | None = Field(
+    population: StonePopulation | None = Field(
         default=None, description="a population of stones, whose fall rate is computed under each record"
     )
-    surveys: tuple[Survey, ...] = Field(
+    surveys: tuple[SurveySettings, ...] = Field(
         default=(),
         description="surveys of fallen stones; the report compares each with the prediction of the study for its site",
     )
 
-    figures: Figures = Field(default=Figures(), description="size, resolution and kinds of the figures' files")
-    crate: Crate = Field(default=Crate(), description="authors and terms, for the research crate of the results")
+    figures: FigureSettings = Field(
+        default=FigureSettings(), description="size, resolution and kinds of the figures' files"
+    )
+    crate: CrateMetadata = Field(
+        default=CrateMetadata(), description="authors and terms, for the research crate of the results"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -188,7 +201,9 @@ class Study(StrictModel):
 
     @field_validator("surveys")
     @classmethod
-    def _fill_survey_records(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
+    def _fill_survey_records(
+        cls, surveys: tuple[SurveySettings, ...], info: ValidationInfo
+    ) -> tuple[SurveySettings, ...]:
         """Fill in the record of each survey if the study has only one record."""
         use: tuple[str, ...] = info.data["records"].use if "records" in info.data else ()
         if len(use) != 1:

@@ -9,7 +9,7 @@ from overturning.errors import ArgumentError, OverturningError
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import Scene, load_scene
 from overturning.quantities import Degree, Metre, Second
-from overturning.records.site import Site
+from overturning.records.site import SoilSite
 from overturning.study.values import Values
 from overturning.validation import StrictModel
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
 
-class Records(StrictModel):
+class RecordSettings(StrictModel):
     """Records of the study, and the table that describes them."""
 
     table: str = Field(
@@ -51,7 +51,7 @@ class Records(StrictModel):
         return ids
 
 
-class Simulation(StrictModel):
+class SimulationSettings(StrictModel):
     """Numerical settings of the simulation."""
 
     scheme: str | None = Field(default=None, description="integration scheme; not given: the default of the kernel")
@@ -94,7 +94,7 @@ class Variant(StrictModel):
     contact: ContactSettings | None = Field(
         default=None, description="contact of this variant; keys that it does not give are those of the study"
     )
-    site: Site | None = Field(
+    site: SoilSite | None = Field(
         default=None,
         description="soil layers of this variant, through which the records are propagated",
     )
@@ -104,7 +104,7 @@ class Variant(StrictModel):
     )
 
 
-class Verification(StrictModel):
+class ConvergenceCheckSettings(StrictModel):
     """Convergence check: a random part of the study is run again more exactly."""
 
     share: float = Field(
@@ -184,14 +184,14 @@ class BodySettings(StrictModel):
         return self
 
     def body_shape(self) -> "Shape":
-        """Return the shape of the body; an `ArgumentError` if it is invalid."""
+        """Return the shape of the body; raise an `ArgumentError` if it is invalid."""
         # Imported lazily: 2-D studies do not need it.
         from overturning.model.shapes import Polyhedron, shape_from_name_or_sides
 
         return shape_from_name_or_sides(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
 
-class Orientations(StrictModel):
+class OrientationRange(StrictModel):
     """Orientations of a body: from start by step, up to the rotation that maps the body onto itself."""
 
     start: Degree = Field(

@@ -130,7 +130,7 @@ def run_study(
 
 
 def _checked_records_and_ids(records: Sequence[Record | Motion | str]) -> list[Record | str]:
-    """Return records and ids, each motion as a named record; an ArgumentError if `records` is not a list of these."""
+    """Return records and ids, each motion as a named record; raise an ArgumentError if `records` is no such list."""
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
     others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.faces import simulate_with_face_planes
+from overturning.dem.faces import simulate_grid_and_body_face_planes
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.model.cases import Cases
@@ -65,8 +65,8 @@ def simulate_variant(
     model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
     sized = grid.replace_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.own_ratio is None:
-        return simulate_with_face_planes(model, motion, sized, numerics)
-    arrays = simulate_with_face_planes(
+        return simulate_grid_and_body_face_planes(model, motion, sized, numerics)
+    arrays = simulate_grid_and_body_face_planes(
         model, motion, sized.replace_values(b_over_h=np.array([sizes.own_ratio])), numerics
     )
     counts = {name: arrays.pop(name) for name in COUNTS}

@@ -14,7 +14,7 @@ _MAX_AZIMUTHS = 36_000
 _WHOLE_STEPS = tuple(step for step in range(1, 181) if 360 % step == 0)
 
 
-class Range(StrictModel):
+class ValueRange(StrictModel):
     """Values from start to stop by step; stop is included if it is a whole number of steps from start."""
 
     start: float = Field(description="first value")
@@ -68,12 +68,12 @@ class AzimuthRange(StrictModel):
 def _to_value_list(value: Any) -> Any:
     """Convert a range or a single value to a list; a list is returned unchanged."""
     if isinstance(value, dict):
-        return Range.model_validate(value).expand_values()
+        return ValueRange.model_validate(value).expand_values()
     return [value] if isinstance(value, int | float | str) else value
 
 
 def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
-    """Sort values; a ValueError if there are none, or if one is repeated."""
+    """Sort values; raise a ValueError if there are none, or if one is repeated."""
     if not listed_values:
         raise ValueError("empty list; give at least one value")
     if len(set(listed_values)) != len(listed_values):

@@ -349,5 +349,5 @@ def make_stored_survey_comparison(
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:
-    """Read a stored comparison of a survey; a `ResultError` if the file is missing or from another version."""
+    """Read a stored comparison of a survey; raise a `ResultError` if the file is missing or from another version."""
     return read_result(StoredSurveyComparison, path, "comparison with a survey")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
 from overturning.model.model import StoneOutcomes
-from overturning.settings import Population, UniformRange
+from overturning.settings import StonePopulation, UniformRange
 from overturning.statistics.by_record import load_records
 from overturning.statistics.circular import mean_angle_and_resultant, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
@@ -76,7 +76,7 @@ class DrawnStones:
         return {name: own for name, own in classes.items() if own.any()}
 
 
-def draw_stones(population: Population) -> DrawnStones:
+def draw_stones(population: StonePopulation) -> DrawnStones:
     """Draw the sizes, frictions and face azimuths of random stones of a population.
 
     The random numbers are scrambled Sobol points (Owen 1998, ACM TOMACS 8).
@@ -140,7 +140,7 @@ def outcomes_of_stones(record_cube: xr.Dataset, stones: DrawnStones) -> StoneOut
 
 
 def outcome_rates_by_amplitude(
-    stone_outcomes_by_amplitude: StoneOutcomes, population: Population
+    stone_outcomes_by_amplitude: StoneOutcomes, population: StonePopulation
 ) -> dict[str, FloatArray]:
     """Compute the shares of stones that fall, shift and rotate, at each of the a amplitudes of the motion.
 
@@ -191,7 +191,7 @@ def outcome_rates_by_amplitude(
     }
 
 
-def population_rates_by_record(cube: xr.Dataset, population: Population) -> xr.Dataset:
+def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) -> xr.Dataset:
     """Compute the shares of a population that fall, shift and rotate under each record of a cube.
 
     Parameters

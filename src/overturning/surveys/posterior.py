@@ -214,7 +214,7 @@ def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) 
 
 
 def read_inversion_result(path: Path) -> SurveyInversionResult:
-    """Read the result of the inversion of a survey; a ResultError if the file cannot be read."""
+    """Read the result of the inversion of a survey; raise a ResultError if the file cannot be read."""
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()

@@ -20,7 +20,7 @@ from overturning.dem.run import run
 from overturning.errors import REASON_SEPARATOR, ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
-from overturning.settings import Population
+from overturning.settings import StonePopulation
 from overturning.study.sources import package_source_hash
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stones import Stone
@@ -85,7 +85,7 @@ class StoneKind:
 
     @classmethod
     def from_stone(cls, stone: Stone) -> "StoneKind":
-        """Return the kind of a stone of a survey; an `ArgumentError` if outside the simulated range."""
+        """Return the kind of a stone of a survey; raise an `ArgumentError` if outside the simulated range."""
         front, side = stone.slenderness_in_both_planes
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
             if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
@@ -106,7 +106,7 @@ class StoneKind:
         turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
         return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
 
-    def size_grid_weights(self, size_population: Population) -> FloatArray:
+    def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
         """Return the weights of `HEIGHTS` and `SHAPES` for this kind, shape (heights, shapes).
 
         The weights sum to 1. Unknown sizes are distributed as in `size_population`.
@@ -150,7 +150,7 @@ class StoneOutcomeProbabilities:
     Parameters
     ----------
     motions, kinds : sequence of CandidateMotion, sequence of StoneKind
-        Motions and kinds of stones; an `ArgumentError` if there is none of either.
+        Motions and kinds of stones; raise an `ArgumentError` if there is none of either.
     population : Population, optional
         Distribution of unknown heights and B/H.
     folder : Path, optional
@@ -165,7 +165,7 @@ class StoneOutcomeProbabilities:
         self,
         motions: Sequence[CandidateMotion],
         stone_kinds: Sequence[StoneKind],
-        population: Population | None = None,
+        population: StonePopulation | None = None,
         *,
         folder: Path | None = None,
         threads: int = 1,
@@ -187,9 +187,9 @@ class StoneOutcomeProbabilities:
                 self._ways[aspect].append(load_or_compute_outcomes(one, aspect, nodes, folder, threads))
         if progress:
             progress(len(motions), len(motions))
-        self.table = lru_cache(64)(self._outcome_table)
+        self.table = lru_cache(64)(self._outcome_probability_table)
 
-    def _outcome_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
+    def _outcome_probability_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
         """Return probabilities of direction bins, from the north of the motion, and of standing.
 
         Shape (motions, levels, orientations, bins + 1).
@@ -205,13 +205,13 @@ def response_cache_folder() -> Path:
 
 
 def size_grid_weights_by_kind(
-    stone_kinds: Sequence[StoneKind], size_population: Population | None = None
+    stone_kinds: Sequence[StoneKind], size_population: StonePopulation | None = None
 ) -> dict[StoneKind, FloatArray]:
     """Return, for each kind of stone, the weights of simulated heights and B/H, shape (heights, shapes).
 
     See `StoneKind.size_grid_weights`.
     """
-    return {kind: kind.size_grid_weights(size_population or Population()) for kind in dict.fromkeys(stone_kinds)}
+    return {kind: kind.size_grid_weights(size_population or StonePopulation()) for kind in dict.fromkeys(stone_kinds)}
 
 
 def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
@@ -280,7 +280,7 @@ def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folde
 
 
 def load_or_compute_outcomes(
-    candidate_motion: CandidateMotion, aspect: float, needed_nodes_mask: NDArray[np.bool_], folder: Path, threads: int
+    candidate_motion: CandidateMotion, aspect: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
     """Return the outcomes of stones of one D/B (`aspect`) under a motion, from the cache if possible.
 
@@ -297,12 +297,12 @@ def load_or_compute_outcomes(
         pass
     except Exception:  # a damaged archive raises various exceptions; its content is simulated again
         path.unlink(missing_ok=True)
-    missing = [(h, b) for h, b in np.argwhere(needed_nodes_mask).tolist() if f"{h}-{b}" not in known]
+    missing = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in known]
     if missing:
         known |= dict(
             zip(
                 (f"{h}-{b}" for h, b in missing),
-                simulate_outcomes_at_nodes(candidate_motion, aspect, missing, threads),
+                simulate_outcomes_of_sizes(candidate_motion, aspect, missing, threads),
                 strict=True,
             )
         )
@@ -318,20 +318,25 @@ def _response_source_hash() -> str:
     return package_source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
-def simulate_outcomes_at_nodes(
-    candidate_motion: CandidateMotion, aspect: float, grid_nodes: Sequence[tuple[int, int]], threads: int
+def simulate_outcomes_of_sizes(
+    candidate_motion: CandidateMotion, aspect: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
 ) -> NDArray[np.int8]:
     """Simulate stones of one D/B at pairs of height and B/H; return their outcomes.
 
-    `grid_nodes` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
+    `size_grid_indices` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
     orientations).
 
     An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
     """
     kind = StoneKind(aspect=aspect)
-    axes = (np.arange(len(grid_nodes)), np.array(FRICTIONS), LEVELS / candidate_motion.pgv, kind.orientations_deg)
+    axes = (
+        np.arange(len(size_grid_indices)),
+        np.array(FRICTIONS),
+        LEVELS / candidate_motion.pgv,
+        kind.orientations_deg,
+    )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
-    height, shape = HEIGHTS[np.array(grid_nodes)[:, 0]], SHAPES[np.array(grid_nodes)[:, 1]]
+    height, shape = HEIGHTS[np.array(size_grid_indices)[:, 0]], SHAPES[np.array(size_grid_indices)[:, 1]]
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
     found = run("rectangle" if aspect else "circle", candidate_motion.motion, cases, Numerics(threads=threads))

@@ -334,7 +334,7 @@ def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazar
 
 
 def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
-    """Read the rows of a fragility table (``fragility.csv``); a ResultError if it is invalid."""
+    """Read the rows of a fragility table (``fragility.csv``); raise a ResultError if it is invalid."""
     return [
         row
         for _, row in read_table_rows(

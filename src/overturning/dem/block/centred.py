@@ -168,14 +168,14 @@ def signed_friction_and_sliding(
 
 
 @njit(**INLINE)
-def normal_force_at_rest_and_slope(
+def resting_normal_force_and_velocity_derivative(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
     normal_force: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return the normal force of a corner if it is at rest at the end of a step, and the decrease of the force.
+    """Return the normal force of a corner at rest at the end of a step, and its decrease per upward velocity.
 
     The force is per mass, m/s²; its decrease is per upward velocity of the corner, times half the step.
     """
@@ -197,7 +197,7 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return the contribution of a corner to the equations of a step; a sliding corner has a friction of ±μ n."""
-    normal_force, press = normal_force_at_rest_and_slope(
+    normal_force, press = resting_normal_force_and_velocity_derivative(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
     tangential = block.dashpot + half_step_time * block.tangential
@@ -288,8 +288,8 @@ def solve_velocity_changes_without_friction(
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, is_fine_step, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, is_fine_step, held)
-    nl, press_l = normal_force_at_rest_and_slope(block, left, half, nl, on_l)
-    nr, press_r = normal_force_at_rest_and_slope(block, right, half, nr, on_r)
+    nl, press_l = resting_normal_force_and_velocity_derivative(block, left, half, nl, on_l)
+    nr, press_r = resting_normal_force_and_velocity_derivative(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.push
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))

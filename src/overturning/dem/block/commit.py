@@ -15,11 +15,11 @@ from overturning.dem.block.state import (
     BlockPeaks,
     BlockState,
     BlockVelocityChange,
-    CornerSolution,
-    CornerSolutionPair,
     CornerState,
     PredictedBlock,
     PredictedCorner,
+    SolvedCornerContact,
+    SolvedCornerContactPair,
     base_displacement,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepContactChanges
@@ -37,7 +37,7 @@ def compute_corner_forces(
     assumed_contact: AssumedCornerContact,
     velocity_change: BlockVelocityChange,
     with_friction: bool,
-) -> CornerSolution:
+) -> SolvedCornerContact:
     """Compute the contact forces of a corner at the end of a step, limited by friction, and its new state.
 
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
@@ -82,7 +82,7 @@ def compute_corner_forces(
         lever * f - predicted_corner.arm * n,
         (previous_corner.spring + remaining) * (stretch - remaining),
     )
-    return CornerSolution(
+    return SolvedCornerContact(
         corner=CornerState(remaining, place, depth, n),
         f=f,
         moment=moment if with_friction else -(predicted_corner.arm * n),
@@ -106,11 +106,11 @@ def block_step_contact_changes(
     case_step_control: CaseStepControl,
     step_ticks: float,
     is_fine_step: bool,
-    corner_solutions: CornerSolutionPair,
+    solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
     """Return the contact changes and sliding of a block in an attempted step, which decide if the step is accepted."""
-    left, right = corner_solutions.left, corner_solutions.right
+    left, right = solved_corners.left, solved_corners.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
     gentle = (far <= block.gentle) & (step_ticks <= GENTLE_STEPS * case_step_control.finest)
@@ -141,10 +141,10 @@ def block_step_contact_changes(
 
 
 @njit(**INLINE)
-def next_assumed_slip(
+def slip_directions_for_next_attempt(
     assumed_slip: AssumedSlipDirections,
     is_fine_step: bool,
-    corner_solutions: CornerSolutionPair,
+    solved_corners: SolvedCornerContactPair,
     is_retry: bool,
     keeps_assumed_slip: bool,
 ) -> AssumedSlipDirections:
@@ -153,7 +153,7 @@ def next_assumed_slip(
     They are those of the solved step; a retry keeps the old direction of a corner if it was correct.
     """
     of_left, of_right = (0.0 if is_fine_step else assumed_slip.left), (0.0 if is_fine_step else assumed_slip.right)
-    left, right = corner_solutions.left, corner_solutions.right
+    left, right = solved_corners.left, solved_corners.right
     keeps_left, keeps_right = (
         keeps_assumed_slip | (is_retry & (not left.wrong)),
         keeps_assumed_slip | (is_retry & (not right.wrong)),
@@ -162,7 +162,9 @@ def next_assumed_slip(
 
 
 @njit(**INLINE)
-def contact_time_beyond_half_step(half_step_time: float, corner: CornerSolution, other_corner: CornerSolution) -> float:
+def contact_time_beyond_half_step(
+    half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
+) -> float:
     """Return the time beyond half of the step during which a corner contact that closed in the step acts, s.
 
     It is 0 if the contact of `corner` has not closed in the step. One division serves both corners.
@@ -178,13 +180,13 @@ def complete_block_step(
     previous_step: BlockAfterStep,
     predicted_block: PredictedBlock,
     velocity_change: BlockVelocityChange,
-    corner_solutions: CornerSolutionPair,
+    solved_corners: SolvedCornerContactPair,
     step_ticks: float,
     with_vertical: bool,
     with_friction: bool,
 ) -> BlockAfterStep:
     """Compute the state, peaks and energy account of a block at the end of a step, as they are if it is accepted."""
-    (s, peaks, account), (left, right) = previous_step, corner_solutions
+    (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = predicted_block.half, predicted_block.half * velocity_change.vw, s.tick + step_ticks
     x, z, angle = (
         predicted_block.x + half * velocity_change.vx,

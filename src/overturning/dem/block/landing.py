@@ -42,7 +42,7 @@ def block_lands_flat(
 def flat_landing_friction(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
-    """Return True if a block slides in a flat landing, its signed friction, and the share of its frictional moment.
+    """Return for a flat landing: True if the block slides, its friction ±μ, and the share of its frictional moment.
 
     The signed friction is ±μ, with the sign of `vx`. The share is the part of the moment that rotates the block.
 

@@ -25,8 +25,8 @@ from overturning.dem.block.state import (
     BlockPeaks,
     BlockState,
     BlockVelocityChange,
-    CornerSolutionPair,
     PredictedBlock,
+    SolvedCornerContactPair,
 )
 from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import INNER
@@ -51,7 +51,7 @@ class CentredSchemeConstants(NamedTuple):
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
 
 
-def unused_fields_of_variant(with_vertical: bool, with_friction: bool) -> list[str]:
+def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
     """Return the fields that a variant of the centred scheme neither loads nor stores."""
     springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
     return springs if with_vertical else [*springs, "lift"]
@@ -63,7 +63,7 @@ def create_centred_step_function(with_vertical: bool, with_friction: bool) -> An
 
     The variants are those with or without vertical base motion, and with or without friction.
     """
-    unused = unused_fields_of_variant(with_vertical, with_friction)
+    unused = unused_block_state_fields(with_vertical, with_friction)
     solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
     load_block, load_inertial_accelerations, load_step_control = (
         ROWS.lane_access(BlockConstants).load,
@@ -77,7 +77,7 @@ def create_centred_step_function(with_vertical: bool, with_friction: bool) -> An
     ).load
     load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBlock, unused_fields=unused)
     store_change = ROWS.lane_access(BlockVelocityChange, unused_fields=unused).store
-    complete_block_steps = create_completion_loop(with_vertical, with_friction)
+    complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
     @njit(**INNER)
     def predict_blocks(
@@ -113,9 +113,9 @@ def create_centred_step_function(with_vertical: bool, with_friction: bool) -> An
     return advance_blocks
 
 
-def create_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
+def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
     """Return the compiled third loop of the centred scheme: contact forces, acceptance of the step, and new state."""
-    unused = unused_fields_of_variant(with_vertical, with_friction)
+    unused = unused_block_state_fields(with_vertical, with_friction)
     load_block, load_step_control = ROWS.lane_access(BlockConstants).load, ROWS.lane_access(CaseStepControl).load
     load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)
     load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
@@ -147,7 +147,7 @@ def create_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
             drifts, drift, tilting = flat_landing_friction(block, held, w.ex + d.vx, w.ez + d.vz)
             assumed_left = AssumedCornerContact(d.slid_left, fine, held, drifts, drift, tilting)
             assumed_right = AssumedCornerContact(d.slid_right, fine, held, drifts, drift, tilting)
-            both = CornerSolutionPair(
+            both = SolvedCornerContactPair(
                 commit.compute_corner_forces(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
@@ -155,7 +155,7 @@ def create_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
             again, sooner, attempt = choose_next_step_attempt(
                 BLOCK, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
             )
-            assumed = commit.next_assumed_slip(
+            assumed = commit.slip_directions_for_next_attempt(
                 AssumedSlipDirections(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))

@@ -261,7 +261,7 @@ class CornerEquationTerms(NamedTuple):
     """Tangential force of a sliding corner per normal velocity, times half the step."""
 
 
-class CornerSolution(NamedTuple):
+class SolvedCornerContact(NamedTuple):
     """State, forces and contact changes of a corner at the end of a step whose equations are solved."""
 
     corner: CornerState
@@ -294,11 +294,11 @@ class CornerSolution(NamedTuple):
     """True if its friction had the opposite sign before."""
 
 
-class CornerSolutionPair(NamedTuple):
+class SolvedCornerContactPair(NamedTuple):
     """State, forces and contact changes of both corners at the end of a step whose equations are solved."""
 
-    left: CornerSolution
-    right: CornerSolution
+    left: SolvedCornerContact
+    right: SolvedCornerContact
 
 
 class BlockAfterStep(NamedTuple):

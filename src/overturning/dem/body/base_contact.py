@@ -69,7 +69,7 @@ def base_contact_including_vertex(
 
 
 @njit(**INLINE)
-def contact_waits_for_base_ends(
+def vertex_waits_for_extreme_base_vertices(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,
@@ -86,7 +86,7 @@ def contact_waits_for_base_ends(
         & (vertex_height < base_contact.high - slack)
         & vertex_belongs_to_base(body, vertex)
     )
-    return between & (point_history.depth <= 0.0) & (not both_base_ends_rest(base_contact))
+    return between & (point_history.depth <= 0.0) & (not both_extreme_base_points_rest(base_contact))
 
 
 @njit(**INLINE)
@@ -108,7 +108,7 @@ def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactSt
 
 
 @njit(**INLINE)
-def both_base_ends_rest(base_contact: BaseContactState) -> bool:
+def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
     """True if the lowest and the highest point of the base both rest on the ground."""
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
@@ -139,7 +139,7 @@ def any_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 
 @njit(**INNER)
-def update_friction_tilting_shares(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
+def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
     """Set `BaseContactState.tilting` to 1 in the lanes where friction would tilt a body that slides in a flat landing.
 
     The value is read only in lanes whose base lands flat.
@@ -196,7 +196,7 @@ def update_base_contacts(
                 longest_landing_time_with_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
             )
     if any_base_lands_flat(state, lane_count):
-        update_friction_tilting_shares(state, vertex_rows, 2 * opposite_start_index, lane_count)
+        mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:
         return
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):

@@ -221,7 +221,7 @@ def predict_contact_point(
 
 @njit(**INLINE)
 def friction_share_of_holding_force(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
-    """Return the friction limit over the tangential force that would hold a sliding contact point, at most 1."""
+    """Return friction limit / tangential force that would hold a sliding contact point, at most 1."""
     part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0

@@ -7,10 +7,10 @@ from numba import njit
 
 from overturning.dem.body.base_contact import (
     base_lands_flat,
-    both_base_ends_rest,
-    contact_waits_for_base_ends,
+    both_extreme_base_points_rest,
     landing_time_of_new_contact,
     update_base_contacts,
+    vertex_waits_for_extreme_base_vertices,
 )
 from overturning.dem.body.centred import (
     contact_equation_terms,
@@ -43,7 +43,7 @@ from overturning.dem.body.state import (
     ContactEquationTerms,
     ContactForceSum,
     ContactPointBeforeAndAfter,
-    LargestContactPointFindings,
+    LargestContactChanges,
     PredictedBody,
     PredictedContactPoint,
     StepRejectionFlags,
@@ -66,11 +66,11 @@ load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBody)
 load_equations, store_equations, _ = ROWS.lane_access(ContactEquationTerms)
 load_change, store_change, _ = ROWS.lane_access(BodyVelocityChange)
 load_sum, store_sum, _ = ROWS.lane_access(ContactForceSum)
-load_largest, store_largest, _ = ROWS.lane_access(LargestContactPointFindings)
+load_largest, store_largest, _ = ROWS.lane_access(LargestContactChanges)
 add_equations, add_sum, larger_of = (
     tuple_arithmetic(ContactEquationTerms).plus,
     tuple_arithmetic(ContactForceSum).plus,
-    tuple_arithmetic(LargestContactPointFindings).largest,
+    tuple_arithmetic(LargestContactChanges).largest,
 )
 load_vertex = VERTEX.lane_access(BodyVertex).load
 load_memory, _, store_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old")
@@ -117,7 +117,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 fine,
                 False,
                 (
-                    contact_waits_for_base_ends(body, base_contact, p, a.z, left),
+                    vertex_waits_for_extreme_base_vertices(body, base_contact, p, a.z, left),
                     flat,
                     new_landing,
                     base_contact.tilting,
@@ -136,7 +136,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 fine,
                 False,
                 (
-                    contact_waits_for_base_ends(body, base_contact, q, b.z, right),
+                    vertex_waits_for_extreme_base_vertices(body, base_contact, q, b.z, right),
                     flat,
                     new_landing,
                     base_contact.tilting,
@@ -159,7 +159,7 @@ def predict_rim_point_pair(
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
-            (transverse_component != 0.0) & (not both_base_ends_rest(load_base_contact(state, j))),
+            (transverse_component != 0.0) & (not both_extreme_base_points_rest(load_base_contact(state, j))),
         )
         base_contact = load_base_contact(state, j)
         flat, new_landing = base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)

@@ -15,7 +15,7 @@ from overturning.dem.body.state import (
     BodyVelocityChange,
     ContactForceSum,
     ContactPointHistory,
-    LargestContactPointFindings,
+    LargestContactChanges,
     PredictedBody,
     PredictedContactPoint,
     lean_as_squared_sine,
@@ -68,7 +68,7 @@ def released_spring_energy(
 
 
 @njit(**INLINE)
-def step_findings_of_contact_point(
+def contact_changes_of_point(
     predicted_point: PredictedContactPoint,
     point_history: ContactPointHistory,
     penetration: float,
@@ -77,7 +77,7 @@ def step_findings_of_contact_point(
     friction_limit: float,
     slips: bool,
     step_is_fine: bool,
-) -> LargestContactPointFindings:
+) -> LargestContactChanges:
     """Return what the step control needs to know of a contact point at the end of an attempted step.
 
     In a fine step, no assumed state of the point counts as wrong.
@@ -96,7 +96,7 @@ def step_findings_of_contact_point(
         )
     )
     changed = -penetration if point_history.depth > 0.0 else deeper
-    return LargestContactPointFindings(
+    return LargestContactChanges(
         changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
         1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
     )  # fmt: skip
@@ -111,7 +111,7 @@ def compute_point_forces(
     velocity_change: BodyVelocityChange,
     step_is_fine: bool,
     has_rim: bool,
-) -> tuple[ContactForceSum, LargestContactPointFindings, ContactPointHistory]:
+) -> tuple[ContactForceSum, LargestContactChanges, ContactPointHistory]:
     """Return forces, step-control findings and new state of a contact point at the end of a step."""
     half, r, e = (
         predicted_body.half,
@@ -151,9 +151,7 @@ def compute_point_forces(
     landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
     force = Vector(fx, fy, n)
     moment = cross_product(lever, force)
-    findings = step_findings_of_contact_point(
-        predicted_point, point_history, depth, force, u, most, slips, step_is_fine
-    )
+    findings = contact_changes_of_point(predicted_point, point_history, depth, force, u, most, slips, step_is_fine)
     x, y = (
         (u.x if has_rim else (predicted_body.place.x + r.x) + half * e.x),
         (u.y if has_rim else (predicted_body.place.y + r.y) + half * e.y),
@@ -178,14 +176,14 @@ def compute_point_forces(
 
 @njit(**INLINE)
 def rim_contact_point_moves_fast(
-    state: BodyState, predicted_body: PredictedBody, largest_findings: LargestContactPointFindings
+    state: BodyState, predicted_body: PredictedBody, largest_contact_changes: LargestContactChanges
 ) -> bool:
     """True if the lowest point of a tilted rim moves along the rim by more than `FAST_TURN` (tangent) in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
-        (largest_findings.off > 0.0)
-        & (largest_findings.depth > 0.0)
+        (largest_contact_changes.off > 0.0)
+        & (largest_contact_changes.depth > 0.0)
         & ((abs(across) > FAST_TURN * ahead) | (ahead < 0.0))
     )
 
@@ -214,18 +212,18 @@ def base_motion_stays_below_limit(
 
 @njit(**INLINE)
 def step_contact_changes(
-    largest_findings: LargestContactPointFindings, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
+    largest_contact_changes: LargestContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
     """Return what the step control needs to know of a body's step; `rim_turns_fast` asks for a shorter step."""
-    slides = (largest_findings.holds == 0.0) & (normal_force > 0.0)
-    stands = shaking_is_weak & (largest_findings.off == 0.0)
+    slides = (largest_contact_changes.holds == 0.0) & (normal_force > 0.0)
+    stands = shaking_is_weak & (largest_contact_changes.off == 0.0)
     return StepContactChanges(
-        changed=largest_findings.changed > 0.0,
+        changed=largest_contact_changes.changed > 0.0,
         fast=rim_turns_fast,
         gentle=False,
-        wrong=largest_findings.wrong > 0.0,
-        reversed=largest_findings.reversed > 0.0,
-        back=largest_findings.back > 0.0,
+        wrong=largest_contact_changes.wrong > 0.0,
+        reversed=largest_contact_changes.reversed > 0.0,
+        back=largest_contact_changes.back > 0.0,
         slides=slides,
         stands=stands,
     )

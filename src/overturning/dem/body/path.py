@@ -21,7 +21,9 @@ class BodyTrajectory:
     corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
-    def dataset_parts(self, results: CaseResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def variables_coordinates_and_attributes(
+        self, results: CaseResults
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the case's dataset, with the outcomes in `results`."""
         cosine, sine = self.cosines
 

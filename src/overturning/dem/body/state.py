@@ -305,7 +305,7 @@ class ContactForceSum(NamedTuple):
     """Energy released by springs, m²/s²."""
 
 
-class LargestContactPointFindings(NamedTuple):
+class LargestContactChanges(NamedTuple):
     """Findings on an attempted step: for each property, the largest value over the body's contact points."""
 
     changed: float
@@ -327,7 +327,7 @@ class LargestContactPointFindings(NamedTuple):
 ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeakValues, BodyBalanceAccount,
     BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits, StepAttempt, StepRejectionFlags,
-    PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum, LargestContactPointFindings,
+    PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum, LargestContactChanges,
     CaseRestState,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, PredictedContactPoint)

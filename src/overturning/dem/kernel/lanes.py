@@ -33,7 +33,7 @@ from overturning.dem.kernel.tuples import (
     create_tuple_storer,
     create_zero_tuple_function,
     number_field_paths,
-    select_frozen_value,
+    select_value_with_llvm_freeze,
 )
 
 OPTIONS: Final[dict[str, Any]] = {
@@ -133,10 +133,10 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
 
 
 def _select_value_without_branch(_typing_context: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
-    """Generate code that returns one of two values, by a condition, without a branch (see `select_frozen_value`)."""
+    """Generate code that returns one of two values, by a condition, without a branch."""
 
     def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        return select_frozen_value(builder, *arguments)
+        return select_value_with_llvm_freeze(builder, *arguments)
 
     return second_value(condition, first_value, second_value), generate_llvm_code
 
@@ -188,7 +188,7 @@ def tuple_arithmetic(tuple_type: type) -> TupleArithmetic:
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
-        return select_frozen_value(
+        return select_value_with_llvm_freeze(
             builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
         )
 

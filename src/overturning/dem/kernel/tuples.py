@@ -51,7 +51,7 @@ def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def select_frozen_value(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+def select_value_with_llvm_freeze(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
     """Return one of two values, selected by a condition, so that a store of the result stays unconditional.
 
     LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
@@ -203,7 +203,7 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 at = _number_address(builder, data_address, row, lane)
-                builder.store(select_frozen_value(builder, keep, builder.load(at), number), at)
+                builder.store(select_value_with_llvm_freeze(builder, keep, builder.load(at), number), at)
 
     generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_llvm_instructions)
 

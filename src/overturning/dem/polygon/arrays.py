@@ -175,7 +175,11 @@ def initial_state_column(prepared_scene: PreparedScene) -> FloatArray:
             x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop
         )
         inertia = k.ElementConstants(
-            *free, frame, held, float(prepared_scene.critical[index]), *prepared_scene.return_rotations[index].tolist()
+            *free,
+            frame,
+            held,
+            float(prepared_scene.critical[index]),
+            *prepared_scene.largest_returning_rotations[index].tolist(),
         )
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
         totals = k.ElementStepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
@@ -217,7 +221,7 @@ def initial_state_column(prepared_scene: PreparedScene) -> FloatArray:
         ends = [k.ContactEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
         for end in prepared_scene.loaded:
             if end.pair == index:
-                carrier = k.MINE if _contact_vertex_is_of_first(a, b, end.side) else k.THEIRS
+                carrier = k.MINE if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.THEIRS
                 ends[end.side] = k.ContactEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.PairHistory(
             k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
@@ -267,18 +271,21 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
         and ground.element.kind == "driven"
         and stone.element.kind == "free"
         and max(fall_rotations_to_both_sides(stone)) < 0.5 * np.pi
-        and abs(float(stone.vertices_in_scene[:, 1].min() - ground.vertices_in_scene[:, 1].max())) <= 1e-9 * stone.size
+        and abs(float(stone.vertices_in_scene[:, 1].min() - ground.vertices_in_scene[:, 1].max()))
+        <= 1e-9 * stone.smaller_side
         and ground.shape.width
         > WIDE_GROUND * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
 
 
-def _contact_vertex_is_of_first(first_element: PlacedElement, second_element: PlacedElement, end_number: int) -> bool:
+def _contact_vertex_belongs_to_first_element(
+    first_element: PlacedElement, second_element: PlacedElement, end_number: int
+) -> bool:
     """True if the contact vertex at an end (0 or 1) of the segment that two elements share belongs to the first one."""
     point = contact_segment_ends(first_element, second_element)[end_number].point
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
-        < 1e-9 * first_element.size
+        < 1e-9 * first_element.smaller_side
     )
 
 

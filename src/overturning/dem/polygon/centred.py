@@ -211,7 +211,7 @@ def add_pair_to_equations(
         rows.store_change(element_b_rows, j, by)
 
 
-class ContactEndSolution(NamedTuple):
+class SolvedContactEnd(NamedTuple):
     """State of a contact end after the equations of a step are solved, and findings on it for the step control."""
 
     now: ContactEndResult
@@ -238,7 +238,7 @@ def solved_contact_end(
     motion_and_change: tuple[PairMotionAndInertia, PairRelativeVector],
     half_step_time: float,
     fine_step_and_flat_landing: tuple[bool, bool],
-) -> ContactEndSolution:
+) -> SolvedContactEnd:
     """Return the state of a contact end from the solved velocities, with forces limited by contact and friction.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity
@@ -274,7 +274,7 @@ def solved_contact_end(
     now = ContactEndResult(
         ContactEndForce(n, force, spring), depth, contact_end.slip + half_step_time * more_slip, inside
     )
-    return ContactEndSolution(
+    return SolvedContactEnd(
         now, half_step_time * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back
     )
 
@@ -284,7 +284,7 @@ def solved_vertex_positions(
     vertex_a: VertexPositionAtFace,
     vertex_b: VertexPositionAtFace,
     contact_end: ContactEnd,
-    end_solution: ContactEndSolution,
+    end_solution: SolvedContactEnd,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
     """Return the positions of both vertices at a contact end; the solution has corrected that of the contact vertex."""
     mine, depth = contact_end.mine > 0.0, end_solution.now.depth

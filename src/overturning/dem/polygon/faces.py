@@ -145,10 +145,10 @@ def relative_face_position(
 
 
 @njit(**INLINE)
-def components_along_other_face(
+def convert_components_to_other_face_axes(
     normal_offset: float, tangent_offset: float, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Return the components of a vector along the other face's normal and tangent, from those along its own face's.
+    """Convert components along the normal and tangent of one face to those along the normal and tangent of another.
 
     `cosine` and `sine` are those of the rotation between both faces.
     """
@@ -163,8 +163,8 @@ def locate_vertex_of_a(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return depth behind b's face, place along it, slip and lever arms of a vertex of element a."""
-    own_n, own_t = components_along_other_face(
+    """Locate a vertex of element a at a face of b: depth behind the face, place along it, slip and lever arms."""
+    own_n, own_t = convert_components_to_other_face_axes(
         normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
     )
     height, place = own_n + relative_position.bn, own_t + relative_position.bt
@@ -186,11 +186,11 @@ def locate_vertex_of_b(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return depth behind a's face, place along it, slip and lever arms of a vertex of element b.
+    """Locate a vertex of element b at a face of a: depth behind the face, place along it, slip and lever arms.
 
     The place increases with the slip of a.
     """
-    own_n, own_t = components_along_other_face(
+    own_n, own_t = convert_components_to_other_face_axes(
         normal_offset, tangent_offset, -relative_position.turn_q, relative_position.turn_r
     )
     height, place = own_n + relative_position.an, own_t + relative_position.at

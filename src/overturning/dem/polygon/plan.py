@@ -259,7 +259,7 @@ def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) ->
         # Check as for a block as high as the scene.
         check_stiffness_precision(
             scene.gravity / (2.0 * item.static_penetrations),
-            np.full(item.static_penetrations.size, item.top_level),
+            np.full(item.static_penetrations.size, item.top_height),
             0.0,
         )
     alike = {

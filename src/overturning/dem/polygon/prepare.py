@@ -72,7 +72,7 @@ class PreparedScene:
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
-    def return_rotations(self) -> FloatArray:
+    def largest_returning_rotations(self) -> FloatArray:
         """Rotations to −x and +x up to which each element can return, rad, shape (elements, 2).
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
@@ -107,7 +107,7 @@ class PreparedScene:
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
-    def top_level(self) -> float:
+    def top_height(self) -> float:
         """Highest level of the free elements, m."""
         return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
@@ -116,7 +116,7 @@ class PreparedScene:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
         wide = max(self.placed[k].shape.width for k in self.free_element_indices)
-        return 0.5 * float(np.sqrt((self.top_level - low) ** 2 + wide**2))
+        return 0.5 * float(np.sqrt((self.top_height - low) ** 2 + wide**2))
 
     @cached_property
     def slip_to_ground_edge(self) -> FloatArray:
@@ -203,7 +203,7 @@ Elements = list[PlacedElement]
 
 def smallest_element_side(elements: Elements) -> float:
     """Return the smallest side of any free element, m."""
-    return min(item.size for item in elements if not item.is_driven_or_held)
+    return min(item.smaller_side for item in elements if not item.is_driven_or_held)
 
 
 Supports = dict[int, dict[int, list[ContactSegmentEnd]]]
@@ -265,7 +265,7 @@ def _tipping_properties(
         rests = bool(ends)
         if not ends:  # no support at rest: take the lowest vertices instead
             low = item.vertices_in_scene[:, 1].min()
-            ends = [(k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < low + 0.01 * item.size]
+            ends = [(k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < low + 0.01 * item.smaller_side]
         support[k] = ends[0][0]
         base[k] = np.mean([point for _, point in ends], axis=0)
         reach, lift = [], []
@@ -280,7 +280,7 @@ def _tipping_properties(
             critical[k], least = min(reach), min(lift)
         else:
             critical[k], least = min(item.fallen_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE), 0.0
-        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.size)
+        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_side)
     return tips, critical, barrier, support, base
 
 

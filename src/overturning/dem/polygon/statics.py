@@ -47,7 +47,7 @@ class TouchingEndDerivatives(NamedTuple):
 
 @dataclass(frozen=True)
 class PairContactLaws:
-    """Contact constants of all pairs of elements, each of shape (pairs,); those at both ends of a pair are equal."""
+    """Contact constants of each pair of elements, arrays of shape (pairs,), the same for both contact ends."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m
@@ -221,7 +221,7 @@ def compute_pair_contact_laws(
         # A contact with hardly any load at rest must still be stiff enough for impacts.
         if weight < 0.01 * lightest.mass * scene.gravity:
             weight = lightest.mass * scene.gravity
-        stretch = width[index] if width[index] > 0.01 * lightest.size else lightest.size
+        stretch = width[index] if width[index] > 0.01 * lightest.smaller_side else lightest.smaller_side
         if law.stiffness == "auto":
             normal[index] = weight / (2.0 * law.static_penetration * stretch)
         else:

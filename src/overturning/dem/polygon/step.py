@@ -115,7 +115,7 @@ def correct_element_motion(
 
 
 @njit(**APART)
-def reset_step_findings(case_rows: Any) -> None:
+def reset_step_contact_changes(case_rows: Any) -> None:
     """Reset the findings on the attempted step to "none", in all lanes."""
     for j in range(rows.COLUMNS):
         rows.store_findings(case_rows, j, rows.no_findings())
@@ -172,7 +172,7 @@ def compute_step(
     ticks_per_sample: float,
 ) -> None:
     """Compute a step of the centred scheme in all lanes; `vertical_base_acceleration` may be None (level motion)."""
-    reset_step_findings(state)
+    reset_step_contact_changes(state)
     size, near = movable_flags.size, active_pairs.near
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):

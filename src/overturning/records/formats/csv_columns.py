@@ -10,7 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.headings import (
     SECONDS,
     first_number_line_index,
@@ -23,7 +23,7 @@ from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 
-def read_components(source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
+def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Read the components in the declared columns of a file.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
@@ -34,28 +34,28 @@ def read_components(source_file: SourceFile, declarations: FileDeclarations) -> 
     """
     name, reasons = source_file.name, RecordRefusalReasons()
     columns: list[tuple[str, str]] = []
-    with reasons.collect():
-        text, sisters = _columns_of_file_and_record_key(declarations.columns, name)
+    with reasons.collect_reason():
+        text, sisters = _columns_of_file_and_record_key(declared_properties.columns, name)
         text, per_line, width = _parse_values_per_line(text, name)
         columns = _parse_axes_and_units(text, name)
-        if declarations.sampling_interval_s is None and "time" not in dict(columns):
+        if declared_properties.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
-    with reasons.collect():
-        if declarations.processed is None:
+    with reasons.collect_reason():
+        if declared_properties.processed is None:
             raise RecordError(
                 f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed "
                 "in the record table: true or false; --processed or --raw here)"
             )
-    reasons.raise_all()
+    reasons.raise_collected_reasons()
     lines = TextLines(source_file, source_file.lines)
-    rows, first, notes = _read_number_rows(lines, columns, declarations, per_line, width)
-    interval = declarations.sampling_interval_s or 0.0
+    rows, first, notes = _read_number_rows(lines, columns, declared_properties, per_line, width)
+    interval = declared_properties.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
             interval = _checked_sampling_interval(
-                lines, first, rows[:, index] * SECONDS[unit], declarations.sampling_interval_s
+                lines, first, rows[:, index] * SECONDS[unit], declared_properties.sampling_interval_s
             )
-    extra = {"declared": declarations.sample_declaration_texts}
+    extra = {"declared": declared_properties.sample_declaration_texts}
     return [
         RecordComponent.from_file(
             source_file,
@@ -63,7 +63,7 @@ def read_components(source_file: SourceFile, declarations: FileDeclarations) -> 
             parse_axis_direction(word),
             rows[:, index] * UNITS[unit],
             interval,
-            processed=declarations.processed,
+            processed=declared_properties.processed,
             unit=unit,
             extra=extra,
             notes=notes,
@@ -144,7 +144,7 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
 def _read_number_rows(
     lines: TextLines,
     declared_columns: Sequence[tuple[str, str]],
-    declarations: FileDeclarations,
+    declared_properties: DeclaredFileProperties,
     values_per_line: int,
     field_width: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
@@ -160,7 +160,7 @@ def _read_number_rows(
     notes, why = heading_mismatch_notes_and_refusal(name, headings, declared_columns)
     stated, quantity = text_line_unit_notes_and_refusal(name, lines.lines[:first], separator, declared_columns)
     notes, why = notes + stated, why or quantity
-    if why and not declarations.trust_data:
+    if why and not declared_properties.trust_data:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
     if values_per_line:
@@ -168,7 +168,7 @@ def _read_number_rows(
     else:
         cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
         for index, row in cells.items():
-            if wrong := _separator_or_decimal_mark_fault(texts[index], row, separator, len(declared_columns)):
+            if wrong := _separator_or_decimal_mark_error(texts[index], row, separator, len(declared_columns)):
                 raise lines.line_error(index, wrong)
         values = [[lines.parse_number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
     if not lines.ends_with_newline:
@@ -205,8 +205,8 @@ def _read_values_of_wrapped_axis(
     return values
 
 
-def _separator_or_decimal_mark_fault(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
-    """Return the fault of a line's separators or decimal marks; "" for a correct line."""
+def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
+    """Return the error message for a line's separators or decimal marks; "" for a correct line."""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (
         separator == "," and len(cells) == 2 * column_count and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)

@@ -22,7 +22,7 @@ FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return the one component of a file in a list; a RecordError if a key, the count or the unit cm/s² is wrong."""
+    """Return a list of the file's only component; raise a RecordError if a key, the unit or the count is wrong."""
     lines = source_file.lines
     first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
     header = Header.find_fields(source_file, FIELDS, first)

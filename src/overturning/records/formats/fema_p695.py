@@ -35,7 +35,7 @@ def _direction_from_component_name(component_name: str) -> Direction:
 
 
 def read_components(record_source: str) -> list[RecordComponent]:
-    """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
+    """Read both horizontal components of a record ``set:id``: a set of ``SETS``, and the record's number in the set.
 
     Raises a RecordError if the record does not exist or is damaged, a MissingDataError if the package is missing.
     """

@@ -100,13 +100,13 @@ class Header(TextLines):
         match = self.field_pattern_match(field_name)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
-    def line_error(self, line_index_or_field: int | str, fault: str) -> RecordError:
-        """Return an error that states a fault and its line number; the line is given by its index or a header field."""
+    def line_error(self, line_index_or_field: int | str, problem: str) -> RecordError:
+        """Return an error that states a problem and its line, given by the index of the line or a header field."""
         return super().line_error(
             self.line_index_of_field(line_index_or_field)
             if isinstance(line_index_or_field, str)
             else line_index_or_field,
-            fault,
+            problem,
         )
 
     def field_number(self, field_name: str, text_part: str | None = None) -> float:

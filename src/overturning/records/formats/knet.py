@@ -46,7 +46,7 @@ DELAY: Final = timedelta(seconds=15)
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return the one component of a file, m/s², with its offset, in a list; a RecordError names a wrong line."""
+    """Return a list of the file's only component, m/s², with its offset; a RecordError names a wrong line."""
     header = Header.find_fields(source_file, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(

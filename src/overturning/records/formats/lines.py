@@ -37,9 +37,9 @@ class TextLines:
         """True if the last line of the file has a line end."""
         return self.source.text[-1:] in "\r\n"
 
-    def line_error(self, line_index: int, fault: str) -> RecordError:
-        """Return an error that names the file and the number of a line, with a fault."""
-        return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {fault}")
+    def line_error(self, line_index: int, problem: str) -> RecordError:
+        """Return an error that names the file and the number of a line, with a problem."""
+        return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {problem}")
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
         """Parse a text as one finite number; raise a RecordError for other text, such as blanks, ``nan`` or ``***``."""
@@ -178,11 +178,11 @@ class TextLines:
             raise self._line_or_cell_error(line_index, cells, why)
         return cells
 
-    def _line_or_cell_error(self, line_index: int, cells: Sequence[str], fault: str) -> RecordError:
-        """Return an error with the fault of a line; if a cell of the line is no number, raise an error on the cell."""
+    def _line_or_cell_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
+        """Return an error with the problem of a line; raise an error on the first cell that is no number, if any."""
         for cell in cells:
             self.parse_number(cell, line_index, "a sample")
-        return self.line_error(line_index, f"{fault}: get the file again")
+        return self.line_error(line_index, f"{problem}: get the file again")
 
     def _parse_cells(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
         """Return the numbers in the cells of consecutive lines, in reading order, as a one-dimensional array."""

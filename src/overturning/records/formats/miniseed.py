@@ -14,7 +14,7 @@ from overturning.records.component import (
     known_direction_or_that_of_channel_code,
     surface_or_borehole_sensor,
 )
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import (
     acceleration_unit_in_m_s2,
     find_channel_epoch,
@@ -33,17 +33,17 @@ FULL_SCALE: Final = 0.01
 """Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
-def read_components(source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
+def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Return the components of all channels; raise a RecordError for damage, gaps or missing StationXML."""
     size = len(source_file.data)
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
         raise RecordError(f"{source_file.name}: {why}")
-    stream, inventory = read_obspy_stream(source_file, "MSEED"), read_stationxml_inventory(declarations.metadata)
+    stream, inventory = read_obspy_stream(source_file, "MSEED"), read_stationxml_inventory(declared_properties.metadata)
     if inventory is None:
         why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         raise RecordError(f"{source_file.name}: {why}")
-    return stream_components_in_m_s2(stream, inventory, source_file, declarations)
+    return stream_components_in_m_s2(stream, inventory, source_file, declared_properties)
 
 
 def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> Any:
@@ -57,7 +57,7 @@ def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any
 
 
 def stream_components_in_m_s2(
-    stream: Any, inventory: Any, source_file: SourceFile, declarations: FileDeclarations
+    stream: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
     """Return the components of an obspy Stream in m/s², converted from counts with the StationXML's gain or response.
 
@@ -76,22 +76,22 @@ def stream_components_in_m_s2(
             raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
     components, reasons = [], RecordRefusalReasons()
     for trace in stream:
-        with reasons.collect():
-            components.append(_trace_component(trace, inventory, source_file, declarations))
-    reasons.raise_all()
+        with reasons.collect_reason():
+            components.append(_trace_component(trace, inventory, source_file, declared_properties))
+    reasons.raise_collected_reasons()
     return components
 
 
 def _trace_component(
-    trace: Any, inventory: Any, source_file: SourceFile, declarations: FileDeclarations
+    trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Return the component of a trace, m/s²; raise a RecordError if the StationXML of the channel does not fit."""
     channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
-    epoch = find_channel_epoch(trace, inventory, source_file, declarations)
+    epoch = find_channel_epoch(trace, inventory, source_file, declared_properties)
     unit, scale = epoch.unit, acceleration_unit_in_m_s2(epoch.unit)
     if scale is None and not is_velocity_unit(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
-    if scale is not None and code[1:2] == "H" and declarations.unit is None:
+    if scale is not None and code[1:2] == "H" and declared_properties.unit is None:
         raise RecordError(
             f"{channel} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
             "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
@@ -127,7 +127,9 @@ def _trace_component(
         coordinates=(epoch.channel.latitude, epoch.channel.longitude),
         sensor=surface_or_borehole_sensor(epoch.channel.depth),
         location=trace.stats.location or BLANK,
-        unit=declarations.unit if declarations.unit and UNITS.get(declarations.unit) == scale else "",
+        unit=declared_properties.unit
+        if declared_properties.unit and UNITS.get(declared_properties.unit) == scale
+        else "",
         extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_entry,
         notes=tuple(notes),
     )

@@ -16,7 +16,7 @@ from overturning.records.component import (
     known_direction_or_that_of_channel_code,
     surface_or_borehole_sensor,
 )
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
 from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
@@ -31,8 +31,8 @@ NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum
 """Content for each value of SAC's IFTYPE that is not a time series."""
 
 
-def read_components(source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
-    """Return the one component of a file in a list; raise a RecordError if no StationXML or user states a unit."""
+def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
+    """Return a list of the file's only component; raise a RecordError if no StationXML or user states a unit."""
     # Check the interval first: obspy divides by it while reading.
     intervals = [struct.unpack(f"{order}f", source_file.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
@@ -42,19 +42,23 @@ def read_components(source_file: SourceFile, declarations: FileDeclarations) -> 
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
     if what := NO_SERIES.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source_file.name}: {what} by its header, not evenly sampled acceleration; get that file")
-    inventory = read_stationxml_inventory(declarations.metadata)
+    inventory = read_stationxml_inventory(declared_properties.metadata)
     # With a declared unit, ignore StationXML that does not contain this channel.
-    if inventory is not None and (declarations.unit is None or inventory_has_channel_of_trace(stream[0], inventory)):
-        return stream_components_in_m_s2(stream, inventory, source_file, declarations)
-    if declarations.unit is None:
+    if inventory is not None and (
+        declared_properties.unit is None or inventory_has_channel_of_trace(stream[0], inventory)
+    ):
+        return stream_components_in_m_s2(stream, inventory, source_file, declared_properties)
+    if declared_properties.unit is None:
         raise RecordError(
             f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
             f"{', '.join(UNITS)}) or give StationXML"
         )
-    return [_trace_component(stream[0], source_file, declarations.unit, declarations)]
+    return [_trace_component(stream[0], source_file, declared_properties.unit, declared_properties)]
 
 
-def _trace_component(trace: Any, source_file: SourceFile, unit: str, declarations: FileDeclarations) -> RecordComponent:
+def _trace_component(
+    trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
+) -> RecordComponent:
     """Return the component of a SAC trace in a declared unit; raise a RecordError if it is no acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
@@ -98,9 +102,9 @@ def _trace_component(trace: Any, source_file: SourceFile, unit: str, declaration
         peak=HeaderPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
         sensor=surface_or_borehole_sensor(header_number("stdp")),
         location=trace.stats.location,
-        processed=bool(declarations.processed),
+        processed=bool(declared_properties.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": declarations.sample_declaration_texts} | places,
+        extra={"network": trace.stats.network, "declared": declared_properties.sample_declaration_texts} | places,
         notes=notes,
     )
 

@@ -32,7 +32,7 @@ DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return the one component of a file in a list; a RecordError names the line where the file is cut or wrong."""
+    """Return a list of the file's only component; a RecordError names the line where the file is cut or wrong."""
     text = TextLines(source_file, source_file.lines)
     lines = text.lines
     kind = lines[0].strip()

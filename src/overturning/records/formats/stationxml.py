@@ -11,7 +11,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import UNKNOWN, Direction
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -95,7 +95,7 @@ class ChannelEpoch:
 
 
 def find_channel_epoch(
-    trace: Any, inventory: Any, source_file: SourceFile, declarations: FileDeclarations
+    trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> ChannelEpoch:
     """Return the epoch of a trace's channel in the StationXML, with its gain, unit and direction.
 
@@ -106,7 +106,7 @@ def find_channel_epoch(
     trusted: list[str] = []
 
     def report_contradiction(contradiction: str, remedy: str) -> None:
-        if not declarations.trust_data:
+        if not declared_properties.trust_data:
             raise RecordError(f"{name} {contradiction}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {contradiction}")
 
@@ -125,7 +125,7 @@ def find_channel_epoch(
 def _channel_at_trace_start(
     trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> Any:
-    """Return the StationXML channel at the start of a trace; report epochs that differ within the trace."""
+    """Return the StationXML channel at the start of a trace; report a contradiction if it changes within the trace."""
     fitting = _active_channels(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"

@@ -15,7 +15,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError, RecordError
 from overturning.records.component import RecordComponent
-from overturning.records.declarations import FileDeclarations
+from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats import (
     bhrc,
     cismid,
@@ -49,7 +49,8 @@ class RecordFileFormat:
     title: str
     begins: bytes | Callable[[bytes], bool]  # pattern at the first byte, or predicate of the bytes
     reader: (
-        Callable[[SourceFile], list[RecordComponent]] | Callable[[SourceFile, FileDeclarations], list[RecordComponent]]
+        Callable[[SourceFile], list[RecordComponent]]
+        | Callable[[SourceFile, DeclaredFileProperties], list[RecordComponent]]
     )
     agency: str = ""  # that processed the processed files; "" if the file names it
     declared: bool = False  # True if the reader needs declarations, because files are incomplete
@@ -60,14 +61,16 @@ class RecordFileFormat:
             return self.begins(source_file.data)
         return bool(re.match(self.begins, source_file.data[:2000].removeprefix(b"\xef\xbb\xbf")))
 
-    def read_components(self, source_file: SourceFile, declarations: FileDeclarations) -> list[RecordComponent]:
+    def read_components(
+        self, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    ) -> list[RecordComponent]:
         """Read the components of a file in this format; a RecordError names the file, the line and the remedy."""
         try:
             # Turn warnings of obspy into notes: printed, they would show a path of its installation. A sample beyond
             # the range of floats becomes infinite, which `RecordComponent` refuses.
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
-                found = self.reader(*((source_file, declarations) if self.declared else (source_file,)))
+                found = self.reader(*((source_file, declared_properties) if self.declared else (source_file,)))
         except RecordError:
             raise
         except _READER_ERRORS as problem:

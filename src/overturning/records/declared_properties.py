@@ -25,7 +25,7 @@ def _split_number_text(text_or_value: Any) -> Any:
     )
 
 
-class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
+class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """Properties that record files do not state, or state wrongly: columns of the record table, options, keywords."""
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
@@ -49,7 +49,7 @@ class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docst
 
 
 @make_constructor_raise_argument_errors
-class FileDeclarations(FileProperties, frozen=True):
+class DeclaredFileProperties(FilePropertyColumns, frozen=True):
     """Properties of record files that the user declares; raises an `ArgumentError` if one is invalid."""
 
     correction_deg: float = 0.0
@@ -58,7 +58,7 @@ class FileDeclarations(FileProperties, frozen=True):
     """StationXML files for MiniSEED or SAC files."""
 
     @model_validator(mode="after")
-    def _check_columns_format(self) -> "FileDeclarations":
+    def _check_columns_format(self) -> "DeclaredFileProperties":
         if self.columns and self.format not in ("auto", "csv"):
             raise ValueError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
         return self
@@ -76,7 +76,7 @@ class FileDeclarations(FileProperties, frozen=True):
         words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
-    def with_station_xml(self, source_files: Iterable[SourceFile]) -> "FileDeclarations":
-        """Return a copy of the declarations whose `metadata` also holds the StationXML files of ``source_files``."""
+    def with_station_xml(self, source_files: Iterable[SourceFile]) -> "DeclaredFileProperties":
+        """Return a copy of the properties whose `metadata` also holds the StationXML files of ``source_files``."""
         found = [file for file in source_files if b"FDSNStationXML" in file.data[:2000]]
         return self.model_copy(update={"metadata": (*self.metadata, *found)})

@@ -106,7 +106,7 @@ def append_checksum(path: Path) -> None:
         file.write(_MARK + digest.hexdigest().encode() + b"\n")
 
 
-def checksum_matches(path: Path) -> bool | None:
+def checksum_at_end_matches(path: Path) -> bool | None:
     """True if the checksum at the end of a file matches; None if it has no checksum or cannot be read."""
     digest = hashlib.sha256()
     try:

@@ -200,20 +200,20 @@ def follow(cube: "xr.Dataset") -> "Figure":
 def plane(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
-    from overturning.figures.intensity_plane import intensity_plane_figure
+    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
     from overturning.labels import element_size_note
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
-    def draw_intensity_plane(sorted_cube: "xr.Dataset") -> "Figure":
+    def draw_outcomes_by_pga_and_pgv_ratio(sorted_cube: "xr.Dataset") -> "Figure":
         if other := element_size_note(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _intensity_measures(sorted_cube)
         check_has_outcomes_and_motion(sorted_cube, measures)
         fit = fit_logistic_overturning_model(sorted_cube, measures)
-        return intensity_plane_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
+        return outcomes_by_pga_and_pgv_ratio_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_has_direction(cube, "azimuth", "plane")
-    return _figure_of_all_records(cube, draw_intensity_plane)
+    return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
 @_register_cube_figure

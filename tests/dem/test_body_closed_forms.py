@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.simulate import simulate, simulate_to_arrays
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body, Start
+from overturning.model.body import Body, InitialState
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import RectangularPrism
 from overturning.model.status import Status
@@ -43,7 +43,7 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
         for one, threshold in zip(beta[:4], expected[:4], strict=True):
             # A base that accelerates towards β, for a block that faces north.
             east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
-            found = simulate_arrays(
+            found = simulate_to_arrays(
                 Motion(north, east, sampling_interval=0.01, trust_data=True),
                 Body("rectangle", VertexContact(2e-5)),
                 orientation_deg=0.0,
@@ -182,7 +182,7 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
     tilt = 0.45 * alpha
     cosine, sine, out = np.cos(turn), np.sin(turn), a - radius * np.sin(alpha - tilt)
-    start = Start(
+    start = InitialState(
         (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
@@ -255,7 +255,7 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
     t = np.arange(45) * 0.05
     shakes = t < 1.2
     motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
-    found = simulate_arrays(
+    found = simulate_to_arrays(
         motion, "rectangle", orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
     )
     for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
@@ -279,7 +279,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     inertia = RectangularPrism().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory(
         level(1.0),
-        Body("rectangle", start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
+        Body("rectangle", start=InitialState((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
         orientation_deg=0.0,
         height=0.6,
         b_over_h=0.4,
@@ -388,7 +388,7 @@ def dropped(
     """
     direction = np.radians(angle)
     velocity = (along * float(np.cos(direction)), along * float(np.sin(direction)), -down)
-    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
+    start = InitialState(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
     contact = VertexContact(damping_ratio=damping_ratio, static_penetration=2e-6)
     body, quiet = Body(shape, contact, start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)

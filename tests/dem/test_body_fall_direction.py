@@ -8,12 +8,12 @@ from scipy.spatial import ConvexHull
 from overturning.dem.body.ending import body_has_fallen
 from overturning.dem.body.state import BodyTerminationLimits
 from overturning.dem.body.vectors import Quaternion, rotation_matrix
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_to_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model import polyhedron
 from overturning.model.body import Body
 from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism
-from overturning.model.solid import Solid
+from overturning.model.solid import RigidSolid
 from overturning.model.tipping import DIRECTIONS, fall_tilt_limits
 from overturning.motion.motion import Motion
 
@@ -36,7 +36,9 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     shaking[50:100] = -push
     motion = Motion(shaking, 0 * shaking, sampling_interval=0.004, trust_data=True)
     same = {"orientation_deg": 0.0, "friction": 2.0}
-    found = simulate_arrays(motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]}))
+    found = simulate_to_arrays(
+        motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]})
+    )
     assert found["overturned"].item() == (azimuth is not None)
     # The same case with a fall tilt of 80°, which is simulated for longer.
     real = polyhedron._least_tilt_and_resting_face_normals
@@ -64,7 +66,7 @@ def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -
     )
 
 
-def counts(stone: Solid, turn: float, tilt: float) -> bool:
+def counts(stone: RigidSolid, turn: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
     half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
     return is_fallen(np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors)

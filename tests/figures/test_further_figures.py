@@ -18,7 +18,7 @@ from overturning.figures.answer import PlottedEstimate
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
-from overturning.figures.intensity_plane import intensity_plane_figure, intensity_plane_points
+from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure, pga_pgv_ratio_and_fall_probability
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_group_figure
@@ -141,7 +141,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "boundary": lambda: overturning_boundary_figure(
         overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"
     ),
-    "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
+    "plane": lambda: outcomes_by_pga_and_pgv_ratio_figure(cube(), intensity(), fit(), 1.0),
     "hodograph": hodograph,
     "axes": axes,
     "map": stations,
@@ -234,11 +234,13 @@ def test_fit_without_intervals_is_drawn() -> None:
         "no interval",
     )
     with project_style():
-        figure = intensity_plane_figure(cube(), intensity(), fit, 1.0)
+        figure = outcomes_by_pga_and_pgv_ratio_figure(cube(), intensity(), fit, 1.0)
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
-        alone = intensity_plane_figure(cube().isel(friction=[0]), intensity(), fit, float(cube()["friction"][0]))
+        alone = outcomes_by_pga_and_pgv_ratio_figure(
+            cube().isel(friction=[0]), intensity(), fit, float(cube()["friction"][0])
+        )
         assert "fit: probability ½" in [line.get_label() for line in alone.axes[0].lines]
         plt.close(alone)
     (shape, height), (pga, ratio) = (0.2, 0.6), line.get_data()
@@ -248,7 +250,7 @@ def test_fit_without_intervals_is_drawn() -> None:
 
 
 def test_plane_points_match_cube_and_intensity() -> None:
-    pga, ratio, falls = intensity_plane_points(cube(), intensity(), 0.6, 0.3, 1.0)
+    pga, ratio, falls = pga_pgv_ratio_and_fall_probability(cube(), intensity(), 0.6, 0.3, 1.0)
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
     assert 0 < falls.mean() < 1

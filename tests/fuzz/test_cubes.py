@@ -22,7 +22,7 @@ from overturning.records.record import Record
 from overturning.report.page import report_page
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
-from overturning.study.gather import merge_parts
+from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import study_from_content
 from overturning.study.sweep import sweep_cases_of_record
 from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
@@ -45,7 +45,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     wave = 6.0 * np.sin(np.arange(300) / 12.0)
     record = Record("a", wave, 0.1 * wave, None, 0.01, station="S", event="E", sha256="0" * 64)
     sweep_cases_of_record(study, record, folder / "a.nc")
-    merge_parts(study, [record], [folder / "a.nc"], folder / "cube.nc")
+    merge_sweep_parts(study, [record], [folder / "a.nc"], folder / "cube.nc")
     return (folder / "cube.nc").read_bytes()
 
 

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from overturning import Motion, run_study
 from overturning.commands.workflow import compute_surface_motions
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propagate_through_soil
+from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, RockHalfSpace, SoilLayer, propagate_through_soil
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import processing_entry_text, record_source_and_processing
@@ -29,12 +29,12 @@ if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
 
 INTERVAL = 0.01
-LAYER, ROCK = Layer(thickness_m=20, velocity_m_s=200), Rock(velocity_m_s=1000)
+LAYER, ROCK = SoilLayer(thickness_m=20, velocity_m_s=200), RockHalfSpace(velocity_m_s=1000)
 SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
 PULSE = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
-def transfer(frequency: np.ndarray, layer: Layer, rock: Rock) -> np.ndarray:
+def transfer(frequency: np.ndarray, layer: SoilLayer, rock: RockHalfSpace) -> np.ndarray:
     """Return the ratio of surface to outcrop (Kramer 1996, eq. 7.28) for the shear modulus G (√(1 − 4ξ²) + 2iξ)."""
     speed = [one.velocity_m_s * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
     impedance = layer.density_kg_m3 * speed[0] / (rock.density_kg_m3 * speed[1])
@@ -89,7 +89,7 @@ def test_equivalent_linear_response_of_weak_motion_is_linear(noise: np.ndarray) 
 
 def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="thickness_m"):
-        Layer(thickness_m=0, velocity_m_s=200)
+        SoilLayer(thickness_m=0, velocity_m_s=200)
     with pytest.raises(ValidationError, match="layers"):
         SoilSite(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):

@@ -7,9 +7,9 @@ import numpy as np
 
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
-from overturning.study.gather import merge_parts
+from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import study_from_content
-from overturning.study.parts import WHOLE, SweepChunk, part_paths
+from overturning.study.parts import WHOLE, SweepChunk, sweep_part_paths
 from overturning.study.schema import Study
 from overturning.study.sweep import sweep_cases_of_record
 
@@ -39,10 +39,10 @@ def cube_of(
     for record in records:
         write_record_to_motion_file(record, folder / "motion" / f"{record.record_id}.nc")
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
-    parts = part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
+    parts = sweep_part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
         chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
         sweep_cases_of_record(settings, kept[number // chunks], part, variant, chunk=chunk)
     path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
-    merge_parts(settings, kept, parts, path, variant)
+    merge_sweep_parts(settings, kept, parts, path, variant)
     return path

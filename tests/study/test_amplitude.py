@@ -11,7 +11,7 @@ from overturning.dem.simulate import simulate
 from overturning.errors import MissingDataError, ResultError
 from overturning.motion.motion import Motion
 from overturning.study.cube import open_cube
-from overturning.study.gather import merge_parts
+from overturning.study.gather import merge_sweep_parts
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
@@ -93,7 +93,7 @@ def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path])
         cubes["three"].parent / "sweep" / "nominal",
     )
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
-        merge_parts(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
+        merge_sweep_parts(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
 
 
 def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it_is(cubes: dict[str, Path]) -> None:

@@ -12,7 +12,7 @@ from scipy.stats import binom
 
 from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_to_arrays
 from overturning.errors import ResultError
 from overturning.model.body import Body, cell_weight_in_direction_statistics
 from overturning.model.cases import Cases
@@ -26,8 +26,8 @@ from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import (
     BATCH,
-    CellEnsemble,
     EnsembleMembers,
+    EnsembleRunner,
     draw_member_changes,
     fall_probabilities_converged,
     select_ensemble_cells,
@@ -52,7 +52,7 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def nominal(motion: Motion) -> dict[str, np.ndarray]:
-    return simulate_arrays(
+    return simulate_to_arrays(
         motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
     )
 
@@ -62,7 +62,7 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return CellEnsemble(PlanarModel(), members, everywhere, **more).run_members_of_cells(
+    return EnsembleRunner(PlanarModel(), members, everywhere, **more).run_members_of_cells(
         motion, GRID, nominal, members_of, progress
     )[0]
 
@@ -143,7 +143,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
             overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
         )
 
-    found = CellEnsemble(Body(), members, everywhere=False).run_members_of_cells(
+    found = EnsembleRunner(Body(), members, everywhere=False).run_members_of_cells(
         motion, grid, nominal | {"fall_azimuth": azimuth}, falls
     )
     run = (found[0]["members"] > 0).ravel()
@@ -222,7 +222,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = CellEnsemble(PlanarModel(), members).run_members_of_cells(motion, grid, nothing, all_stand)[0]
+    found = EnsembleRunner(PlanarModel(), members).run_members_of_cells(motion, grid, nothing, all_stand)[0]
     held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
@@ -285,7 +285,7 @@ def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.n
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
-        few = CellEnsemble(PlanarModel(), members, widest=0.19)
+        few = EnsembleRunner(PlanarModel(), members, widest=0.19)
         alone = few.run_members_of_cells(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()

@@ -17,9 +17,9 @@ from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
-from overturning.study.gather import create_cube_structure, merge_parts
+from overturning.study.gather import create_cube_structure, merge_sweep_parts
 from overturning.study.load import study_from_content
-from overturning.study.parts import write_part
+from overturning.study.parts import write_sweep_part
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 
@@ -51,14 +51,14 @@ def parts(folder: Path, pieces: int = 1) -> list[Path]:
             path = folder / f"{name}-{pieces}-{piece}.nc"
             part = grid.replace_values(azimuth=grid["azimuth"][places])
             cells = {variable: values[places] for variable, values in full.items()}
-            write_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
+            write_sweep_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
             paths.append(path)
     return paths
 
 
 def cube(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
     """The cube of the parts of the study, or of another one or of other records."""
-    merge_parts(settings, of, parts(folder), folder / "cube.nc")
+    merge_sweep_parts(settings, of, parts(folder), folder / "cube.nc")
     with open_cube(folder / "cube.nc") as opened:
         return opened.load()
 
@@ -138,27 +138,27 @@ def test_two_names_of_an_earthquake_are_merged_with_a_note(tmp_path: Path) -> No
 
 
 def test_pieces_in_any_order_give_the_same_bytes(tmp_path: Path) -> None:
-    merge_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "whole.nc")
-    merge_parts(STUDY, RECORDS, parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
+    merge_sweep_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "whole.nc")
+    merge_sweep_parts(STUDY, RECORDS, parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
     assert (tmp_path / "whole.nc").read_bytes() == (tmp_path / "pieces.nc").read_bytes()
 
 
 def test_missing_cells_stop_the_gathering_and_leave_no_cube(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no part holds all cells of second"):
-        merge_parts(STUDY, RECORDS, parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
+        merge_sweep_parts(STUDY, RECORDS, parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
     assert not [path for path in tmp_path.iterdir() if "cube" in path.name]
 
 
 def test_part_of_another_study_is_refused(tmp_path: Path) -> None:
     other = STUDY.model_copy(update={"friction": (0.5, 0.9)})
     with pytest.raises(ResultError, match="its friction values are not those of the study"):
-        merge_parts(other, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
+        merge_sweep_parts(other, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
     with pytest.raises(ResultError, match="which are not in this study"):
-        merge_parts(STUDY, RECORDS[:1], parts(tmp_path), tmp_path / "cube.nc")
+        merge_sweep_parts(STUDY, RECORDS[:1], parts(tmp_path), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
     with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
-        merge_parts(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
+        merge_sweep_parts(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
 
 
 def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
@@ -168,8 +168,8 @@ def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = Status.UNDECIDED
-    write_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
-    merge_parts(STUDY, RECORDS, paths, tmp_path / "cube.nc")
+    write_sweep_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
+    merge_sweep_parts(STUDY, RECORDS, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1
         assert np.isnan(cube["overturned"][0, 2, 0, 1, 1])
@@ -186,7 +186,7 @@ def test_record_flags_have_flag_meanings(tmp_path: Path) -> None:
 
 def test_cube_passes_the_checker_of_the_convention_it_claims(tmp_path: Path) -> None:
     path = tmp_path / "cube.nc"
-    merge_parts(STUDY, RECORDS, parts(tmp_path), path)
+    merge_sweep_parts(STUDY, RECORDS, parts(tmp_path), path)
     program = Path(sys.executable).with_name("compliance-checker")
     done = subprocess.run(
         [program, "--test", "cf:1.11", "--criteria", "strict", str(path)], capture_output=True, text=True, check=False
@@ -208,7 +208,9 @@ def test_opening_something_else_is_refused(tmp_path: Path) -> None:
         open_cube(tmp_path)
     with pytest.raises(ResultError, match="no such cube"):
         open_cube(tmp_path / "none.nc")
-    write_part(tmp_path / "part.nc", variant_grid(STUDY), outcome(variant_grid(STUDY).shape, 0), {"record_id": "a"})
+    write_sweep_part(
+        tmp_path / "part.nc", variant_grid(STUDY), outcome(variant_grid(STUDY).shape, 0), {"record_id": "a"}
+    )
     with pytest.raises(ResultError, match="not a cube"):
         open_cube(tmp_path / "part.nc")
 
@@ -220,7 +222,7 @@ def test_paths_of_this_machine_stay_out_of_the_cube(tmp_path: Path) -> None:
 
 
 def test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then(tmp_path: Path) -> None:
-    merge_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
+    merge_sweep_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
     program = f"""if True:
         import sys
         from pathlib import Path

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.files import atomic_write, checksum_matches
+from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.settings import EnsembleSettings
@@ -33,17 +33,17 @@ def motion(path: Path) -> Path:
 def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
     path = motion(tmp_path / "a.nc")
     content = path.read_bytes()
-    assert checksum_matches(path)
+    assert checksum_at_end_matches(path)
     assert read_record_from_motion_file(path).north.size == 50
     for place in range(0, len(content), len(content) // 97):
         path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
-        assert not checksum_matches(path), place
+        assert not checksum_at_end_matches(path), place
         with pytest.raises(ResultError, match=r"a\.nc: damaged"):
             read_record_from_motion_file(path)
     for length in (0, 1, len(content) // 2, len(content) - 1):
         path.write_bytes(content[:length])
-        assert not checksum_matches(path)
-    assert checksum_matches(tmp_path / "none.nc") is None
+        assert not checksum_at_end_matches(path)
+    assert checksum_at_end_matches(tmp_path / "none.nc") is None
 
 
 def test_members_are_checked_too(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
     assert set(remove_damaged_results(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"motion/a.nc", "cube.nc"}
-    assert all(map(checksum_matches, kept))
+    assert all(map(checksum_at_end_matches, kept))
     assert remove_damaged_results(tmp_path) == []
     assert remove_damaged_results(tmp_path / "none") == []
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_to_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -22,7 +22,7 @@ from overturning.study.answers import (
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.ensemble import draw_member_changes
-from overturning.study.gather import merge_parts
+from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_cell_sample
@@ -94,7 +94,7 @@ def test_flags_have_their_documented_values(cube: xr.Dataset) -> None:
 
 
 def test_cells_are_those_of_simulate_arrays(cube: xr.Dataset, motion: Motion) -> None:
-    alone = simulate_arrays(
+    alone = simulate_to_arrays(
         motion, "rectangle", orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
     )
     for name in ("overturned", "fall_azimuth", "fall_face", "peak_tilt", "residual_twist", "energy_error"):
@@ -114,8 +114,8 @@ def test_a_square_looks_the_same_after_a_quarter_turn_and_answers_for_it(cube: x
 
 
 def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, motion: Motion) -> None:
-    along = simulate_arrays(motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7])
-    across = simulate_arrays(motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7])
+    along = simulate_to_arrays(motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7])
+    across = simulate_to_arrays(motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7])
     sides = [found["overturned"].ravel().astype(int) for found in (along, across)]
     times = [np.nan_to_num(found["overturning_time"].ravel(), nan=np.inf) for found in (along, across)]
     cells = cube.isel(record=0, height=0, friction=0).sel(orientation=45, aspect=2)
@@ -131,9 +131,9 @@ def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, mot
 def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, motion: Motion) -> None:
     members = draw_member_changes(settings.ensemble)
     angles, falls = [], []
-    for i in range(members.size):
+    for i in range(members.member_count):
         scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
-        one = simulate_arrays(
+        one = simulate_to_arrays(
             scaled, "rectangle", orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
             b_over_h=[0.25 * members.b_over_h[i]],
             friction=[0.7 * members.friction[i]],
@@ -186,7 +186,7 @@ def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tm
     sweep_cases_of_record(plane, record(), tmp_path / "a.nc")
     space = settings.model_copy(update={"ensemble": plane.ensemble})
     with pytest.raises(ResultError, match=r"another (version|study)"):
-        merge_parts(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+        merge_sweep_parts(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
 
 
 def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:

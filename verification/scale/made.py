@@ -14,9 +14,9 @@ from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision, write_record_to_motion_file
-from overturning.study.gather import create_cube_structure, merge_parts
+from overturning.study.gather import create_cube_structure, merge_sweep_parts
 from overturning.study.load import study_from_content
-from overturning.study.parts import SweepChunk, grid_of_chunk, part_path, write_part
+from overturning.study.parts import SweepChunk, grid_of_chunk, sweep_part_path, write_sweep_part
 from overturning.study.scenes import NOMINAL, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
@@ -112,8 +112,10 @@ def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str 
                 )
                 for variable in variables
             }
-            paths.append(part_path(folder, name, chunk))
-            write_part(paths[-1], piece, values, {"record_id": name, "variant": variant, "block_steps": 0}, variables)
+            paths.append(sweep_part_path(folder, name, chunk))
+            write_sweep_part(
+                paths[-1], piece, values, {"record_id": name, "variant": variant, "block_steps": 0}, variables
+            )
     return paths
 
 
@@ -136,7 +138,7 @@ def write_synthetic_cube(study: Study, path: Path, different: int, variant: str 
     records = list(synthetic_records(study))
     few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
     parts = write_synthetic_parts(few, path.parent / "parts", 1, variant)
-    merge_parts(few, records[:different], parts, path.with_name("few.nc"), variant)
+    merge_sweep_parts(few, records[:different], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()
     with Dataset(path, "w", format="NETCDF4") as cube:

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube, study_of_cube
-from overturning.study.gather import merge_parts
-from overturning.study.parts import WHOLE, part_path
+from overturning.study.gather import merge_sweep_parts
+from overturning.study.parts import WHOLE, sweep_part_path
 from overturning.study.scenes import numerics_of_study
 from overturning.study.sweep import sweep_cases_of_record
 from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
@@ -98,10 +98,10 @@ def run_without_snakemake(folder: Project, way: str, client: object = None) -> S
     records = [
         read_record_from_motion_file(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use
     ]
-    parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
+    parts = [sweep_part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
         sweep_cases_of_record(settings, record, part, numerics=numerics_of_study(settings, client=client))
-    merge_parts(settings, records, parts, folder.folder / "cube.nc")
+    merge_sweep_parts(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
     return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
 

@@ -218,7 +218,7 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
         item = prepared.placed[index]
         on_ground = all(prepared.placed[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
-        base = x[z < z.min() + 1e-9 * item.size]
+        base = x[z < z.min() + 1e-9 * item.smaller_side]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
         found.append(min(asked, tips, LEVEL) if on_ground and item.element.fallen_drop is None else 0.0)
     return np.array(found)

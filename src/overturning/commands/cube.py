@@ -133,8 +133,8 @@ def write_case_table(
     from overturning.files import check_output_path
     from overturning.labels import variant_label_as_list
     from overturning.study.cube import open_cube
-    from overturning.study.small import write_table
+    from overturning.study.small import write_table_of_cases
 
     check_output_path(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
-        print(", ".join([f"{output}: {write_table(data, output)} cases", *variant_label_as_list(data)]))
+        print(", ".join([f"{output}: {write_table_of_cases(data, output)} cases", *variant_label_as_list(data)]))

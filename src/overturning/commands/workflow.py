@@ -165,11 +165,11 @@ def merge_parts_into_cube(
     chunks: Chunks = 1,
 ) -> None:
     """Combine the parts of a sweep into the cube."""
-    from overturning.study.gather import merge_parts
-    from overturning.study.parts import part_paths
+    from overturning.study.gather import merge_sweep_parts
+    from overturning.study.parts import sweep_part_paths
 
     settings, records = _load_study_and_processed_motions(study, motions)
-    merge_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
+    merge_sweep_parts(settings, records, sweep_part_paths(parts, settings.records.use, chunks), output, variant)
 
 
 def fit_fragility(
@@ -235,15 +235,15 @@ def draw_figures_of_records(
 
     from overturning.figures.record import draw_record_figures
     from overturning.figures.write import write_figure_in_study_formats
-    from overturning.study.gather import merge_parts
-    from overturning.study.parts import part_paths
+    from overturning.study.gather import merge_sweep_parts
+    from overturning.study.parts import sweep_part_paths
     from overturning.translation.texts import use_visible_language
 
     settings, records = _load_study_and_processed_motions(study, motions)
     write = partial(write_figure_in_study_formats, settings.figures)
     with TemporaryDirectory() as folder, use_visible_language(settings.language):
         cube = Path(folder) / "cube.nc"
-        merge_parts(settings, records, part_paths(parts, settings.records.use, chunks), cube)
+        merge_sweep_parts(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, motions, output, write)
 
 

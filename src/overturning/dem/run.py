@@ -23,7 +23,7 @@ from overturning.motion.motion import Accelerogram, Motion, as_motion
 if TYPE_CHECKING:
     from overturning.dem.plan import SimulationPlan
     from overturning.model.model import Model
-    from overturning.model.shapes import Shape
+    from overturning.model.shapes import BodyShape
 
 MAX_QUEUE_LENGTH: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
@@ -54,7 +54,10 @@ def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Nume
 
 
 def run(
-    model: "Model | Scene | Shape | str | int | None", motion: Motion, cases: Cases, numerics: Numerics | None = None
+    model: "Model | Scene | BodyShape | str | int | None",
+    motion: Motion,
+    cases: Cases,
+    numerics: Numerics | None = None,
 ) -> CaseResults:
     """Simulate cases of a model under one motion; return the results in the order of the cases.
 
@@ -103,7 +106,7 @@ def run(
 
 @suggest_closest_keyword(Numerics)
 def run_cases(
-    motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
+    motion: Accelerogram, cases: Cases, model: "Model | Scene | BodyShape | str | int | None" = None, **options: Any
 ) -> CaseResults:
     """Run a list of cases of a model, which need not form a grid.
 

@@ -35,7 +35,7 @@ LOOKS: Final = (
 """Colour and line style of each of `criteria.CRITERIA`."""
 
 
-def intensity_plane_points(
+def pga_pgv_ratio_and_fall_probability(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of a block for each record and azimuth, shape (n,)."""
@@ -48,7 +48,7 @@ def intensity_plane_points(
     return pga[known], (pgv / np.where(known, pga, 1))[known], falls[known]
 
 
-def _draw_intensity_plane(
+def _draw_outcomes_by_pga_and_pgv_ratio(
     axes: Any,
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
@@ -58,7 +58,7 @@ def _draw_intensity_plane(
     *,
     with_criteria: bool = True,
 ) -> None:
-    """Draw the panel of one block: `intensity_plane_points`, criteria, and the line of fitted probability ½."""
+    """Draw the panel of one block: outcomes by PGA and PGV/PGA, criteria, and the line of fitted probability ½."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration_limit(b_over_h))
@@ -91,7 +91,7 @@ def _draw_intensity_plane(
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
 
-def intensity_plane_figure(
+def outcomes_by_pga_and_pgv_ratio_figure(
     cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
     """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
@@ -114,9 +114,11 @@ def intensity_plane_figure(
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = intensity_plane_points(cube, intensity, float(height), float(b_over_h), friction)
+            points = pga_pgv_ratio_and_fall_probability(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_intensity_plane(panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note)
+            _draw_outcomes_by_pga_and_pgv_ratio(
+                panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note
+            )
     title = f"Every plane of every record, {friction_label(cube, friction)}"
     add_title_and_legend(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
     return figure

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
-from overturning.figures.intensity_plane import intensity_plane_figure
+from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import project_style
@@ -43,7 +43,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
         else:
             another = element_size_note(cube)
             fit = None if another else fit_logistic_overturning_model(cube, intensity)
-            plane = intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max()), another)
+            plane = outcomes_by_pga_and_pgv_ratio_figure(cube, intensity, fit, float(cube["friction"].max()), another)
             write_figure_files(plane, output_folder / "plane")
 
 

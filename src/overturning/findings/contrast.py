@@ -99,7 +99,7 @@ class ElementFallOutcomes(Finding):
     """Median time of the falls from the start of the record, s."""
 
 
-class SoilLayer(Finding):
+class SoilLayerSummary(Finding):
     """Thickness and shear-wave velocity of one layer of the soil under the stones."""
 
     thickness_m: float
@@ -113,7 +113,7 @@ class SiteFallRates(Finding):
 
     variant: str
     """Name of the variant that sets the soil; "nominal" for the study itself."""
-    layers: list[SoilLayer]
+    layers: list[SoilLayerSummary]
     """Layers from the surface down; empty for the records without soil."""
     equivalent_linear: bool
     """True if a layer softens with strain (equivalent-linear computation), False if all layers are linear."""
@@ -301,7 +301,9 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
             found.append(
                 SiteFallRates(
                     variant=name,
-                    layers=[SoilLayer(thickness_m=one.thickness_m, velocity_m_s=one.velocity_m_s) for one in layers],
+                    layers=[
+                        SoilLayerSummary(thickness_m=one.thickness_m, velocity_m_s=one.velocity_m_s) for one in layers
+                    ],
                     equivalent_linear=any(layer.curve for layer in layers),
                     amplitude=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,

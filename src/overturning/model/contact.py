@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.solid import Solid
+from overturning.model.solid import RigidSolid
 from overturning.quantities import Damping, Stiffness
 from overturning.units import STANDARD_GRAVITY
 from overturning.validation import StrictModel, make_constructor_raise_argument_errors
@@ -149,9 +149,9 @@ class VertexContact(StrictModel):
     Parameters
     ----------
     static_penetration : float
-        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.load_sharing_point_count` points, and B
-        is twice the least distance between an edge of the base and the point below the centre, at most
-        `MAX_CONTACT_WIDTH`.
+        δ/B, where δ = m g / (n K_n) is the static penetration on n points, see
+        `RigidSolid.load_sharing_point_count`, and B is twice the least distance between an edge of
+        the base and the point below the centre, at most `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
     damping_ratio : float
@@ -167,7 +167,7 @@ class VertexContact(StrictModel):
     stiffness_ratio: float = Field(default=1.0, ge=0)
     damping_ratio: float = Field(default=DAMPING_RATIO, ge=0)
 
-    def stiffness_and_damping_per_mass(self, body: Solid) -> tuple[float, float, float]:
+    def stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
         points = body.load_sharing_point_count
         normal = STANDARD_GRAVITY / (

@@ -125,7 +125,7 @@ class Model(ABC):
         return False
 
     @property
-    def direction_attributes(self) -> dict[str, float]:
+    def direction_coordinate_attributes(self) -> dict[str, float]:
         """Attributes of the direction coordinate of a cube."""
         return {}
 

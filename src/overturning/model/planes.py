@@ -201,7 +201,7 @@ class PlanarModel(Model):
 
     @property
     @override
-    def direction_attributes(self) -> dict[str, float]:
+    def direction_coordinate_attributes(self) -> dict[str, float]:
         return {"period": azimuth_period_of_outcome_deg(self.scene)}
 
     @override

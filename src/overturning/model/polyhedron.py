@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, mask_of_resting_faces
-from overturning.model.solid import Solid
+from overturning.model.solid import RigidSolid
 from overturning.model.tipping import ConvexHull, fall_tilt_limits
 
 DIGITS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
 
 
-def solid_from_vertices(vertices: FloatArray) -> Solid:
+def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
     """Return the body that stands on the lowest face of a polyhedron; see `Polyhedron` for parameters and errors."""
     hull = _convex_hull(vertices)
     size = float(np.ptp(hull.points, axis=0).max())
@@ -44,7 +44,7 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
     )
     heights = hull.points[kept] @ normals.T
     facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
-    return Solid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
+    return RigidSolid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
 
 
 def _convex_hull(vertices: FloatArray) -> ConvexHull:

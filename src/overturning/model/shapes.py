@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
-from overturning.model.solid import RIM_POINTS, Solid
+from overturning.model.solid import RIM_POINTS, RigidSolid
 
 MAX_SIDES: Final = 96
 """Largest number of sides of a regular prism; use a cylinder for more."""
@@ -25,7 +25,7 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 """Corners of a body from its centre, shape (n, 3), m, and edges as pairs of corner indices, shape (m, 2)."""
 
 
-class Shape(ABC):
+class BodyShape(ABC):
     """Shape of a 3-D body, which gets its size from the height, B/H and aspect of a case."""
 
     slenderness_is_parameter: ClassVar[bool] = True
@@ -39,7 +39,7 @@ class Shape(ABC):
         """Name of the shape in datasets, such as "rectangle"."""
 
     @abstractmethod
-    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
@@ -48,25 +48,25 @@ class Shape(ABC):
 
 
 @dataclass(frozen=True)
-class RectangularPrism(Shape):
+class RectangularPrism(BodyShape):
     """Rectangular prism B × D × H, with the width B along the azimuth that it faces and the depth D = aspect · B."""
 
     name: ClassVar[str] = "rectangle"
     aspect_is_parameter: ClassVar[bool] = True
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         B = b_over_h * height
         D = aspect * B
         b, d, h = 0.5 * B, 0.5 * D, 0.5 * height
         points = np.array([[b, d, -h], [-b, d, -h], [-b, -d, -h], [b, -d, -h]])
         x, y, z = B * B / 12.0, D * D / 12.0, height * height / 12.0
         inertia = np.diag([y + z, x + z, x + y])
-        return Solid(points, 4, inertia, 0.5 * np.pi, _side_normals(4), 90.0 if B == D else 180.0)
+        return RigidSolid(points, 4, inertia, 0.5 * np.pi, _side_normals(4), 90.0 if B == D else 180.0)
 
 
 @dataclass(frozen=True)
-class RegularPrism(Shape):
+class RegularPrism(BodyShape):
     """Right prism on a regular polygon whose inscribed circle has diameter B; its first side faces the orientation."""
 
     sides: int
@@ -77,7 +77,7 @@ class RegularPrism(Shape):
         return f"{self.sides} sides"
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         n, apothem, h = self.sides, 0.5 * b_over_h * height, 0.5 * height
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
@@ -86,23 +86,23 @@ class RegularPrism(Shape):
         square = radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
-        return Solid(
+        return RigidSolid(
             points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _side_normals(n), 360.0 / n
         )
 
 
 @dataclass(frozen=True)
-class Cylinder(Shape):
+class Cylinder(BodyShape):
     """Right circular cylinder of diameter B."""
 
     name: ClassVar[str] = "circle"
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         R, h = 0.5 * b_over_h * height, 0.5 * height
         points = np.concatenate([R * RIM_POINTS, np.full((4, 1), -h)], axis=1)
         across = (3.0 * R * R + height * height) / 12.0
-        return Solid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
+        return RigidSolid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
     @override
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
@@ -112,7 +112,7 @@ class Cylinder(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class Polyhedron(Shape):
+class Polyhedron(BodyShape):
     """Convex polyhedron that stands on its lowest face.
 
     Parameters
@@ -143,14 +143,14 @@ class Polyhedron(Shape):
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
     @cached_property
-    def unscaled_solid(self) -> Solid:
+    def unscaled_solid(self) -> RigidSolid:
         """Rigid body of the shape, with the size of the given vertices."""
         made = solid_from_vertices(np.asarray(self.vertices))
         check_stone_heights(self.unscaled_height)
         return made
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         return self.unscaled_solid.scaled_by(height / self.unscaled_height)
 
     @override
@@ -159,7 +159,7 @@ class Polyhedron(Shape):
         return corners * (height / self.unscaled_height), edges
 
 
-def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
+def shape_from_name_or_sides(name_sides_or_shape: "str | int | BodyShape") -> BodyShape:
     """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
 
     Raises
@@ -168,7 +168,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
         If the name or number is unknown, or the argument is of another type.
     """
     if isinstance(name_sides_or_shape, str):
-        named: dict[str, Shape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
+        named: dict[str, BodyShape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
         if name_sides_or_shape not in named:
             raise ArgumentError(
                 f"body: {name_sides_or_shape!r}; give 'rectangle', 'circle', a number of sides, or a scene by "
@@ -179,7 +179,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
         if not 3 <= name_sides_or_shape <= MAX_SIDES:
             raise ArgumentError(f"body: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
         return RegularPrism(name_sides_or_shape)
-    if not isinstance(name_sides_or_shape, Shape):
+    if not isinstance(name_sides_or_shape, BodyShape):
         raise ArgumentError(
             f"model: a {type(name_sides_or_shape).__name__}; give a scene of load_scene or gravestone, or a body"
         )
@@ -196,7 +196,7 @@ def _prism_outline(base_vertices: FloatArray) -> Outline:
     return np.concatenate([base_vertices, base_vertices * [1.0, 1.0, -1.0]]), edges
 
 
-def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
+def orientations_over_period_deg(step_deg: float, shape: BodyShape, aspect: ArrayLike = 1.0) -> FloatArray:
     """Return orientations a step apart, degrees, over the largest rotation period of the body at the given aspects.
 
     Raises

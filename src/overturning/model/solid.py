@@ -14,14 +14,14 @@ MAX_CONTACT_VERTICES: Final = 128
 """Maximum number of contact vertices; each one is tested in every step."""
 
 MAX_CARRYING_CORNERS: Final = 4
-"""Largest number of vertices of a base that share its weight equally; see `Solid.load_sharing_point_count`."""
+"""Largest number of vertices of a base that share its weight equally; see `RigidSolid.load_sharing_point_count`."""
 
 RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Contact points of a circular base that stands flat, in units of its radius."""
 
 
 @dataclass(frozen=True)
-class Solid:
+class RigidSolid:
     """Homogeneous rigid body; coordinates are in its own axes from its centre of mass, z up at rest, m.
 
     Parameters

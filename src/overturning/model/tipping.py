@@ -48,7 +48,7 @@ class FallTiltLimits(NamedTuple):
     limits: FloatArray
     """Tilt of its fall in each of `DIRECTIONS` directions of lean, rad."""
     sectors: FloatArray
-    """Rows of `overturning.model.solid.Solid.sectors`; empty if the tilt is the same in all directions."""
+    """Rows of `overturning.model.solid.RigidSolid.sectors`; empty if the tilt is the same in all directions."""
     touched: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 

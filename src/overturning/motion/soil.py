@@ -27,7 +27,7 @@ TOLERANCE: Final = 0.01
 """Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
 
 
-class Rock(BaseModel, extra="forbid", frozen=True):
+class RockHalfSpace(BaseModel, extra="forbid", frozen=True):
     """Half-space of rock below the soil layers."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
@@ -35,7 +35,7 @@ class Rock(BaseModel, extra="forbid", frozen=True):
     damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
 
 
-class Layer(BaseModel, extra="forbid", frozen=True):
+class SoilLayer(BaseModel, extra="forbid", frozen=True):
     """Layer of soil, linear or with a published modulus-reduction curve."""
 
     thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
@@ -74,7 +74,7 @@ def import_pystrata() -> Any:
     return package
 
 
-def check_soil_layer_curves(soil_layers: Sequence[Layer]) -> None:
+def check_soil_layer_curves(soil_layers: Sequence[SoilLayer]) -> None:
     """Raise an ArgumentError if pystrata is missing, or does not know the modulus-reduction curve of a soil layer."""
     package = import_pystrata()
     for layer in soil_layers:
@@ -82,7 +82,12 @@ def check_soil_layer_curves(soil_layers: Sequence[Layer]) -> None:
 
 
 def propagate_through_soil(
-    samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
+    samples: ArrayLike,
+    sampling_interval: float,
+    layers: Sequence[SoilLayer],
+    rock: RockHalfSpace,
+    *,
+    outcrop: bool = True,
 ) -> SurfaceComponentResult:
     """Compute a horizontal component of the motion at the surface of soil layers from the motion of the rock below.
 
@@ -127,16 +132,16 @@ def propagate_through_soil(
     return SurfaceComponentResult(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
-def _pystrata_soil_type(pystrata_package: Any, soil_layer: Layer | Rock) -> Any:
+def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfSpace) -> Any:
     """Return the soil type of pystrata for a soil layer or for the rock below."""
     weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
-    if isinstance(soil_layer, Rock) or soil_layer.curve is None:
+    if isinstance(soil_layer, RockHalfSpace) or soil_layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, soil_layer.damping)
     _check_soil_curve(pystrata_package, soil_layer)
     return pystrata_package.site.SoilType.from_published("", weight, soil_layer.curve)
 
 
-def _check_soil_curve(pystrata_package: Any, soil_layer: Layer) -> None:
+def _check_soil_curve(pystrata_package: Any, soil_layer: SoilLayer) -> None:
     """Raise an ArgumentError if pystrata does not know the modulus-reduction curve of a soil layer."""
     known = pystrata_package.site.known_published_curves() if soil_layer.curve is not None else [None]
     if soil_layer.curve not in known:

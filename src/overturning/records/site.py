@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from overturning.errors import RecordError
-from overturning.motion.soil import TAIL, Layer, Rock, propagate_through_soil
+from overturning.motion.soil import TAIL, RockHalfSpace, SoilLayer, propagate_through_soil
 from overturning.records.record import Record
 
 
@@ -19,8 +19,8 @@ class SoilSite(BaseModel, extra="forbid", frozen=True):
     """
 
     step: ClassVar[str] = "site"  # name in the processing of a record
-    layers: tuple[Layer, ...] = Field(min_length=1, description="Layers from the surface down.")
-    rock: Rock = Field(description="Half-space below the layers.")
+    layers: tuple[SoilLayer, ...] = Field(min_length=1, description="Layers from the surface down.")
+    rock: RockHalfSpace = Field(description="Half-space below the layers.")
     motion: Literal["outcrop", "within"] = Field(
         default="outcrop", description="Rock under the instrument, outcropping or below the layers (within)."
     )

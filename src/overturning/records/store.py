@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import atomic_write, checksum_matches
+from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 
 DECIMALS = 9
@@ -101,7 +101,7 @@ def _read_stored_record(path: Path, variable_suffix: str) -> Record:
     """Read a record from the variables of a ``motion.nc`` whose names end with a suffix."""
     import netCDF4
 
-    if path.is_file() and not checksum_matches(path):
+    if path.is_file() and not checksum_at_end_matches(path):
         raise ResultError(f"{path}: damaged, or not a {SCHEMA!r} file; run the study again, which writes it again")
     try:
         with netCDF4.Dataset(path) as file:

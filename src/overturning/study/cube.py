@@ -10,7 +10,7 @@ import numpy as np
 
 from overturning.arrays import skip_dask_import
 from overturning.errors import ArgumentError, ResultError, suggest_closest_keyword
-from overturning.files import checksum_matches
+from overturning.files import checksum_at_end_matches
 from overturning.model.falls import model_of_cube
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
@@ -91,7 +91,7 @@ def open_cube(
     if not path.is_file():
         why = "a folder; name the cube in it, cube.nc" if path.is_dir() else "no such cube; run the study first"
         raise ResultError(f"{path}: {why}")
-    if checksum_matches(path) is False:
+    if checksum_at_end_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")
     skip_dask_import()
     try:

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.scene import Scene
-from overturning.motion.soil import Layer, Rock
+from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import StonePopulation, UniformRange
 from overturning.study.schema import Study
@@ -92,7 +92,9 @@ def _density_warnings(key: str, density: float) -> Iterator[str]:
 
 def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
     """Yield warnings about the soil of a site."""
-    below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
+    below: list[tuple[str, SoilLayer | RockHalfSpace]] = [
+        (f"layers.{number}", one) for number, one in enumerate(site.layers)
+    ]
     for name, one in [*below, ("rock", site.rock)]:
         velocity = one.velocity_m_s
         if velocity < SLOWEST_SOIL:

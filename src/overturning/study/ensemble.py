@@ -19,7 +19,7 @@ from pydantic import create_model
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Progress
 from overturning.errors import ResultError
-from overturning.files import append_checksum, atomic_write, checksum_matches
+from overturning.files import append_checksum, atomic_write, checksum_at_end_matches
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.model import Model
@@ -105,7 +105,7 @@ class EnsembleMembers:
     @classmethod
     def read_csv(cls, csv_path: Path) -> Self:
         """Read a file written by `write_csv`; raise a `ResultError` if it is missing, damaged, or of another kind."""
-        if csv_path.exists() and not checksum_matches(csv_path):
+        if csv_path.exists() and not checksum_at_end_matches(csv_path):
             raise ResultError(
                 f"{csv_path}: damaged, or no table of ensemble members; run the study again to recreate it"
             )
@@ -216,7 +216,7 @@ def progress_of_subtask(progress: Progress | None, begin_share: float, end_share
 
 
 @dataclass(frozen=True)
-class CellEnsemble:
+class EnsembleRunner:
     """Ensemble of a study: runs every cell, or cells near a change of outcome, with all members."""
 
     model: Model

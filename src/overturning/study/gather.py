@@ -21,7 +21,7 @@ from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, record_source_and_processing
 from overturning.study.load import study_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
-from overturning.study.parts import open_part, record_and_variant_of_part
+from overturning.study.parts import open_sweep_part, record_and_variant_of_part
 from overturning.study.scenes import (
     NOMINAL,
     SizeConversion,
@@ -45,8 +45,8 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 """Packages that affect the numerical results; the cube lists their versions."""
 
 
-def merge_parts(
-    study: Study, records: Sequence[Record], part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
+def merge_sweep_parts(
+    study: Study, records: Sequence[Record], sweep_part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
 ) -> None:
     """Merge the parts of a sweep into the cube of a variant; `records` are processed, in the order of the cube.
 
@@ -59,7 +59,7 @@ def merge_parts(
     refuse_duplicate_records(records)
     grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
-    for part in part_paths:
+    for part in sweep_part_paths:
         name, of_variant = record_and_variant_of_part(part)
         if name not in of_record or of_variant != variant:
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
@@ -82,7 +82,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube.createDimension("record", len(records))
     _add_record_coordinates(cube, records, variant_uses_vertical_motion(study, variant))
     add_grid_dimensions(cube, grid)
-    cube[model.direction].setncatts(model.direction_attributes)
+    cube[model.direction].setncatts(model.direction_coordinate_attributes)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
     own = SizeConversion.for_variant(study, variant).own_ratio
@@ -99,11 +99,11 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
 
 
 def _copy_parts_of_record(
-    part_paths: Sequence[Path], cube: Any, record_index: int, grid: Grid, variables: Sequence[OutcomeVariable]
+    sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: Grid, variables: Sequence[OutcomeVariable]
 ) -> bool:
     """Copy a record's parts into a cube and add their time steps × stones; False if a cell is in no part."""
     with ExitStack() as stack:
-        parts = [stack.enter_context(open_part(path, grid, variables)) for path in part_paths]
+        parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
             filled[np.ix_(*part.places)] = True

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import checksum_matches
+from overturning.files import checksum_at_end_matches
 from overturning.model.grid import AXES, Grid
 from overturning.model.variables import OutcomeVariable
 
@@ -21,7 +21,7 @@ def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_c
     """
     from netCDF4 import Dataset
 
-    found = checksum_matches(path)
+    found = checksum_at_end_matches(path)
     if found is False or (check_checksum and path.is_file() and not found):
         raise ResultError(f"{path}: damaged, its checksum does not match; {remedy}")
     try:

@@ -44,15 +44,15 @@ WHOLE: Final = SweepChunk()
 _REMEDY: Final = "run again to recreate it"
 
 
-def part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
+def sweep_part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
     """Return the path of a chunk's part file in a folder, such as ``rinaldi.3-of-8.nc``."""
     return folder / f"{record_id}.{chunk}.nc"
 
 
-def part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
+def sweep_part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
     """Return the paths of the part files of all chunks of the records, in a folder."""
     all_chunks = [SweepChunk(number, chunk_count) for number in range(1, chunk_count + 1)]
-    return [part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
+    return [sweep_part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
 def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NOMINAL) -> Grid:
@@ -72,7 +72,7 @@ def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NO
     return grid.replace_values(**{name: directions[number % chunk.of == chunk.number - 1]})
 
 
-def write_part(
+def write_sweep_part(
     path: Path,
     grid: Grid,
     outcome_arrays: dict[str, NDArray[Any]],
@@ -112,7 +112,7 @@ def record_and_variant_of_part(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def open_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenSweepPart]:
+def open_sweep_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenSweepPart]:
     """Open a part and check that its cells belong to a grid; raise a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk

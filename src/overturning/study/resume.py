@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from overturning.errors import ResultError
-from overturning.files import checksum_matches
+from overturning.files import checksum_at_end_matches
 from overturning.study.convergence import read_convergence_result
 from overturning.study.ensemble import EnsembleMembers
 from overturning.study.evaluation import FORMATS
@@ -89,7 +89,9 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
     for left in results_folder.rglob(".*.part"):
         left.unlink(missing_ok=True)
     damaged = [
-        path for path in sorted(results_folder.rglob("*.nc")) if path.name[0] != "." and not checksum_matches(path)
+        path
+        for path in sorted(results_folder.rglob("*.nc"))
+        if path.name[0] != "." and not checksum_at_end_matches(path)
     ]
     for pattern, read in _TABLES.items():
         for path in sorted(results_folder.glob(pattern)):

@@ -16,7 +16,7 @@ from overturning.records.record import Record, as_record
 from overturning.records.store import round_to_stored_precision
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_member_changes
-from overturning.study.gather import merge_parts
+from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import record_table_rows, study_from_content
 from overturning.study.scenes import numerics_of_study
 from overturning.study.schema import Study
@@ -51,7 +51,7 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     return table[list(dict.fromkeys([*known, *table]))]
 
 
-def write_table(cube: "xr.Dataset", path: Path) -> int:
+def write_table_of_cases(cube: "xr.Dataset", path: Path) -> int:
     """Write the cases of a cube to a .csv or .parquet file, one record at a time; return the number of cases.
 
     A MissingDataError is raised if pyarrow, which Parquet needs, is not installed.
@@ -124,7 +124,7 @@ def run_study(
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
             sweep_cases_of_record(study, record, part, members=members, numerics=numerics)
-        merge_parts(study, used, parts, Path(name) / "cube.nc")
+        merge_sweep_parts(study, used, parts, Path(name) / "cube.nc")
         with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()
 

@@ -17,8 +17,8 @@ from overturning.model.results import COUNTS, CaseResults
 from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import CellEnsemble, EnsembleMembers, Runner, draw_member_changes, progress_of_subtask
-from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_part
+from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, Runner, draw_member_changes, progress_of_subtask
+from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_sweep_part
 from overturning.study.scenes import (
     NOMINAL,
     SizeConversion,
@@ -45,11 +45,11 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
 
 def create_cell_ensemble(
     study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
-) -> CellEnsemble:
+) -> EnsembleRunner:
     """Return the ensemble of a variant, with given or newly drawn members, for all cells if `run_all_cells`."""
     settings = study.ensemble
     run_all_cells = run_all_cells or settings.where == "everywhere"
-    return CellEnsemble(
+    return EnsembleRunner(
         variant_model(study, variant), members or draw_member_changes(settings), run_all_cells, settings.half_width
     )
 
@@ -109,7 +109,7 @@ def sweep_cases_of_record(
     )
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.case_count:
-        write_part(output_path, grid, {}, attributes | {"block_steps": 0})
+        write_sweep_part(output_path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerics_of_study(study)
     factors = grid.amplitude or (1.0,)
@@ -132,7 +132,9 @@ def sweep_cases_of_record(
         block_steps += more
     if grid.amplitude:
         outcome = _stack_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
-    write_part(output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study))
+    write_sweep_part(
+        output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)
+    )
 
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:

@@ -32,7 +32,7 @@ from overturning.surveys.stones import BACKGROUND, Stone
 
 
 @dataclass(frozen=True)
-class SurveyComparison:
+class SurveyPredictionComparison:
     """Agreement of the falls in a survey with the falls predicted for its site.
 
     Attributes
@@ -132,7 +132,7 @@ def compare_survey_with_prediction(
     background: float = BACKGROUND,
     random_survey_count: int = 2000,
     seed: int = 1,
-) -> SurveyComparison:
+) -> SurveyPredictionComparison:
     """Compare the observed falls of stones with those predicted by the cube of their site.
 
     Parameters
@@ -169,7 +169,7 @@ def compare_survey_with_prediction(
     predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
     share_mean, share_low, share_high = _computed_fall_share_and_range(site, stones)
     ratio, p_value = _log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
-    return SurveyComparison(
+    return SurveyPredictionComparison(
         **_stone_counts_of_comparison(site, stones),
         mean_direction_deg=mean,
         resultant=length,
@@ -226,7 +226,7 @@ def _computed_fall_share_and_range(
 
 
 def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
-    """Return the attributes of `SurveyComparison` that are numbers of stones, by name of the attribute."""
+    """Return the attributes of `SurveyPredictionComparison` that are numbers of stones, by name of the attribute."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
         """Return the number of stones for which `condition` is True."""
@@ -336,12 +336,12 @@ class StoredSurveyComparison:
     stones: str
     sha256: str
     record: str
-    comparison: SurveyComparison
+    comparison: SurveyPredictionComparison
     doubts: tuple[str, ...] = ()
 
 
 def make_stored_survey_comparison(
-    survey_path: Path, record_id: str, comparison: SurveyComparison, unit_warnings: Sequence[str] = ()
+    survey_path: Path, record_id: str, comparison: SurveyPredictionComparison, unit_warnings: Sequence[str] = ()
 ) -> StoredSurveyComparison:
     """Combine the comparison of a survey with name and hash of its file, record and unit warnings."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()

@@ -124,7 +124,7 @@ def direction_pseudo_angle(x: float, y: float) -> float:
 def body_has_fallen(body_axes: Matrix, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
     """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
-    For `fall_sectors` see `overturning.model.solid.Solid`.
+    For `fall_sectors` see `overturning.model.solid.RigidSolid`.
     """
     if not body_axes.zz <= termination_limits.fallen:
         return False

@@ -34,7 +34,7 @@ from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
-from overturning.model.solid import Solid
+from overturning.model.solid import RigidSolid
 from overturning.model.tipping import FALL_SHARE
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
@@ -56,7 +56,7 @@ class BodySimulationPlan(SimulationPlan):
     step_cost: ClassVar[int] = BODY_STEP
 
     model: Body
-    solids: list[Solid]  # one for each size
+    solids: list[RigidSolid]  # one for each size
     bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY`
     points: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
@@ -206,7 +206,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: Numerics) -> None
 
 
 def _rest_acceleration_thresholds(
-    solids: list[Solid],
+    solids: list[RigidSolid],
     solid_indices: NDArray[np.int64],
     laws: FloatArray,
     dashpot: FloatArray,
@@ -292,7 +292,7 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
     return row, cosines[row], along
 
 
-def _deepest_penetration(body: Solid, rest_pose: FloatArray) -> float:
+def _deepest_penetration(body: RigidSolid, rest_pose: FloatArray) -> float:
     """Return the penetration of the deepest vertex of the base in the pose at rest, m."""
     x, y = body.points[: body.base, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
@@ -307,7 +307,7 @@ def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
     return begin
 
 
-def _body_and_vertex_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
+def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
     """Return the kernel's table of bodies, type `BODY`, and the array of their vertices, `BodyKernelInput.points`.
 
     An odd number of vertices is padded with a vertex at the centre of the body.

@@ -99,7 +99,7 @@ class BodyKernelInput(NamedTuple):
     base: int
     """Number of vertices of the base."""
     sectors: FloatArray
-    """Sectors of each body, see `overturning.model.solid.Solid.sectors`, shape (bodies, sectors, 5)."""
+    """Sectors of each body, see `overturning.model.solid.RigidSolid.sectors`, shape (bodies, sectors, 5)."""
 
 
 class BodyWorkspace(NamedTuple):

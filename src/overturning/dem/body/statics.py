@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
-from overturning.model.solid import Solid
+from overturning.model.solid import RigidSolid
 from overturning.units import STANDARD_GRAVITY
 
 
-def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
+def pose_at_rest(body: RigidSolid, normal_stiffness: float) -> FloatArray:
     """Return the pose of a body at rest on its base springs: centre (m) and small rotation vector (rad), shape (6,).
 
     The penetration is a linear function of position; vertices that it would lift carry no load.
@@ -33,7 +33,7 @@ def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
     return np.array([0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
 
 
-def largest_unit_spring_eigenvalue(body: Solid) -> float:
+def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     """Return the largest eigenvalue ω² of a body on equal isotropic springs with a stiffness per mass of 1/s² each.
 
     Each further spring only raises the eigenvalue: the body has a higher frequency on all vertices of a face than on an
@@ -44,7 +44,7 @@ def largest_unit_spring_eigenvalue(body: Solid) -> float:
     return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
 
 
-def smallest_unit_spring_eigenvalue(body: Solid) -> float:
+def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     """Return the smallest eigenvalue of an upright body with a unit spring at each vertex of its base.
 
     See `largest_unit_spring_eigenvalue`.
@@ -52,7 +52,7 @@ def smallest_unit_spring_eigenvalue(body: Solid) -> float:
     return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base)))
 
 
-def vertex_unloading_acceleration_and_least_load(body: Solid) -> tuple[float, float]:
+def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[float, float]:
     """Return the |a|/g that unloads a base vertex of a body, and its smallest vertex load over the mean vertex load.
 
     The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
@@ -71,7 +71,7 @@ def vertex_unloading_acceleration_and_least_load(body: Solid) -> tuple[float, fl
     return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)
 
 
-def _stiffness_matrix_of_unit_springs(body: Solid, vertex_indices: NDArray[np.int64]) -> FloatArray:
+def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[np.int64]) -> FloatArray:
     """Return the mass-scaled stiffness matrix, shape (6, 6), of a body with unit springs at the given vertices."""
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.

@@ -322,10 +322,10 @@ def failure_and_rest_limits(prepared_scene: PreparedScene) -> NDArray[np.void]:
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
     free = [prepared_scene.placed[n] for n in prepared_scene.free_element_indices]
-    whole = np.array([item.mass * prepared_scene.scene.gravity * item.size for item in free])
+    whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_side for item in free])
     barrier = prepared_scene.barrier[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
-    rest_energy = CALM_KINETIC * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.size
+    rest_energy = CALM_KINETIC * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_side
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
         (MAX_PENETRATION * 0.5 * smallest_element_side(prepared_scene.placed), rest_energy, least_barrier, least_scale),

@@ -26,7 +26,7 @@ from overturning.dem.polygon.mechanics import PairForce, PairVelocityToForceMatr
 from overturning.dem.polygon.state import ElementConstants, PlanarVector
 
 
-class Submatrix(NamedTuple):
+class EquationSubmatrix(NamedTuple):
     """3 × 3 submatrix of the equations: rows are force components, columns velocity components (x, z, rotation)."""
 
     xx: float
@@ -40,10 +40,10 @@ class Submatrix(NamedTuple):
     ww: float
 
 
-SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, Submatrix)
+SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, EquationSubmatrix)
 SIZE: Final = SUBMATRIX.size
-load, store, _ = SUBMATRIX.lane_access(Submatrix)
-minus = tuple_arithmetic(Submatrix).minus
+load, store, _ = SUBMATRIX.lane_access(EquationSubmatrix)
+minus = tuple_arithmetic(EquationSubmatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
@@ -110,45 +110,47 @@ of_submatrix: Final = create_window_slicer(SIZE)
 
 
 @njit(**INLINE)
-def scale_rows_by_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
+def scale_rows_by_inverse_mass(p: EquationSubmatrix, inertia: ElementConstants, factor: float) -> EquationSubmatrix:
     """Return submatrix `p` with its force rows × `factor`/mass and its moment row × `factor`/moment of inertia."""
     m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
-    return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
+    return EquationSubmatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
 
 @njit(**INLINE)
-def submatrix_times_vector(p: Submatrix, v: PlanarVector) -> PlanarVector:
+def submatrix_times_vector(p: EquationSubmatrix, v: PlanarVector) -> PlanarVector:
     """Return the product of submatrix `p` and vector `v` of three components."""
     x, z = (p.xx * v.x + p.xz * v.z) + p.xw * v.w, (p.zx * v.x + p.zz * v.z) + p.zw * v.w
     return PlanarVector(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
 
 
 @njit(**INLINE)
-def submatrix_product(p: Submatrix, q: Submatrix) -> Submatrix:
+def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSubmatrix:
     """Return the product of two submatrices."""
     x, z = (
         submatrix_times_vector(p, PlanarVector(q.xx, q.zx, q.wx)),
         submatrix_times_vector(p, PlanarVector(q.xz, q.zz, q.wz)),
     )
     w = submatrix_times_vector(p, PlanarVector(q.xw, q.zw, q.ww))
-    return Submatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.w, z.w, w.w)
+    return EquationSubmatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.w, z.w, w.w)
 
 
 @njit(**INLINE)
-def submatrix_inverse(p: Submatrix) -> Submatrix:
+def submatrix_inverse(p: EquationSubmatrix) -> EquationSubmatrix:
     """Return the inverse of a submatrix, from cofactors and one division."""
     xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
     zx, zz, zw = p.zw * p.wx - p.zx * p.ww, p.xx * p.ww - p.xw * p.wx, p.xw * p.zx - p.xx * p.zw
     wx, wz, ww = p.zx * p.wz - p.zz * p.wx, p.xz * p.wx - p.xx * p.wz, p.xx * p.zz - p.xz * p.zx
     by = 1.0 / ((p.xx * xx + p.xz * zx) + p.xw * wx)
-    return Submatrix(by * xx, by * xz, by * xw, by * zx, by * zz, by * zw, by * wx, by * wz, by * ww)
+    return EquationSubmatrix(by * xx, by * xz, by * xw, by * zx, by * zz, by * zw, by * wx, by * wz, by * ww)
 
 
 @njit(**INLINE)
-def subtract_terms_from_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: Submatrix) -> None:
+def subtract_terms_from_submatrix(
+    submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: EquationSubmatrix
+) -> None:
     """Subtract `terms` from a submatrix in a lane; if the submatrix is empty, from `diagonal` × unit matrix."""
     one, old = diagonal, load(submatrix, lane)
-    store(submatrix, lane, minus(Submatrix(
+    store(submatrix, lane, minus(EquationSubmatrix(
         one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
         0.0 if is_empty else old.zx, one if is_empty else old.zz, 0.0 if is_empty else old.zw,
         0.0 if is_empty else old.wx, 0.0 if is_empty else old.wz, one if is_empty else old.ww,
@@ -167,7 +169,7 @@ def add_pair_matrix_to_submatrices(
 ) -> None:
     """Add `pair_matrix`, the forces of a pair's contacts by its velocities, to the pair's four submatrices."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
-    aa = Submatrix(
+    aa = EquationSubmatrix(
         pair_matrix.xx,
         pair_matrix.xz,
         pair_matrix.xa,
@@ -178,7 +180,7 @@ def add_pair_matrix_to_submatrices(
         pair_matrix.az,
         pair_matrix.aa,
     )
-    ab = Submatrix(
+    ab = EquationSubmatrix(
         pair_matrix.xx,
         pair_matrix.xz,
         pair_matrix.xb,
@@ -189,7 +191,7 @@ def add_pair_matrix_to_submatrices(
         pair_matrix.az,
         pair_matrix.ab,
     )
-    ba = Submatrix(
+    ba = EquationSubmatrix(
         pair_matrix.xx,
         pair_matrix.xz,
         pair_matrix.xa,
@@ -200,7 +202,7 @@ def add_pair_matrix_to_submatrices(
         pair_matrix.bz,
         pair_matrix.ba,
     )
-    bb = Submatrix(
+    bb = EquationSubmatrix(
         pair_matrix.xx,
         pair_matrix.xz,
         pair_matrix.xb,

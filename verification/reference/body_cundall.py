@@ -38,8 +38,8 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     BaseContactState,
-    BodyBalanceAccount,
     BodyBaseMotion,
+    BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyVertex,
@@ -227,9 +227,9 @@ def advance_body_one_step(
     body_axes: Matrix,
     contact_totals: ContactTotals,
     peaks: BodyPeakValues,
-    account: BodyBalanceAccount,
+    account: BodyEnergyAndMomentumAccount,
     shaking: BodyBaseMotion,
-) -> tuple[BodyState, BodyPeakValues, BodyBalanceAccount]:
+) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.step * WHOLE
     half = 0.5 * dt
@@ -272,7 +272,7 @@ def advance_body_one_step(
         moment=t.moment,
         tick=body_state.tick + WHOLE,
     )
-    return moved, peaks, BodyBalanceAccount(work, loss, spin, 0.0, 0.0, 0.0)
+    return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
@@ -287,12 +287,12 @@ no_wrench = tuple_arithmetic(ContactWrench).zero
 load_shaking = ROWS.lane_access(BodyBaseMotion, unused_fields=UNUSED).load
 load_peaks, load_account = (
     ROWS.lane_access(BodyPeakValues).load,
-    ROWS.lane_access(BodyBalanceAccount, unused_fields=UNUSED).load,
+    ROWS.lane_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
 )
 store_state, store_frame = (ROWS.lane_access(of).store for of in (BodyState, Matrix))
 store_peaks, store_account = (
     ROWS.lane_access(BodyPeakValues).store,
-    ROWS.lane_access(BodyBalanceAccount, unused_fields=UNUSED).store,
+    ROWS.lane_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX.lane_access(BodyVertex).load,
@@ -431,7 +431,9 @@ def shift_momenta(state: Any, columns: int, step_count: float) -> None:
         )
         torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
         store_account(
-            state, j, BodyBalanceAccount(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0)
+            state,
+            j,
+            BodyEnergyAndMomentumAccount(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0),
         )
 
 

@@ -62,13 +62,19 @@ def infer_motion_from_survey(
     stones: Annotated[
         Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, b_over_h, height_m, round, …")
     ],
-    motion: Annotated[
+    motion_files: Annotated[
         list[Path] | None,
-        typer.Option(help="motion of a study (NetCDF), in addition to the built-in ones; may be given several times"),
+        typer.Option(
+            "--motion", help="motion of a study (NetCDF), in addition to the built-in ones; may be given several times"
+        ),
     ] = None,
-    alone: Annotated[bool, typer.Option("--alone", help="use only the motions given by --motion")] = False,
-    fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
-    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones with a random outcome")] = 0.05,
+    only_given_motions: Annotated[bool, typer.Option("--alone", help="use only the motions given by --motion")] = False,
+    fixed_share: Annotated[
+        float, typer.Option("--fixed", min=0, max=0.99, help="share of stones fixed to their base")
+    ] = 0.0,
+    background_share: Annotated[
+        float, typer.Option("--background", min=0, max=0.99, help="share of stones with a random outcome")
+    ] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="file for the posterior (NetCDF), used by the report")
@@ -106,7 +112,7 @@ def infer_motion_from_survey(
     for note in (*notes, *doubts):
         print(note)
     kinds = kinds_of_survey_stones(rows, str(stones))
-    library = candidate_motions(read_motions_with_unique_ids(motion or ()), only_user_records=alone)
+    library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
     cases, seconds = uncached_case_count_and_time(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_duration(seconds / threads)
@@ -127,7 +133,7 @@ def infer_motion_from_survey(
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
     responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)
-    result = SurveyInversion(responses, background, fixed).invert_survey(stones.name, rows)
+    result = SurveyInversion(responses, background_share, fixed_share).invert_survey(stones.name, rows)
     text = render_markdown(
         SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), name="motions"
     )

@@ -265,14 +265,15 @@ def simulate_illustrative_cases(
     cube: Cube,
     motions: Motions,
     output: Figures,
-    against: Annotated[
-        Path | None, typer.Option(help="cube of the variant with which the study is compared, for the first film")
+    compared_cube: Annotated[
+        Path | None,
+        typer.Option("--against", help="cube of the variant with which the study is compared, for the first film"),
     ] = None,
 ) -> None:
     """Simulate and draw the illustrative cases of a study."""
     from overturning.figures.illustrative import draw_illustrative_cases
 
-    draw_illustrative_cases(cube, motions, output, against)
+    draw_illustrative_cases(cube, motions, output, compared_cube)
 
 
 def write_study_report(
@@ -291,14 +292,16 @@ def write_study_report(
 
 def write_research_crate(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
-    made: Annotated[str, typer.Option(help="files and folders to describe, one per line, or a file with them")],
+    produced_files: Annotated[
+        str, typer.Option("--made", help="files and folders to describe, one per line, or a file with them")
+    ],
     study: Study,
 ) -> None:
     """Write study.yaml and ro-crate-metadata.json, which describe the results as a research crate (RO-Crate)."""
     from overturning.study.crate import write_ro_crate
     from overturning.study.load import load_study_from_file_or_json
 
-    names = made if "\n" in made else Path(made).read_text(encoding="utf-8")
+    names = produced_files if "\n" in produced_files else Path(produced_files).read_text(encoding="utf-8")
     write_ro_crate(load_study_from_file_or_json(study), results, [Path(name) for name in names.splitlines()])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
-from overturning.statistics.alignment_by_rule import AlignmentUnderBlockRule
+from overturning.statistics.alignment_by_rule import FallAlignmentUnderBlockRule
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.falls import block_selection_rule_of_model, count_outcome_changes
@@ -147,7 +147,7 @@ class PlanarModelAgreement(Finding):
 
 
 def _alignment_under_rule(
-    rule_alignment: AlignmentUnderBlockRule, direction_noun: str, is_study_rule: bool
+    rule_alignment: FallAlignmentUnderBlockRule, direction_noun: str, is_study_rule: bool
 ) -> FallAlignmentUnderRule:
     """Convert the alignment under one block selection rule to a finding.
 

@@ -184,7 +184,7 @@ class StudyResults:
         )
 
     @cached_property
-    def fault_normal_alignment_by_rule(self) -> dict[str, list[alignment_by_rule.AlignmentUnderBlockRule]]:
+    def fault_normal_alignment_by_rule(self) -> dict[str, list[alignment_by_rule.FallAlignmentUnderBlockRule]]:
         """Alignment of falls with the fault normal, by name of the group of records.
 
         Each list has an entry for each rule that selects blocks.

@@ -90,32 +90,32 @@ def corner_positions_and_mean_forces(
                    -half_sizes[1] * cosine - side * half_sizes[0] * sine], axis=1)
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
-    along = _mean_rate_between_rows(vx, time) + ground_acceleration
+    along = _mean_rate_of_successive_rows(vx, time) + ground_acceleration
     # In flight the difference is zero except for rounding, which may be negative.
-    upward = np.maximum(_mean_rate_between_rows(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
+    upward = np.maximum(_mean_rate_of_successive_rows(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
-    down, arm = down[1:] | down[:-1], _mean_between_rows(arm)
+    down, arm = down[1:] | down[:-1], _mean_of_successive_rows(arm)
     # Clockwise moment about the centre per unit normal force at each corner, including the horizontal force.
     lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
-    moment = _mean_rate_between_rows(vw, time) * (half_sizes**2).sum() / 3.0
+    moment = _mean_rate_of_successive_rows(vw, time) * (half_sizes**2).sum() / 3.0
     apart = lever[:, 0] - lever[:, 1]
     left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
     left = np.where(down[:, 0] & down[:, 1], np.clip(left, 0.0, upward), np.where(down[:, 0], upward, 0.0))
     right = np.where(down.any(axis=1), upward - left, 0.0)
     normal = np.stack([left, right], axis=1)
     force = np.stack([normal * inclination[:, None], normal], axis=2)
-    point = np.where(down[:, :, None], _mean_between_rows(np.stack([x, z], axis=1))[:, None, :] + arm, np.nan)
+    point = np.where(down[:, :, None], _mean_of_successive_rows(np.stack([x, z], axis=1))[:, None, :] + arm, np.nan)
     return tuple(np.concatenate([values, values[-1:]]) for values in (point, force))  # type: ignore[return-value]
 
 
-def _mean_rate_between_rows(quantity: FloatArray, time: FloatArray) -> FloatArray:
+def _mean_rate_of_successive_rows(quantity: FloatArray, time: FloatArray) -> FloatArray:
     """Return the mean rate of change of a quantity between successive rows; 0 where two rows have the same time."""
     span = np.diff(time)
     return np.divide(np.diff(quantity), span, out=np.zeros_like(span), where=span > 0)
 
 
-def _mean_between_rows(quantity: FloatArray) -> FloatArray:
+def _mean_of_successive_rows(quantity: FloatArray) -> FloatArray:
     """Return the mean of a quantity between successive rows, between which it is linear in time."""
     return np.asarray(0.5 * (quantity[1:] + quantity[:-1]))
 
@@ -128,8 +128,8 @@ def _mean_acceleration_between_times(
     `acceleration` holds a value for each sample; it is linear between samples and 0 after the record.
     """
     padded = np.concatenate([acceleration, np.zeros(2)])
-    velocity = np.concatenate([[0.0], np.cumsum(_mean_between_rows(padded))]) * sampling_interval
+    velocity = np.concatenate([[0.0], np.cumsum(_mean_of_successive_rows(padded))]) * sampling_interval
     index = np.minimum((time / sampling_interval + 1e-9).astype(np.int64), acceleration.size)
     past = np.minimum(time - index * sampling_interval, sampling_interval)
     slope = (padded[index + 1] - padded[index]) / sampling_interval
-    return _mean_rate_between_rows(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)
+    return _mean_rate_of_successive_rows(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)

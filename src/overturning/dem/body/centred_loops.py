@@ -32,9 +32,9 @@ from overturning.dem.body.state import (
     ROWS,
     VERTEX,
     BaseContactState,
-    BodyBalanceAccount,
     BodyBaseMotion,
     BodyConstants,
+    BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyTerminationLimits,
@@ -58,7 +58,7 @@ load_state, _, store_state = ROWS.lane_access(BodyState)
 load_limits = ROWS.lane_access(BodyTerminationLimits).load
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
 load_peaks, _, store_peaks = ROWS.lane_access(BodyPeakValues)
-load_account, _, store_account = ROWS.lane_access(BodyBalanceAccount)
+load_account, _, store_account = ROWS.lane_access(BodyEnergyAndMomentumAccount)
 load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt)
 load_rejection, store_rejection, _ = ROWS.lane_access(StepRejectionFlags)
 load_step_control = ROWS.lane_access(CaseStepControl).load

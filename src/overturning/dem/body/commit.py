@@ -7,9 +7,9 @@ from numba import njit
 
 from overturning.dem.body.centred import centre_acceleration, flat_landing_slip_direction
 from overturning.dem.body.state import (
-    BodyBalanceAccount,
     BodyBaseMotion,
     BodyConstants,
+    BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyVelocityChange,
@@ -234,7 +234,7 @@ class AcceptedBodyStep(NamedTuple):
 
     state: BodyState
     peaks: BodyPeakValues
-    account: BodyBalanceAccount
+    account: BodyEnergyAndMomentumAccount
 
 
 @njit(**INLINE)
@@ -263,7 +263,7 @@ def complete_body_step(
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
     torque = contact_sum.moment.z + (place.x * a.y - place.y * a.x)
-    account = BodyBalanceAccount(
+    account = BodyEnergyAndMomentumAccount(
         account.work + half * (account.power + power),
         account.lost + (half * (account.loss + contact_sum.loss) + contact_sum.let_go),
         account.spin

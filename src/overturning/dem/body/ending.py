@@ -8,9 +8,9 @@ from numba import njit
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
-    BodyBalanceAccount,
     BodyBaseMotion,
     BodyConstants,
+    BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyTerminationLimits,
@@ -37,7 +37,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BodyConstants, BodyState, BodyPeakValues))
 load_account, load_course, load_limits = (
-    ROWS.lane_access(of).load for of in (BodyBalanceAccount, CaseProgress, BodyTerminationLimits)
+    ROWS.lane_access(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
 load_shaking = ROWS.lane_access(BodyBaseMotion).load
 load_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old").load

@@ -160,7 +160,7 @@ class BodyPeakValues(NamedTuple):
     """Last tick of this sample below the critical angle; −1 if there is none."""
 
 
-class BodyBalanceAccount(NamedTuple):
+class BodyEnergyAndMomentumAccount(NamedTuple):
     """Work done by the base, energy lost (m²/s²) and vertical angular momentum supplied (m²/s) to a body, per mass.
 
     `power`, `loss` and `torque` are the rates of these at the last step. The angular momentum is about the origin.
@@ -325,8 +325,8 @@ class LargestContactChanges(NamedTuple):
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeakValues, BodyBalanceAccount,
-    BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits, StepAttempt, StepRejectionFlags,
+    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeakValues,
+    BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits, StepAttempt, StepRejectionFlags,
     PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum, LargestContactChanges,
     CaseRestState,
 )  # fmt: skip

@@ -105,7 +105,7 @@ def unbiased_first_batch_statistic(
 
 
 def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
-    """Return, for each code, the numbers of runs that fall to +1 and to −1.
+    """Return the numbers of runs that fall to +1 and to −1, for each code of a pair of such numbers.
 
     A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
     """

@@ -327,8 +327,8 @@ class LargestContactChanges(NamedTuple):
 ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
-    StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum, LargestContactChanges,
-    CaseRestState,
+    StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
+    LargestContactChanges, CaseRestState,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, PredictedContactPoint)
 

@@ -16,7 +16,7 @@ import typer
 
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
 from overturning.model.geometry import place_elements, reference_height_and_b_over_h
@@ -129,7 +129,7 @@ def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
         stones = scene_with_contact(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse, whole = time_run(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
-        used = partial(simulate_to_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
+        used = partial(simulate_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.size, minimum_processor_time(used, 2) / cases.size
         same = coarse.overturned[:, SHAFT] == right
         yield MeasuredFigure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")

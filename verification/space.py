@@ -18,7 +18,7 @@ import typer
 from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_cases_until_energy_balances
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_simulation
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
@@ -73,7 +73,7 @@ def run_grid_under_motions(
 ) -> Outcome:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
-    found = [simulate_to_arrays(motion.times(factor), **given) for motion in motions]
+    found = [simulate_arrays(motion.times(factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
@@ -87,7 +87,7 @@ def measure_throughput() -> Iterator[MeasuredFigure]:
         ("centred", "circle", "centred, rim"),
     ):
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
-        found, seconds = time_run(partial(simulate_to_arrays, rocking_motion(), body, **grid, **options), 2)
+        found, seconds = time_run(partial(simulate_arrays, rocking_motion(), body, **grid, **options), 2)
         rate = found["block_steps"].sum() / seconds / 1e6
         yield MeasuredFigure(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
@@ -97,7 +97,7 @@ def measure_throughput() -> Iterator[MeasuredFigure]:
 
 _SOME_CASES: Final = """
 import resource, sys, numpy as np, verification.space as s
-s.simulate_to_arrays(
+s.simulate_arrays(
     s.rocking_motion(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])),
     leave_out=False,
 )

@@ -8,7 +8,7 @@ import pytest
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
 from overturning.dem.run import plan_simulation, run, run_cases
-from overturning.dem.simulate import simulate, simulate_to_arrays
+from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
@@ -51,7 +51,7 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
 )
 def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> None:
     with refused(ArgumentError, *words):
-        simulate_to_arrays(MOTION, **{**GRID, **change})
+        simulate_arrays(MOTION, **{**GRID, **change})
 
 
 @pytest.mark.parametrize(
@@ -72,15 +72,15 @@ def test_bad_contacts_are_refused(arguments: dict[str, Any], word: str) -> None:
 
 def test_unstable_step_message_names_a_stable_step() -> None:
     with pytest.raises(ValueError, match="at most") as refusal:
-        simulate_to_arrays(MOTION, **GRID, time_step=0.01)
+        simulate_arrays(MOTION, **GRID, time_step=0.01)
     largest = float(str(refusal.value).split("at most ")[1].split(" s")[0])
-    found = simulate_to_arrays(MOTION, **GRID, time_step=0.99 * largest)
+    found = simulate_arrays(MOTION, **GRID, time_step=0.99 * largest)
     assert (found["block_steps"] > 0).all()
 
 
 def test_too_many_cases_are_refused_with_the_memory_they_need() -> None:
     with pytest.raises(ValueError, match="GiB"):
-        simulate_to_arrays(
+        simulate_arrays(
             MOTION,
             azimuth_deg=np.arange(1000.0),
             height=np.ones(1000),

@@ -19,7 +19,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import dynamic_overshoot_bound
 from overturning.dem.run import run, run_cases
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
@@ -50,8 +50,8 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
     """Skipping whole cases, and their quiet beginning and end, changes nothing; skipping within a case is off here."""
     monkeypatch.setattr(block_plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
     motion = record_of(number, pulse)
-    short = simulate_to_arrays(motion, **BLOCKS)
-    full = simulate_to_arrays(motion, **BLOCKS, leave_out=False)
+    short = simulate_arrays(motion, **BLOCKS)
+    full = simulate_arrays(motion, **BLOCKS, leave_out=False)
     assert (full["status"] == 0).all()
     different = short["overturned"] != full["overturned"]
     assert different.sum() == 0, f"{different.sum()} of {different.size}"
@@ -65,9 +65,9 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
 def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() -> None:
     changed = np.zeros(3, int)
     for motion in (record_of(*one) for one in RECORDS):
-        short = simulate_to_arrays(motion, **BLOCKS)
+        short = simulate_arrays(motion, **BLOCKS)
         full, more, less = (
-            simulate_to_arrays(motion.times(factor), **BLOCKS, leave_out=False) for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
+            simulate_arrays(motion.times(factor), **BLOCKS, leave_out=False) for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
         )
         falls = full["overturned"] != 0
         changed += [((other["overturned"] != 0) != falls).sum() for other in (short, more, less)]
@@ -87,7 +87,7 @@ def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str
     motion, _, _ = near_field(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
     without, with_zeros = (
-        simulate_to_arrays(which, gravestone(SOFT), **GRID, friction=[0.33, 1.0], scheme=scheme)
+        simulate_arrays(which, gravestone(SOFT), **GRID, friction=[0.33, 1.0], scheme=scheme)
         for which in (motion, level)
     )
     assert (without["overturned"] != 0).any()

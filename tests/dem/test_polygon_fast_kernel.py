@@ -9,7 +9,7 @@ from overturning.dem.block.tables import ROW
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.run import plan_simulation, run, run_cases
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.planes import PlanarModel
@@ -107,8 +107,8 @@ def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float
 def test_the_gravestone_scene_is_computed_by_the_block_kernel() -> None:
     motion = _motion(6)
     grid = {"azimuth_deg": [0.0, 60.0, 180.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5, 1.0]}
-    scene = simulate_to_arrays(motion, shipped("gravestone"), **grid)
-    block = simulate_to_arrays(motion, **grid)
+    scene = simulate_arrays(motion, shipped("gravestone"), **grid)
+    block = simulate_arrays(motion, **grid)
     assert scene.keys() == block.keys()
     for name, values in block.items():
         np.testing.assert_array_equal(scene[name], values)

@@ -9,7 +9,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.arrays import nearest_faces_never_change
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -218,6 +218,6 @@ def test_stones_on_a_fixed_shelf_stand_when_the_ground_rises(rise: float) -> Non
     up = np.where(time < 2, rise * 2.0 * np.sin(np.pi * time), 0.0)
     motion = Motion(0.001 * up, 0 * up, up, sampling_interval=0.01)
     assert motion.displacement[2][-1] == pytest.approx(rise * 2.0 * 4.0 / (2.0 * np.pi), rel=1e-3)
-    found = simulate_to_arrays(motion, made, azimuth_deg=[0.0], friction=[0.6])
+    found = simulate_arrays(motion, made, azimuth_deg=[0.0], friction=[0.6])
     assert found["overturned"].ravel().tolist() == [0, 0, 0]
     assert np.abs(found["peak_slip"]).max() < 1e-3

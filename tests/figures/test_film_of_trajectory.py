@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.film import extent_of_free_bodies, vertex_positions_by_frame
@@ -49,7 +49,7 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=0, **BLOCK)
     side = int(stone(path)["overturned"])
     assert side != 0
-    cell = simulate_to_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
+    cell = simulate_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
     assert float(stone(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
     film = film_of_trajectories([path], motion, "pulse")

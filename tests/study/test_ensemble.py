@@ -12,7 +12,7 @@ from scipy.stats import binom
 
 from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_to_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
 from overturning.model.body import Body, cell_weight_in_direction_statistics
 from overturning.model.cases import Cases
@@ -52,7 +52,7 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def nominal(motion: Motion) -> dict[str, np.ndarray]:
-    return simulate_to_arrays(
+    return simulate_arrays(
         motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
     )
 

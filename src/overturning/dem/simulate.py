@@ -75,7 +75,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
     return {name: np.repeat(values, copies, axis=last) for name, values in arrays.items()}
 
 
-def simulate_to_arrays(
+def simulate_arrays(
     motion: Accelerogram, model: Model | Scene | BodyShape | str | int | None = None, **parameters: Any
 ) -> dict[str, NDArray[Any]]:
     """Simulate a model for every combination of direction, size, slenderness, aspect and friction; return arrays.

@@ -197,7 +197,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
 
 
 def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
-    """Read and process records as a run does, and plan cases; a `ConfigError` names what cannot be read or computed.
+    """Read, process and plan as a run does; a `ConfigError` names the records and cases that cannot be computed.
 
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.

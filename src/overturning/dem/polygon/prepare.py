@@ -108,7 +108,7 @@ class PreparedScene:
 
     @property
     def top_height(self) -> float:
-        """Highest level of the free elements, m."""
+        """Height of the highest point of the free elements, m."""
         return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property

@@ -23,7 +23,7 @@ from overturning.motion.motion import Accelerogram, Motion, as_motion
 if TYPE_CHECKING:
     from overturning.dem.plan import SimulationPlan
     from overturning.model.model import Model
-    from overturning.model.shapes import BodyShape
+    from overturning.model.shapes import Shape
 
 MAX_QUEUE_LENGTH: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
@@ -54,7 +54,7 @@ def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Nume
 
 
 def run(
-    model: "Model | Scene | BodyShape | str | int | None",
+    model: "Model | Scene | Shape | str | int | None",
     motion: Motion,
     cases: Cases,
     numerics: Numerics | None = None,
@@ -106,7 +106,7 @@ def run(
 
 @suggest_closest_keyword(Numerics)
 def run_cases(
-    motion: Accelerogram, cases: Cases, model: "Model | Scene | BodyShape | str | int | None" = None, **options: Any
+    motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> CaseResults:
     """Run a list of cases of a model, which need not form a grid.
 

@@ -16,7 +16,7 @@ from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
 from overturning.model.scene import Scene
-from overturning.model.shapes import BodyShape
+from overturning.model.shapes import Shape
 from overturning.motion.motion import Accelerogram, Motion, as_motion
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
 
 
 def simulate_arrays(
-    motion: Accelerogram, model: Model | Scene | BodyShape | str | int | None = None, **parameters: Any
+    motion: Accelerogram, model: Model | Scene | Shape | str | int | None = None, **parameters: Any
 ) -> dict[str, NDArray[Any]]:
     """Simulate a model for every combination of direction, size, slenderness, aspect and friction; return arrays.
 
@@ -98,7 +98,7 @@ def simulate_arrays(
 @suggest_closest_keyword(Numerics)
 def simulate(
     motion: Accelerogram,
-    model: Model | Scene | BodyShape | str | int | None = None,
+    model: Model | Scene | Shape | str | int | None = None,
     *,
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,

@@ -13,7 +13,7 @@ from overturning.model.cases import Cases
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.model import Model
 from overturning.model.scene import Scene
-from overturning.model.shapes import BodyShape
+from overturning.model.shapes import Shape
 from overturning.motion.motion import Accelerogram, as_motion
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @suggest_closest_keyword(Numerics, "aspect", "amplitude", "initial_tilt", "aftermath")
 def trajectory(
     motion: Accelerogram,
-    model: Model | Scene | BodyShape | str | int | None = None,
+    model: Model | Scene | Shape | str | int | None = None,
     *,
     height: float | None = None,
     b_over_h: float | None = None,

@@ -8,7 +8,7 @@ from overturning.model.body import Body
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from overturning.model.shapes import BodyShape, Cylinder, RectangularPrism, RegularPrism
+from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism, Shape
 
 
 def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name: str, **more: Any) -> FilmTitleFacts:
@@ -43,7 +43,7 @@ def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
     return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.reference_name, **own}
 
 
-def _stone_facts_of_body(shape: BodyShape, width: float, aspect: float) -> dict[str, Any]:
+def _stone_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
     """Return the title facts of the stone of a 3-D body: kind of its plan, width, and depth or sides."""
     if isinstance(shape, RectangularPrism):
         return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}

@@ -57,7 +57,7 @@ class StudyResults:
         Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
     intensity : xarray.Dataset
         Intensity measures.
-    convergence : Convergence or None
+    convergence : ConvergenceCheckResult or None
         Result of its convergence check; None if the study has none.
     surveys : tuple of StoredSurveyComparison
         Comparisons of surveys of stones with its predictions.

@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes, values_at_cells
-from overturning.model.shapes import BodyShape, RectangularPrism, shape_from_name_or_sides
+from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
 from overturning.model.symmetry import FULL_TURN, ComputedCells, nearest_computed_cells
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
@@ -67,7 +67,7 @@ def cell_weight_in_direction_statistics(
 
 
 @dataclass(frozen=True)
-class InitialState:
+class Start:
     """Initial position and velocity of a 3-D body that does not start at rest, in axes that turn with the orientation.
 
     Parameters
@@ -106,9 +106,9 @@ class Body(Model):
         If no shape has the given name, or the contact is not a `VertexContact`.
     """
 
-    shape: BodyShape = field(default_factory=RectangularPrism)
+    shape: Shape = field(default_factory=RectangularPrism)
     contact: VertexContact = field(default_factory=VertexContact)
-    start: InitialState | None = None
+    start: Start | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape))

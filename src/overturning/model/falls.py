@@ -6,7 +6,7 @@ from overturning.model.body import Body
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from overturning.model.shapes import BodyShape, shape_from_name_or_sides
+from overturning.model.shapes import Shape, shape_from_name_or_sides
 from overturning.model.stack import Stack
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def model_of_cube(cube: "xr.Dataset") -> Model:
 
 
 def model_from_scene_or_shape(
-    model_scene_or_shape: Model | Scene | BodyShape | str | int | None, in_3d: bool = False
+    model_scene_or_shape: Model | Scene | Shape | str | int | None, in_3d: bool = False
 ) -> Model:
     """Convert a scene, the shape of a body (3-D model) or None (single 2-D block) to a model.
 

@@ -25,7 +25,7 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 """Corners of a body from its centre, shape (n, 3), m, and edges as pairs of corner indices, shape (m, 2)."""
 
 
-class BodyShape(ABC):
+class Shape(ABC):
     """Shape of a 3-D body, which gets its size from the height, B/H and aspect of a case."""
 
     slenderness_is_parameter: ClassVar[bool] = True
@@ -48,7 +48,7 @@ class BodyShape(ABC):
 
 
 @dataclass(frozen=True)
-class RectangularPrism(BodyShape):
+class RectangularPrism(Shape):
     """Rectangular prism B × D × H, with the width B along the azimuth that it faces and the depth D = aspect · B."""
 
     name: ClassVar[str] = "rectangle"
@@ -66,7 +66,7 @@ class RectangularPrism(BodyShape):
 
 
 @dataclass(frozen=True)
-class RegularPrism(BodyShape):
+class RegularPrism(Shape):
     """Right prism on a regular polygon whose inscribed circle has diameter B; its first side faces the orientation."""
 
     sides: int
@@ -92,7 +92,7 @@ class RegularPrism(BodyShape):
 
 
 @dataclass(frozen=True)
-class Cylinder(BodyShape):
+class Cylinder(Shape):
     """Right circular cylinder of diameter B."""
 
     name: ClassVar[str] = "circle"
@@ -112,7 +112,7 @@ class Cylinder(BodyShape):
 
 
 @dataclass(frozen=True, eq=False)
-class Polyhedron(BodyShape):
+class Polyhedron(Shape):
     """Convex polyhedron that stands on its lowest face.
 
     Parameters
@@ -159,7 +159,7 @@ class Polyhedron(BodyShape):
         return corners * (height / self.unscaled_height), edges
 
 
-def shape_from_name_or_sides(name_sides_or_shape: "str | int | BodyShape") -> BodyShape:
+def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
     """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
 
     Raises
@@ -168,7 +168,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | BodyShape") -> Bo
         If the name or number is unknown, or the argument is of another type.
     """
     if isinstance(name_sides_or_shape, str):
-        named: dict[str, BodyShape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
+        named: dict[str, Shape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
         if name_sides_or_shape not in named:
             raise ArgumentError(
                 f"body: {name_sides_or_shape!r}; give 'rectangle', 'circle', a number of sides, or a scene by "
@@ -179,7 +179,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | BodyShape") -> Bo
         if not 3 <= name_sides_or_shape <= MAX_SIDES:
             raise ArgumentError(f"body: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
         return RegularPrism(name_sides_or_shape)
-    if not isinstance(name_sides_or_shape, BodyShape):
+    if not isinstance(name_sides_or_shape, Shape):
         raise ArgumentError(
             f"model: a {type(name_sides_or_shape).__name__}; give a scene of load_scene or gravestone, or a body"
         )
@@ -196,7 +196,7 @@ def _prism_outline(base_vertices: FloatArray) -> Outline:
     return np.concatenate([base_vertices, base_vertices * [1.0, 1.0, -1.0]]), edges
 
 
-def orientations_over_period_deg(step_deg: float, shape: BodyShape, aspect: ArrayLike = 1.0) -> FloatArray:
+def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
     """Return orientations a step apart, degrees, over the largest rotation period of the body at the given aspects.
 
     Raises

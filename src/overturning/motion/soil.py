@@ -97,9 +97,9 @@ def propagate_through_soil(
         Acceleration, m/s².
     sampling_interval : float
         Time between samples, s.
-    layers : sequence of Layer
+    layers : sequence of SoilLayer
         Layers from the surface down. The analysis is equivalent-linear if at least one has a curve.
-    rock : Rock
+    rock : RockHalfSpace
         Half-space below the layers.
     outcrop : bool
         True if the motion is that of outcropping rock; False if it is that of the rock below the layers ("within", as

@@ -64,7 +64,7 @@ def unbiased_first_batch_statistic(
         Statistic of a batch, such as `runs_disagree_on_fall`.
     positive_share, negative_share, run_counts : array_like, of one shape
         Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
-    ensemble_settings : Ensemble
+    ensemble_settings : EnsembleSettings
         Settings of the ensemble.
 
     Returns

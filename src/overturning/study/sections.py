@@ -14,7 +14,7 @@ from overturning.study.values import Values
 from overturning.validation import StrictModel
 
 if TYPE_CHECKING:
-    from overturning.model.shapes import BodyShape
+    from overturning.model.shapes import Shape
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
@@ -183,7 +183,7 @@ class BodySettings(StrictModel):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self
 
-    def body_shape(self) -> "BodyShape":
+    def body_shape(self) -> "Shape":
         """Return the shape of the body; raise an `ArgumentError` if it is invalid."""
         # Imported lazily: 2-D studies do not need it.
         from overturning.model.shapes import Polyhedron, shape_from_name_or_sides

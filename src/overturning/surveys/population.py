@@ -198,7 +198,7 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     ----------
     cube : Dataset
         Cube of a 2-D or 3-D model from `open_cube`, with or without the dimension of amplitudes.
-    population : Population
+    population : StonePopulation
         The cemetery.
 
     Returns

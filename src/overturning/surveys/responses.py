@@ -151,7 +151,7 @@ class StoneOutcomeProbabilities:
     ----------
     motions, kinds : sequence of CandidateMotion, sequence of StoneKind
         Motions and kinds of stones; raise an `ArgumentError` if there is none of either.
-    population : Population, optional
+    population : StonePopulation, optional
         Distribution of unknown heights and B/H.
     folder : Path, optional
         Cache folder; default: in the cache of the user.

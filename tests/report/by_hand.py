@@ -47,6 +47,7 @@ def contrast(**changes: Any) -> dict[str, Any]:
         "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
         "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
         "both_overturn": estimate(0.109, 0.037, 0.247), "same_direction": estimate(0.86, 0.74, 0.92),
+        "first_in_study": estimate(0.81, 0.7, 0.9),
         "opposite_share": 0.14,
         "earlier_in_study": estimate(0.57, 0.48, 0.69), "by_b_over_h": [], "rate_here": None, "rate_there": None,
         "primary_difference": estimate(0.268, 0.137, 0.391),
@@ -173,8 +174,14 @@ REFERENCE: dict[str, Any] = {
     "fault_normal": estimate(0.27, -0.03, 0.51, 13), "directions_with_interval": 6, "directions_excluding_zero": 0,
 }  # fmt: skip
 
+REMARK = (
+    "An invented ruin: twelve columns, nine of which fell, most of them towards the south-east. It shows a file's form."
+)
+"""Remark of surveys/example-ruin.csv."""
+
 SURVEY: dict[str, Any] = {
-    "stones": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "fell": 22, "stood": 7,
+    "stones": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "remarks": [REMARK],
+    "fell": 22, "stood": 7,
     "fell_in_unknown_direction": 3, "octant_falls": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
     "observed_by_octant": {"N": 12.0, "S": 7.0}, "predicted_by_octant": {"N": 10.4, "S": 8.6},
     "predicted_mean_direction_deg": 147.0, "predicted_resultant": 0.29, "stones_beyond_heights": 8,
@@ -221,7 +228,8 @@ def kind(name: str, **study: Any) -> dict[str, Any]:
 
 
 ELEMENT = {"variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880,
-           "share_overturned": 0.403, "falls_first": 4711, "median_fall_time_s": 4.95}  # fmt: skip
+           "share_overturned": 0.403, "falls_first": 4711, "share_first": 0.965, "share_alone": 0.914,
+           "median_fall_time_s": 4.95}  # fmt: skip
 SITE = {"variant": "other", "equivalent_linear": True,
         "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}], "amplitude": 1.5,
         "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28, "records_with_half_fallen": 9,

@@ -176,6 +176,8 @@ def test_comparisons_count_what_they_say() -> None:
     both = mean_fall_contrast(found, np.array(["one", "other"]))
     assert (both.both.value, both.only_this.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
     assert (both.same_way.value, both.earlier.value, both.earlier.n) == (pytest.approx(3 / 4), 1 / 4, 2)
+    # Of three and two cases with a fall in either, the first stone falls first or alone in 1 of 2 and 1 of 2.
+    assert both.first.value == pytest.approx((1 / 2 + 1 / 2) / 2)
     # In space a fall has an azimuth of its own.
     towards = {"overturned": [1, 1, 0, 1, 1, 1], "fall_azimuth": [350.0, 10, nan, 90, 90, 0]}
     across = {"overturned": [1, 1, 0, 0, 1, 1], "fall_azimuth": [30.0, 60, nan, nan, 46, 200]}

@@ -97,8 +97,11 @@ rule figures:
         " --output {params.folder} 2> {log}"
 
 
-# The first film of a contrast shows both settings.
+# The first film of a contrast shows both settings; films of a survey show its record.
 AGAINST = STUDY.primary.against
+FILMED = (
+    sorted({each.record for each in STUDY.surveys}) if STUDY.asks == "survey" else []
+)
 
 
 rule illustrative:
@@ -124,7 +127,8 @@ rule illustrative:
     params:
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         against=f"--against {RESULTS}/cube.{AGAINST}.nc" if AGAINST else "",
+        records=" ".join(f"--record {record}" for record in FILMED),
         sources=step_source_hash(*DRAWING),
     shell:
-        "overturning illustrative --cube {input.cube} {params.against} --motions {params.motions}"
+        "overturning illustrative --cube {input.cube} {params.against} {params.records} --motions {params.motions}"
         " --output {output.folder} 2> {log}"

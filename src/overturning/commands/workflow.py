@@ -269,11 +269,14 @@ def simulate_illustrative_cases(
         Path | None,
         typer.Option("--against", help="cube of the variant with which the study is compared, for the first film"),
     ] = None,
+    record: Annotated[
+        list[str] | None, typer.Option(help="record from which cases are chosen (repeatable); all if not given")
+    ] = None,
 ) -> None:
     """Simulate and draw the illustrative cases of a study."""
     from overturning.figures.illustrative import draw_illustrative_cases
 
-    draw_illustrative_cases(cube, motions, output, compared_cube)
+    draw_illustrative_cases(cube, motions, output, compared_cube, record or ())
 
 
 def write_study_report(

@@ -43,7 +43,11 @@ if TYPE_CHECKING:
 
 
 def draw_illustrative_cases(
-    cube_path: Path, motion_folder: Path, output_folder: Path, compared_cube_path: Path | None = None
+    cube_path: Path,
+    motion_folder: Path,
+    output_folder: Path,
+    compared_cube_path: Path | None = None,
+    shown_records: Sequence[str] = (),
 ) -> None:
     """Simulate the illustrative cases of a cube again, and write their films and figures.
 
@@ -58,11 +62,16 @@ def draw_illustrative_cases(
     compared_cube_path : Path, optional
         Cube of the variant with which the study is compared; the first case is then the one that answers which of both
         makes a block fall, if an outcome differs.
+    shown_records : sequence of str, optional
+        Records among which the cases are chosen, such as those of surveys; not given: all records of the cube.
     """
     with refill_folder(output_folder), open_cube_by_record(cube_path) as cube, project_style():
+        chosen = np.isin(cube["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
+        cube = cube.isel(record=chosen)
         cases = find_illustrative_cases(cube)
         if compared_cube_path is not None:
-            with open_cube_by_record(compared_cube_path) as other:
+            with open_cube_by_record(compared_cube_path) as other_cube:
+                other = other_cube.isel(record=chosen)
                 answer = case_with_differing_outcomes(cube, other, (NOMINAL, str(other.attrs["variant"])))
             cases = cases if answer is None else [answer, *cases]
         rows = [

@@ -56,6 +56,8 @@ class VariantContrast(Finding):
     """Share of the falls in both that go more than 45° apart; None without such falls."""
     earlier_in_study: Estimate
     """Share of the falls in both that are earlier in the study."""
+    first_in_study: Estimate
+    """Share, of the cases with a fall in either, in which the stone of the study falls first or alone."""
     by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
     rate_here: Estimate | None
@@ -95,6 +97,10 @@ class ElementFallOutcomes(Finding):
     """Share of the cases in which the element falls."""
     falls_first: int
     """Number of falls in which no other element falls before."""
+    share_first: Number
+    """Share of its falls in which no other element falls before; None without falls."""
+    share_alone: Number
+    """Share of its falls in which no other element falls at all; None without falls."""
     median_fall_time_s: Number
     """Median time of the falls from the start of the record, s."""
 
@@ -220,6 +226,9 @@ def _contrast_study_with_variant(
         ),
         opposite_share=1.0 - found.same_way.value if found.same_way.n else float("nan"),
         earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
+        first_in_study=estimate_from_mean(
+            found.first, "share of the cases with a fall in either in which the stone of the study falls first or alone"
+        ),
         by_b_over_h=by_shape,
         rate_here=estimate_from_mean(mean_share_over_earthquakes(rates[0], events), FALL_RATE) if rates else None,
         rate_there=estimate_from_mean(mean_share_over_earthquakes(rates[1], events), FALL_RATE) if rates else None,
@@ -271,6 +280,8 @@ def _element_outcomes(
         falls=fall_counts.falls,
         share_overturned=fall_counts.share,
         falls_first=fall_counts.first,
+        share_first=fall_counts.first / fall_counts.falls if fall_counts.falls else None,
+        share_alone=fall_counts.alone / fall_counts.falls if fall_counts.falls else None,
         median_fall_time_s=fall_counts.median_time,
     )
 

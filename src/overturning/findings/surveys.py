@@ -72,6 +72,8 @@ class SurveyFindings(Finding):
     """Record for whose site the prediction is made."""
     doubts: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
+    remarks: list[str]
+    """Comment lines at the start of the survey file."""
     fell: int
     """Number of stones that fell."""
     stood: int
@@ -238,6 +240,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         sha256=survey_result.sha256,
         record=survey_result.record,
         doubts=list(survey_result.doubts),
+        remarks=list(survey_result.remarks),
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,

@@ -17,14 +17,15 @@ class ElementFallCounts:
     """Counts of falls of one element of a scene, over the ``cases`` with a known outcome.
 
     ``falls`` is the number of cases in which it falls to either side, ``first`` of those in which no other element of
-    its scene falls before it. ``share`` is falls/cases, and ``median_time`` the median time of its falls, s; both are
-    NaN without cases or falls.
+    its scene falls before it, and ``alone`` of those in which no other element falls at all. ``share`` is falls/cases,
+    and ``median_time`` the median time of its falls, s; both are NaN without cases or falls.
     """
 
     name: str
     cases: int
     falls: int
     first: int
+    alone: int
     share: float
     median_time: float
 
@@ -37,7 +38,8 @@ class TwoStoneFallContrast:
 
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
     this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within
-    45° of each other, and falls that are earlier in this cube.
+    45° of each other, and falls that are earlier in this cube. ``first`` is the share, of the cases in which at least
+    one stone falls, in which the stone of this cube falls before the other or alone.
     """
 
     only_this: MeanOverEarthquakes
@@ -45,6 +47,7 @@ class TwoStoneFallContrast:
     both: MeanOverEarthquakes
     same_way: MeanOverEarthquakes
     earlier: MeanOverEarthquakes
+    first: MeanOverEarthquakes
 
 
 _OUTCOME = ("overturned", "overturning_time")
@@ -66,7 +69,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
         cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])
     elements = cube.sizes["element"]
     names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
-    counts = np.zeros((3, len(names)), np.int64)
+    counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
     for one in iterate_record_cubes(cube, _OUTCOME):
         sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
@@ -77,13 +80,16 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
             known, fell = (np.column_stack([known, known.any(axis=1)]), np.column_stack([fell, fell.any(axis=1)]))
             when = np.column_stack([when, when.min(axis=1)])
         first = fell & (when == when.min(axis=1, keepdims=True))
-        counts += np.stack([cells.sum(axis=0) for cells in (known, fell, first)])
+        alone = fell & (fell[:, :elements].sum(axis=1, keepdims=True) == 1)
+        counts += np.stack([cells.sum(axis=0) for cells in (known, fell, first, alone)])
         for index, name in enumerate(names):
             moments[name].append(when[fell[:, index], index])
     rows = []
-    for name, (cases, falls, earliest) in zip(names, counts.T.tolist(), strict=True):
+    for name, (cases, falls, earliest, alone) in zip(names, counts.T.tolist(), strict=True):
         median = float(np.median(np.concatenate(moments.pop(name)), overwrite_input=True)) if falls else math.nan
-        rows.append(ElementFallCounts(name, cases, falls, earliest, falls / cases if cases else math.nan, median))
+        rows.append(
+            ElementFallCounts(name, cases, falls, earliest, alone, falls / cases if cases else math.nan, median)
+        )
     return rows
 
 
@@ -133,6 +139,8 @@ def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_])
 
     `record_events` are the names of the earthquakes of the records, shape (records,).
     """
+    with_fall = fall_counts["both"] + fall_counts["only_this"] + fall_counts["only_other"]
+    fall_counts = fall_counts.assign(first=fall_counts["only_this"] + fall_counts["earlier"], with_fall=with_fall)
 
     def mean_share_of_counts(part_name: str, whole_name: str) -> MeanOverEarthquakes:
         total = fall_counts[whole_name].to_numpy().astype(np.float64)
@@ -143,5 +151,10 @@ def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_])
 
     this, other, both = (mean_share_of_counts(name, "cases") for name in ("only_this", "only_other", "both"))
     return TwoStoneFallContrast(
-        this, other, both, mean_share_of_counts("same_way", "both"), mean_share_of_counts("earlier", "both")
+        this,
+        other,
+        both,
+        mean_share_of_counts("same_way", "both"),
+        mean_share_of_counts("earlier", "both"),
+        mean_share_of_counts("first", "with_fall"),
     )

@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -330,7 +331,8 @@ class StoredSurveyComparison:
 
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
-    ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`.
+    ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`, ``remarks`` the comment lines at
+    the start of the survey file.
     """
 
     stones: str
@@ -338,14 +340,17 @@ class StoredSurveyComparison:
     record: str
     comparison: SurveyPredictionComparison
     doubts: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 def make_stored_survey_comparison(
     survey_path: Path, record_id: str, comparison: SurveyPredictionComparison, unit_warnings: Sequence[str] = ()
 ) -> StoredSurveyComparison:
-    """Combine the comparison of a survey with name and hash of its file, record and unit warnings."""
-    sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
-    return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings))
+    """Combine the comparison of a survey with name, hash and remarks of its file, record and unit warnings."""
+    content = survey_path.read_bytes()
+    sha256, lines = hashlib.sha256(content).hexdigest(), content.decode("utf-8-sig", "replace").splitlines()
+    remarks = tuple(line.strip("# ") for line in takewhile(lambda line: line.startswith("#"), lines))
+    return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks)
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:

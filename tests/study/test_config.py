@@ -167,7 +167,7 @@ IN_SPACE = [
     ),
     ({"orientation": {"step": 45, "start": 50}}, "orientation.start: 50°; it must lie below the step, 45°"),
     ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide 60°"),
-    ({"body": None}, "orientation: only a body in space has one"),
+    ({"body": None}, "orientation: only a body in space or a scene has one"),
     ({"body": {"plan": "circle", "aspect": [2]}}, "only a rectangle has one"),
     (
         {"body": {"plan": "oval"}},

@@ -435,7 +435,7 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
         stands = (rank[row] == 2) & (factor > 1.005)
         return SimpleNamespace(
             overturned=np.where(stands, 0, 1).astype(np.int8)[:, None],
-            fall_azimuth=np.where(stands, np.nan, (sample.answers["azimuth"][row] + turn) % 360.0),
+            fall_azimuth=np.where(stands, np.nan, (sample.answers["azimuth"][row, 0] + turn) % 360.0),
             block_steps=np.full(row.size, 10),
         )
 

@@ -174,8 +174,8 @@ def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study
 def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
     first, second = empty_case_outcomes(4, 1), empty_case_outcomes(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
-    first["azimuth"], second["azimuth"] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
-    found = count_outcome_differences(flags, flags, fall_azimuths_differ(first, second))
+    first["azimuth"][:, 0], second["azimuth"][:, 0] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
+    found = count_outcome_differences(flags, flags, fall_azimuths_differ(first, second)[:, 0])
     assert (found.cases, found.flags, found.fallen, found.sides) == (4, 0, 3, 1)
     assert outcomes_differ(first, second).tolist() == [False, True, False, False]
 

@@ -141,7 +141,9 @@ class BodyOptions:
     body: Annotated[bool, typer.Option("--body", help="simulate a 3-D body instead of a 2-D scene")] = False
     orientation: Annotated[
         list[float] | None,
-        typer.Option(help="3-D body: azimuth of its front face; may be given several times (default 0)"),
+        typer.Option(
+            help="3-D body, or scene in 3-D: azimuth of its front face; may be given several times (default 0)"
+        ),
     ] = None
     plan: Annotated[
         str | None, typer.Option(help="3-D body: rectangle, circle, or number of sides (default rectangle)")

@@ -1,4 +1,4 @@
-"""`overturning one`: simulation of a 2-D block or scene, or of a 3-D body, under one record, with film and figure."""
+"""`overturning one`: simulation of a block, scene, 3-D body or stack under one record, with film and figure."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -34,7 +34,7 @@ def simulate_one_stone(
     output_options: OutputOptions,
     file_options: FileOptions,
 ) -> None:
-    """Simulate one block or scene, print the outcome, and write a film or a figure of it."""
+    """Simulate one block, scene or stack, print the outcome, and write a film or a figure of it."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file_start_s
@@ -47,16 +47,24 @@ def simulate_one_stone(
         raise ArgumentError(
             "--body: accepts --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
         )
-    if not body_options.body and body_options != BodyOptions():
-        raise ArgumentError("--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body")
-    if not body_options.body and not planar_model_options.azimuth:
+    is_stack = planar_model_options.scene is not None and body_options.orientation is not None
+    if is_stack:
+        _check_stack_options(planar_model_options, body_options)
+    elif not body_options.body and body_options != BodyOptions():
+        raise ArgumentError(
+            "--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body, or --scene with --orientation"
+        )
+    elif not body_options.body and not planar_model_options.azimuth:
         raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
     shift = start_offset_from_file_start_s(record)
-    found = (
-        _simulate_body(motion, motion_options.amplitude, body_options, stone_options, shift)
-        if body_options.body
-        else _simulate_planar(motion, motion_options.amplitude, planar_model_options, stone_options, shift)
-    )
+    if body_options.body:
+        found = _simulate_body(motion, motion_options.amplitude, body_options, stone_options, shift)
+    elif is_stack:
+        found = _simulate_stack(
+            motion, motion_options.amplitude, planar_model_options, body_options.orientation or [], stone_options, shift
+        )
+    else:
+        found = _simulate_planar(motion, motion_options.amplitude, planar_model_options, stone_options, shift)
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     # The title must state that the motion differs from the recorded one.
     times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
@@ -90,8 +98,8 @@ def simulate_one_stone(
 
         with project_style(), use_visible_language(output_options.language):
             figure = (
-                body_axis_figure(found.trajectories[0], motion, title)
-                if body_options.body
+                body_axis_figure(found.trajectory_of_shown_stone, motion, title)
+                if body_options.body or is_stack
                 else rotation_slip_and_uplift_figure(found.trajectories, title)
             )
             save_figure_files(figure, output_options.response)
@@ -144,6 +152,68 @@ class _SimulatedTrajectories:
         name = f"{self.model.direction}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
+    @property
+    def trajectory_of_shown_stone(self) -> "xr.Dataset":
+        """First trajectory; of a stack only that of the reference element."""
+        first = self.trajectories[0]
+        return first.sel(element=first.attrs["reference"]) if "element" in first.dims else first
+
+
+def _check_stack_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+    """Raise an error if options of a 3-D body or of a 2-D scene are given with a 3-D stack."""
+    from overturning.errors import ArgumentError
+
+    if planar_model_options.azimuth or body_options != BodyOptions(orientation=body_options.orientation):
+        raise ArgumentError(
+            "--scene with --orientation simulates a stack in 3-D; leave out azimuth, body, plan, mesh and aspect"
+        )
+
+
+def _simulate_stack(
+    motion: "Motion",
+    amplitude: float,
+    planar_model_options: PlanarModelOptions,
+    orientations_deg: list[float],
+    stone_options: StoneOptions,
+    file_time_shift: float,
+) -> _SimulatedTrajectories:
+    """Simulate a scene in 3-D at each orientation; motion times plus ``file_time_shift``, s, are times in the file."""
+    from overturning.dem.trajectory import trajectory
+    from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence, panel_heading_of_trajectory
+    from overturning.model.stack import Stack
+
+    stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
+    model, friction = Stack(stones), _friction_of_scene(stones, stone_options)
+    paths = [
+        _trajectory_in_file_time(
+            trajectory(
+                motion, model, orientation_deg=angle, height=stone_options.height, b_over_h=stone_options.b_over_h,
+                friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
+            ),
+            file_time_shift,
+        )
+        for angle in orientations_deg
+    ]  # fmt: skip
+    level = ["the motion has two components: the base moves level"] if motion.up is None else []
+    sizes = {name: float(paths[0].attrs[name]) for name in ("height", "b_over_h")}
+    what = f"{stones.title or stones.name} in 3-D, B/H = {sizes['b_over_h']:.3g}, H = {sizes['height']:.3g} m, "
+    return _SimulatedTrajectories(
+        what + f"µ = {f'{friction:g}' if stones.varies_friction else 'that of the scene'}",
+        [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
+        paths,
+        model,
+        sizes | {"friction": friction},
+    )
+
+
+def _friction_of_scene(scene: "Scene", stone_options: StoneOptions) -> float:
+    """Return the given friction coefficient; an error if the scene defines its own coefficients."""
+    from overturning.errors import ArgumentError
+
+    if stone_options.friction is not None and not scene.varies_friction:
+        raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
+    return stone_options.friction_coefficient
+
 
 def _simulate_planar(
     motion: "Motion",
@@ -154,7 +224,6 @@ def _simulate_planar(
 ) -> _SimulatedTrajectories:
     """Simulate a 2-D scene along each azimuth; motion times plus ``file_time_shift``, s, are times in the file."""
     from overturning.dem.trajectory import trajectory
-    from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_bearing
     from overturning.model.geometry import reference_height_and_b_over_h
@@ -164,9 +233,7 @@ def _simulate_planar(
     own_height, own_ratio = reference_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    if stone_options.friction is not None and not stones.varies_friction:
-        raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
-    friction = stone_options.friction_coefficient
+    friction = _friction_of_scene(stones, stone_options)
     paths = [
         _trajectory_in_file_time(
             trajectory(
@@ -255,8 +322,9 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
     if output_options.animate is not None:
         from overturning.figures.film_movie import check_film_can_be_written
 
-        check_film_can_be_written(output_options.animate, in_space=body_options.body)
-    if output_options.response is not None and body_options.body and len(body_options.orientation or ()) > 1:
+        in_space = body_options.body or body_options.orientation is not None
+        check_film_can_be_written(output_options.animate, in_space=in_space)
+    if output_options.response is not None and len(body_options.orientation or ()) > 1:
         raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
 
 

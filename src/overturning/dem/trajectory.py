@@ -63,7 +63,7 @@ def trajectory(
           has fallen, rad), `vertices` about the centre (m; NaN beyond the last), and outcome variables per element,
           NaN for fixed elements.
 
-        3-D bodies, all in the frame of the base:
+        3-D bodies and stacks, all in the frame of the base:
 
         - over `time`: `place` and `velocity` of the centre over `enu` (east, north, up; m and m/s), `quaternion` over
           `wxyz` (rotation from the pose at rest), `angular_velocity` over `enu` (rad/s), `tilt_north` and `tilt_east`
@@ -71,6 +71,9 @@ def trajectory(
         - `outline` over `corner` and `enu`: corners of the body at rest about its centre (m). In motion, a corner is at
           place + quaternion · outline · conjugate;
         - `edges` over `edge` and `end`: the two corners of each edge.
+
+        Stacks have the dimension `element` in all variables of a stone, and `simulated`: 1 until the stone has fallen.
+        With `aftermath`, a fallen stone goes on in free flight until it meets the ground.
 
         Attributes: those of the model, the arguments of the case, and its block steps; for a scene also the name of the
         reference element and the weight of all free elements (N).
@@ -81,7 +84,8 @@ def trajectory(
         As in `overturning.simulate`; also if there is more than one case, or the path is longer than
         `overturning.dem.plan.MAX_PATH_NUMBERS`.
     """
-    model, more = model_from_scene_or_shape(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
+    model = model_from_scene_or_shape(model, in_3d=orientation_deg is not None)
+    more = {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
     grid = create_case_grid(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,
         orientation_deg=orientation_deg,

@@ -1,6 +1,6 @@
 """Film of a simulation: bodies with poses over time, the input motion below them, and optional contact forces.
 
-A film shows any number of polygons that are free, driven or held, or one convex body in 3-D. Poses are relative to the
+A film shows any number of polygons that are free, driven or held, or convex bodies in 3-D. Poses are relative to the
 ground; with the ground's displacement the player also shows them from the earth.
 """
 
@@ -76,7 +76,7 @@ class FilmPanel:
 
     @property
     def shows_3d_body(self) -> bool:
-        """True if the panel shows a 3-D body."""
+        """True if the panel shows 3-D bodies."""
         return bool(self.bodies[0].faces)
 
     @property

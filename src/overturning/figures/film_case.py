@@ -9,6 +9,7 @@ from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism, Shape
+from overturning.model.stack import Stack
 
 
 def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name: str, **more: Any) -> FilmTitleFacts:
@@ -31,12 +32,14 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
         return FilmTitleFacts(
             **_stone_facts_of_body(model.shape, width, block_sizes.get("aspect", 1.0)), in_space=True, **given
         )
+    if isinstance(model, Stack):
+        return FilmTitleFacts(**(given | _stone_facts_of_scene(model.scene)), in_space=True)
     assert isinstance(model, PlanarModel)
     return FilmTitleFacts(**(given | _stone_facts_of_scene(model.scene)))
 
 
 def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
-    """Return the title facts of the stone of a 2-D scene; the friction is None if the scene defines it."""
+    """Return the title facts of the stone of a scene; the friction is None if the scene defines it."""
     own = {} if scene.varies_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
         return {"kind": "stone", **own}

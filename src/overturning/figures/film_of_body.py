@@ -1,4 +1,4 @@
-"""Panels of films made from trajectories of a 3-D body."""
+"""Panels of films made from trajectories of a 3-D body or stack."""
 
 from typing import TYPE_CHECKING
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.figures.film import FilmBody, FilmPanel, ground_displacement_at_times, interpolate_to_frame_times
-from overturning.figures.film_words import fall_sentence, standing_body_sentence
+from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_body_sentence
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
@@ -29,6 +29,28 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
     )
 
 
+def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
+    """Return the outcome of a 3-D stack as a sentence without a full stop: falls by name and time, or how it stands."""
+    stones = [trajectory.isel(element=index) for index in range(trajectory.sizes["element"])]
+    falls = sorted(
+        (float(one["overturning_time"]), str(one["element"].item()), round(float(one["fall_azimuth"])))
+        for one in stones
+        if float(one["overturned"]) == 1
+    )
+    if not falls:
+        return body_outcome_sentence(max(stones, key=lambda one: float(one["peak_tilt"])))
+    several = len(stones) > 1
+    texts = [fall_sentence(azimuth, time, name if several else "") for time, name, azimuth in falls]
+    return join_fall_sentences(texts, len(stones))
+
+
+def stack_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
+    """Return tilt, quaternion and position of all stones of a stack, shape (times, 9 × stones)."""
+    return np.concatenate(
+        [body_poses_by_time(trajectory.isel(element=index)) for index in range(trajectory.sizes["element"])], axis=1
+    )
+
+
 def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return tilt (north, east), quaternion and position of a 3-D body, shape (times, 9)."""
     return np.column_stack(
@@ -39,17 +61,30 @@ def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
 def body_film_panel(
     trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
 ) -> FilmPanel:
-    """Return the film panel of a 3-D body at `frame_times`, s, titled by `heading_and_outcome`."""
-    clock, outline = trajectory["time"].to_numpy(), trajectory["outline"].to_numpy()
-    position, quaternion = (
-        interpolate_to_frame_times(frame_times, clock, trajectory[name].to_numpy()) for name in ("place", "quaternion")
+    """Return the film panel of a 3-D body or stack at `frame_times`, s, titled by `heading_and_outcome`."""
+    stones = (
+        [trajectory.isel(element=index) for index in range(trajectory.sizes["element"])]
+        if "element" in trajectory.dims
+        else [trajectory.assign_coords(element="body")]
     )
-    body = FilmBody("body", outline, position, quaternion, faces=convex_hull_faces(outline))
+    bodies = tuple(_film_body(one, frame_times, str(one["element"].item())) for one in stones)
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal, None if motion.up is None else amplitude * motion.up
     ground = ground_displacement_at_times((level[1], level[0], up), interval, frame_times)  # east, north, up
-    when = float(trajectory["overturning_time"])
-    return FilmPanel(*heading_and_outcome, when, (body,), level, interval, vertical=up, ground=ground)
+    times = np.ravel(trajectory["overturning_time"].to_numpy())
+    when = float(min(times[np.isfinite(times)], default=np.nan))
+    return FilmPanel(*heading_and_outcome, when, bodies, level, interval, vertical=up, ground=ground)
+
+
+def _film_body(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> FilmBody:
+    """Return the body of a film, by its convex hull, with its poses at `frame_times`, s."""
+    outline = trajectory["outline"].to_numpy()
+    outline = outline[np.isfinite(outline).all(axis=1)]
+    clock = trajectory["time"].to_numpy()
+    position, quaternion = (
+        interpolate_to_frame_times(frame_times, clock, trajectory[one].to_numpy()) for one in ("place", "quaternion")
+    )
+    return FilmBody(name, outline, position, quaternion, faces=convex_hull_faces(outline))
 
 
 def convex_hull_faces(corners: FloatArray) -> tuple[tuple[int, ...], ...]:

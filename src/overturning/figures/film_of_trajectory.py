@@ -8,7 +8,13 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_between
-from overturning.figures.film_of_body import body_film_panel, body_outcome_sentence, body_poses_by_time
+from overturning.figures.film_of_body import (
+    body_film_panel,
+    body_outcome_sentence,
+    body_poses_by_time,
+    stack_outcome_sentence,
+    stack_poses_by_time,
+)
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
 from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, panel_heading_of_direction
 from overturning.model.status import Status
@@ -27,7 +33,7 @@ FADED: Final = 0.1
 def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: the azimuth of the motion, or the azimuth that a 3-D body faces."""
     display = _film_functions_of(trajectory)
-    return panel_heading_of_direction(float(trajectory.attrs[display.direction]), in_space=display is _SPACE)
+    return panel_heading_of_direction(float(trajectory.attrs[display.direction]), in_space=display is not _PLANE)
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
@@ -157,8 +163,13 @@ _PLANE: Final = _TrajectoryFilmFunctions(
 _SPACE: Final = _TrajectoryFilmFunctions(
     "orientation_deg", body_outcome_sentence, body_poses_by_time, body_film_panel, SPACE_NOTE
 )
+_STACK: Final = _TrajectoryFilmFunctions(
+    "orientation_deg", stack_outcome_sentence, stack_poses_by_time, body_film_panel, SPACE_NOTE
+)
 
 
 def _film_functions_of(trajectory: "xr.Dataset") -> _TrajectoryFilmFunctions:
-    """Return the functions and texts for a film of a trajectory: those for 2-D scenes or for 3-D bodies."""
-    return _SPACE if "quaternion" in trajectory else _PLANE
+    """Return the functions and texts for a film of a trajectory: those for 2-D scenes, 3-D bodies or 3-D stacks."""
+    if "quaternion" not in trajectory:
+        return _PLANE
+    return _STACK if "element" in trajectory.dims else _SPACE

@@ -91,7 +91,7 @@ def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None
     from matplotlib.patches import Polygon
 
     if panel.shows_3d_body:
-        _draw_body_with_floor(axes, panel.bodies[0], frame_position)
+        _draw_bodies_with_floor(axes, panel.bodies, frame_position)
         return
     for body in panel.bodies:
         look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
@@ -154,11 +154,12 @@ def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
     """Return the axis limits (left, right, bottom, top), m, within which the 3-D bodies of all panels always lie."""
     camera = _camera_view_matrix()[:2]
     places = [
-        (corners_of_body_at_frame(panel.bodies[0], frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
+        (corners_of_body_at_frame(body, frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
         for panel in film.panels
-        for frame in range(len(panel.bodies[0].position))
+        for body in panel.bodies
+        for frame in range(len(body.position))
     ]
-    half = _half_floor_width_m(film.panels[0].bodies[0])
+    half = _half_floor_width_m(film.panels[0].bodies)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera.T
     points = np.concatenate([*places, floor])
     (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
@@ -166,18 +167,18 @@ def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
     return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
 
 
-def _half_floor_width_m(body: FilmBody) -> float:
-    """Return half of the width of the floor on which a 3-D body is drawn, m."""
-    return 1.4 * float(np.linalg.norm(body.vertices, axis=1).max())
+def _half_floor_width_m(bodies: tuple[FilmBody, ...]) -> float:
+    """Return half of the width of the floor on which 3-D bodies are drawn, m."""
+    corners = np.concatenate([corners_of_body_at_frame(body) for body in bodies]) - bodies[0].position[0] * [1, 1, 0]
+    return 1.4 * float(np.linalg.norm(corners - [0.0, 0.0, 0.5 * corners[:, 2].max()], axis=1).max())
 
 
-def _draw_body_with_floor(axes: Any, body: FilmBody, frame_position: float) -> None:
-    """Draw a 3-D body at a frame, with its floor, its shadow and an arrow towards north."""
+def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], frame_position: float) -> None:
+    """Draw 3-D bodies at a frame, with their floor, their shadows and an arrow towards north; the nearest one last."""
     from matplotlib.patches import Polygon
 
-    camera, begin = _camera_view_matrix(), body.position[0] * [1, 1, 0]
-    corners = corners_of_body_at_frame(body_at_frame(body, frame_position)) - begin
-    half = _half_floor_width_m(body)
+    camera, begin = _camera_view_matrix(), bodies[0].position[0] * [1, 1, 0]
+    half = _half_floor_width_m(bodies)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
     axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))
     for share in (-0.5, 0.0, 0.5):
@@ -189,8 +190,19 @@ def _draw_body_with_floor(axes: Any, body: FilmBody, frame_position: float) -> N
     north = np.array([[0, 0.72 * half, 0], [0, half, 0]]) @ camera[:2].T
     axes.annotate("", north[1], north[0], arrowprops={"arrowstyle": "->", "color": "#0072b2"})
     axes.text(*(np.array([0, 1.12 * half, 0]) @ camera[:2].T), "N", fontsize=7, ha="center", va="center")
-    for face in body.faces:  # the shadow straight below
-        axes.add_patch(Polygon((corners[list(face)] * [1, 1, 0]) @ camera[:2].T, facecolor="#b9b9b4", edgecolor="none"))
+    placed = [(body, corners_of_body_at_frame(body_at_frame(body, frame_position)) - begin) for body in bodies]
+    for body, corners in placed:
+        for face in body.faces:  # the shadow straight below
+            shadow = (corners[list(face)] * [1, 1, 0]) @ camera[:2].T
+            axes.add_patch(Polygon(shadow, facecolor="#b9b9b4", edgecolor="none"))
+    for body, corners in sorted(placed, key=lambda one: float(camera[2] @ one[1].mean(axis=0))):
+        _draw_body(axes, body, corners, camera)
+
+
+def _draw_body(axes: Any, body: FilmBody, corners: FloatArray, camera: FloatArray) -> None:
+    """Draw the visible faces of a 3-D body from its corners, shape (n, 3), m, and the camera's view matrix."""
+    from matplotlib.patches import Polygon
+
     for face in body.faces:
         a, b, c = corners[list(face[:3])]
         normal = np.cross(b - a, c - b)

@@ -32,6 +32,7 @@ MOST_ARROWS: Final = 36
 def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
     """Draw fall azimuths of one record by orientation and B/H, a panel per friction, height and aspect, and a rose."""
     cube = trim_outer_rings_without_falls(cube, cube["overturned"])
+    cube = cube if "aspect" in cube.dims else cube.expand_dims(aspect=[1.0])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
     figure, panels = style.create_panel_grid(

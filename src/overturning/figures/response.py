@@ -114,7 +114,7 @@ def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figu
     length = np.hypot(east, north)
     scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
     x, y = east * scale, north * scale
-    across = float(trajectory.attrs["aspect"])  # D is the smaller side if D < B
+    across = float(trajectory.attrs.get("aspect", 1.0))  # D is the smaller side if D < B
     critical = np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across)))
     largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):

@@ -218,6 +218,9 @@ class Body(Model):
     ) -> dict[str, NDArray[Any]]:
         """Compute the share of ensemble members that fall and the mean sines and cosines of their fall directions."""
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
+        first, second = (
+            (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
+        )
 
         def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
             """Return each cell's mean over the selected members with an outcome; a standing member counts as 0."""
@@ -232,8 +235,7 @@ class Body(Model):
             "fall_east": member_mean(np.sin(angle)),
             "fall_axis_cosine": member_mean(np.cos(2 * angle)),
             "fall_axis_sine": member_mean(np.sin(2 * angle)),
-            "scramble_difference": member_mean(1.0, sobol_scramble_of_member == 0)
-            - member_mean(1.0, sobol_scramble_of_member == 1),
+            "scramble_difference": member_mean(1.0, first) - member_mean(1.0, second),
             "members": known.sum(axis=1),
         }
 

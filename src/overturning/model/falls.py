@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 def model_of_cube(cube: "xr.Dataset") -> Model:
     """Return the model (2-D or 3-D) of the outcomes in a cube or in a part of a cube."""
-    return Body() if Body.direction in cube.dims else PlanarModel()
+    if Body.direction not in cube.dims:
+        return PlanarModel()
+    return Stack() if "slid_off" in cube else Body()
 
 
 def model_from_scene_or_shape(

@@ -9,51 +9,18 @@ from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
-from overturning.model.body import Body
+from overturning.model.body import SQUARE_PERIOD, Body
 from overturning.model.contact import VertexContact
-from overturning.model.geometry import place_elements, reference_height_and_b_over_h
+from overturning.model.geometry import reference_height_and_b_over_h
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes
 from overturning.model.scene import Scene, gravestone
+from overturning.model.stack_stones import StackStone, check_stack, stack_stones
 from overturning.model.symmetry import FULL_TURN, ComputedCells
 from overturning.model.variables import BODY_VARIABLES, OutcomeVariable
-from overturning.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FACE_TOLERANCE: Final = 1e-9
-"""Largest difference of two sides or positions that count as equal, as a share of a stone's width."""
-
-
-@dataclass(frozen=True)
-class StackStone:
-    """Stone of a stack: a box with its footprint centred on the stone below.
-
-    Parameters
-    ----------
-    name : str
-        Name of its element in the scene.
-    width, depth, height : float
-        Sides along x (the azimuth of the orientation), y and z, m.
-    density : float
-        Density, kg/m³.
-    friction : float or None
-        Coefficient of friction of the joint below the stone; None for the value of each case.
-    """
-
-    name: str
-    width: float
-    depth: float
-    height: float
-    density: float
-    friction: float | None
-
-    @property
-    def mass(self) -> float:
-        """Mass, kg."""
-        return self.density * self.width * self.depth * self.height
-
 
 _PER_STONE: Final = {
     "overturned", "fall_azimuth", "peak_tilt", "overturning_time", "residual_slip_north", "residual_slip_east",
@@ -73,7 +40,7 @@ STACK_VARIABLES: Final = (
         if item.name not in {"fall_face", "peak_slip", "angular_momentum_error"}
     ),
     OutcomeVariable(
-        "slid_off", "i1", "whether the stone fell because it slid off what it stands on", "1", True,
+        "slid_off", "i1", "whether the stone fell because it slid over the rim of what it stands on", "1", True,
         attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands_or_tips slides_off"},
     ),
 )  # fmt: skip
@@ -90,12 +57,12 @@ def gravestone_with_depth() -> Scene:
 @suggest_closest_keyword()
 @dataclass(frozen=True)
 class Stack(Model):
-    """3-D model: a stack of boxes; neighbours touch with the upper face of one and the base of the other.
+    """3-D model: a stack of stones; neighbours touch with the upper face of one and the base of the other.
 
     Parameters
     ----------
     scene : Scene
-        Scene in which each free element is a rectangle that stands on the element before it, with its `depth`.
+        Scene in which each free element stands on the element before it, with its `depth`.
     contact : VertexContact
         Springs and dashpots of the joints.
 
@@ -112,7 +79,9 @@ class Stack(Model):
         check_stack(self.scene)
 
     variables: ClassVar = STACK_VARIABLES
-    ensemble_variables: ClassVar = Body.ensemble_variables
+    ensemble_variables: ClassVar = tuple(
+        replace(item, per_element=item.name != "members") for item in Body.ensemble_variables
+    )
     comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
     direction: ClassVar = Body.direction
     case_dims: ClassVar = ("height", "b_over_h", "friction")
@@ -149,8 +118,19 @@ class Stack(Model):
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
         if aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; a stack has the depths of its scene")
-        square = all(abs(stone.width - stone.depth) < FACE_TOLERANCE * stone.width for stone in self.stones())
-        return np.array([90.0 if square else 180.0])
+        return np.array([self.rotation_period_deg])
+
+    @property
+    def rotation_period_deg(self) -> float:
+        """Rotation about the vertical after which the stack looks the same, degrees: 90, 180 or 360."""
+        stones = self.stones()
+        if any(
+            stone.x != 0.0 or not np.array_equal(np.sort(stone.outline[:, 0]), -np.sort(stone.outline[:, 0])[::-1])
+            for stone in stones
+        ):
+            return FULL_TURN
+        is_box = all(len(stone.outline) == 4 and np.ptp(stone.base[:, 0]) == stone.depth for stone in stones)
+        return SQUARE_PERIOD if is_box and all(np.array_equal(one.base, one.upper) for one in stones) else 180.0
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Stack":
@@ -181,7 +161,9 @@ class Stack(Model):
     def ensemble_variables_of_cells(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        return Body().ensemble_variables_of_cells(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
+        found = Body().ensemble_variables_of_cells(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
+        members = found["members"]
+        return found | {"members": members if members.ndim == 1 else members.min(axis=1)}
 
     @override
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
@@ -199,46 +181,8 @@ class Stack(Model):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        return Body().square_stone_outcomes(site_cube, face_azimuth_deg, cell_positions)
+        return Body().square_stone_outcomes(site_cube.expand_dims(aspect=[1.0]), face_azimuth_deg, cell_positions)
 
     def stones(self, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
-        """Return the stones from the lowest up; height (m) and B/H are those of the reference element.
-
-        A change of B/H changes width and depth of the reference element in the same proportion.
-        """
-        placed = place_elements(self.scene, height, b_over_h)
-        own_width, own_height = next(
-            item.unrotated_width_and_height for item in self.scene.elements if item.name == self.scene.reference_name
-        )
-        scale = 1.0 if height is None else height / own_height
-        wider = 1.0 if b_over_h is None else b_over_h * own_height / own_width
-        found = []
-        for below, item in zip(self.scene.elements, placed[1:], strict=False):
-            element = item.element
-            depth = element.depth * scale * (wider if element.name == self.scene.reference_name else 1.0)
-            law = self.scene.contact_law(below, element)
-            density = self.scene.materials[element.material].density
-            found.append(StackStone(element.name, item.shape.width, depth, item.shape.height, density, law.friction))
-        return found
-
-
-def check_stack(scene: Scene) -> None:
-    """Raise an ArgumentError unless a scene is a stack of boxes with stated depths, each centred on the one below."""
-    ground, *stones = scene.elements
-    faults = []
-    if ground.kind != "driven":
-        faults.append(f"element {ground.name} is not driven")
-    if scene.gravity != STANDARD_GRAVITY:
-        faults.append(f"gravity {scene.gravity:g} m/s²")
-    for below, element in zip(scene.elements, stones, strict=False):
-        if element.kind != "free" or element.stands_on != below.name:
-            faults.append(f"element {element.name} does not stand free on {below.name}")
-        elif element.width is None or element.rotation_deg or element.at != (0.0, 0.0):
-            faults.append(f"element {element.name} is not an upright rectangle centred on {below.name}")
-        elif "depth" not in element.model_fields_set:
-            faults.append(f"element {element.name} has no depth")
-    if faults:
-        raise ArgumentError(
-            f"orientation_deg: scene {scene.name} is no stack of boxes ({'; '.join(faults)}); compute it in 2-D with "
-            "azimuth_deg"
-        )
+        """Return the stones from the lowest up; height (m) and B/H are those of the reference element."""
+        return stack_stones(self.scene, height, b_over_h)

@@ -16,9 +16,10 @@ CaseOutcomes = NDArray[np.void]
 
 
 def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
-    """Return an array of outcomes: flag of each element, azimuth of a 3-D fall (degrees), and time steps × stones."""
+    """Return an array of outcomes: flag and fall azimuth (3-D, degrees) of each element, and time steps × stones."""
     answers = np.zeros(
-        case_count, [("overturned", np.int8, (element_count,)), ("azimuth", "f4"), ("block_steps", np.int64)]
+        case_count,
+        [("overturned", np.int8, (element_count,)), ("azimuth", "f4", (element_count,)), ("block_steps", np.int64)],
     )
     answers["azimuth"] = np.nan
     return answers
@@ -64,14 +65,16 @@ def count_outcome_differences(
 def fall_azimuths_differ(
     first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes, min_difference_deg: float = MAX_AZIMUTH_DIFFERENCE_DEG
 ) -> NDArray[np.bool_]:
-    """True for 3-D cases that fall in both computations, with azimuths at least `min_difference_deg` apart."""
-    both = ((first_outcomes["overturned"] == 1) & (second_outcomes["overturned"] == 1)).all(axis=1)
+    """True where an element falls in 3-D in both computations, with azimuths at least `min_difference_deg` apart.
+
+    The shape is (n, elements).
+    """
+    both = (first_outcomes["overturned"] == 1) & (second_outcomes["overturned"] == 1)
     turn = np.where(both, first_outcomes["azimuth"], 0.0) - np.where(both, second_outcomes["azimuth"], 0.0)
     return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= min_difference_deg)
 
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
     """True for cases in which the outcome of any element differs; shape (n,)."""
-    return (first_outcomes["overturned"] != second_outcomes["overturned"]).any(axis=1) | fall_azimuths_differ(
-        first_outcomes, second_outcomes
-    )
+    flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
+    return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

@@ -157,7 +157,9 @@ class _CaseReruns:
             cases = self.grid.cases_at_positions(list(chosen.T), amplitude=amplitude)
             results = self.computations[rerun_kind](self.motions[record_number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
-            answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
+            answers["azimuth"][mine] = np.nan
+            if not self.one_component:
+                answers["azimuth"][mine] = results.fall_azimuth.reshape(len(chosen), -1)
             answers["block_steps"][mine] = getattr(results, "block_steps", 0)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
@@ -181,7 +183,7 @@ class _CaseReruns:
             sure = ~self.sample.divided[:count, column]
             one_way = ~self.sample.apart[:count, column]
             counts, those, agreed = (
-                count_outcome_differences(before[chosen], after[chosen], away[chosen])
+                count_outcome_differences(before[chosen], after[chosen], away[chosen, column])
                 for chosen in (np.ones_like(sure), sure, one_way)
             )
             undivided = {
@@ -219,19 +221,19 @@ class _CaseReruns:
         )
 
     def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
-        """Run falls of 3-D bodies among the first cases again under weaker and stronger motions; None in 2-D."""
+        """Run falls in 3-D among the first cases again under weaker and stronger motions; None in 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
             return None
-        falls = np.flatnonzero((own["overturned"] == 1).all(axis=1))
+        falls = np.flatnonzero((own["overturned"] == 1).any(axis=1))
         factors = 1.0 + AMPLITUDE_REACH * np.array([-1.0, -0.5, 0.5, 1.0])
         # Estimate the cost from the finer steps.
         rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / FINER) <= allowed_steps]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
             again = self._rerun_cases("nominal", rows, float(factor))
-            moved |= fall_azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG)
-            stood |= (again["overturned"] == 0).any(axis=1)
+            moved |= fall_azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG).any(axis=1)
+            stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
         weight = self.sample.weight[rows]
         return FallChangesWithAmplitude(

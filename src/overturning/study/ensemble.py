@@ -162,7 +162,8 @@ def select_ensemble_cells(
     change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
     if fall_azimuth_deg is not None:
         turn = np.diff(fall_azimuth_deg.astype(np.float64), axis=2)
-        change = change | (np.abs((turn + 180.0) % 360.0 - 180.0) >= MIN_AZIMUTH_CHANGE_DEG)
+        turned = np.abs((turn + 180.0) % 360.0 - 180.0) >= MIN_AZIMUTH_CHANGE_DEG
+        change = change | (turned.any(axis=dimension_count) if turned.ndim > dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
     padded = np.pad(
         change, [(BOUNDARY_REACH, BOUNDARY_REACH) if axis == 2 else (0, 0) for axis in range(dimension_count)]
@@ -256,10 +257,11 @@ class EnsembleRunner:
             some[directions[start : start + group]] = True
             cells = np.argwhere(chosen & some)
             flags = np.full((len(cells), members.member_count, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
-            azimuth = np.full((len(cells), members.member_count), np.nan)
+            azimuth = np.full(flags.shape if self.model.direction == "orientation" else flags.shape[:2], np.nan)
             of_group = progress_of_subtask(progress, done / work, (done + len(cells)) / work)
             block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
-            found = self.model.ensemble_variables_of_cells(flags, azimuth - members.azimuth_deg, members.scramble)
+            sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
+            found = self.model.ensemble_variables_of_cells(flags, azimuth - sensor, members.scramble)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
@@ -287,7 +289,8 @@ class EnsembleRunner:
             new = results.overturned.reshape(unsettled.size, batch.size, *member_flags.shape[2:])
             member_flags[unsettled[:, None], batch] = new
             if (towards := getattr(results, "fall_azimuth", None)) is not None:
-                fall_azimuth_deg[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
+                azimuths = towards.reshape(unsettled.size, batch.size, *fall_azimuth_deg.shape[2:])
+                fall_azimuth_deg[unsettled[:, None], batch] = azimuths
             unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.widest)]
             if unsettled.size == 0:
                 break

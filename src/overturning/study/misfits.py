@@ -8,7 +8,7 @@ from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.study.evaluation import CONTRASTS
-from overturning.study.sections import BodySettings, OrientationRange, Variant
+from overturning.study.sections import BodySettings, Variant
 from overturning.units import GRANITE_DENSITY
 
 _PLANAR_ONLY: Final = {
@@ -30,8 +30,8 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     contacts[""] = study.contact
     if study.body is not None:
         yield from _body_conflicts(study, study.body, contacts)
-    elif study.orientation != OrientationRange():
-        yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
+    elif study.is_stack:
+        yield from _stack_conflicts(study)
     yield from _population_conflicts(study)
     yield from _scene_conflicts(study, contacts)
     yield from _variant_conflicts(study)
@@ -100,6 +100,25 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
         yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
 
 
+def _stack_conflicts(study: Any) -> Iterator[str]:
+    """Yield messages on settings that conflict with a scene that is simulated in 3-D."""
+    if study.scene == gravestone():
+        yield "orientation: only a body in space or a scene has one; give `body` or `scene`, or `azimuth` instead"
+        return
+    for key, reason in _PLANAR_ONLY.items():
+        if key not in ("scene", "density") and getattr(study, key) != type(study).model_fields[key].default:
+            yield f"{key}: {reason}"
+    study.orientation.orientations_of_stack(study.scene)
+    for name, variant in study.variants.items():
+        if variant.scene is not None:
+            try:
+                study.orientation.orientations_of_stack(variant.scene)
+            except ValueError as error:
+                yield f"variants.{name}.scene: {error}"
+    if study.simulation.scheme not in (None, DEFAULT_SCHEME):
+        yield f"simulation.scheme: a stack in space has {DEFAULT_SCHEME!r} alone; leave it out"
+
+
 def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
     """Yield messages on settings that conflict with the primary statistic."""
     statistic, against = study.primary.statistic, study.primary.against
@@ -117,7 +136,7 @@ def _question_conflicts(study: Any) -> Iterator[str]:
     """Yield messages on settings that conflict with the question of the study."""
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
-    if study.asks == "reference" and study.body is None:
+    if study.asks == "reference" and study.body is None and not study.is_stack:
         yield "asks: reference, which only a body in space is free to follow; give `body`, or ask for direction"
     if study.asks not in CONTRASTS:
         return

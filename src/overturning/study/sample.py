@@ -94,7 +94,7 @@ def read_cell_sample(
         answers = empty_case_outcomes(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
-            answers["azimuth"] = values_of_chosen_cells("fall_azimuth")[:, 0]
+            answers["azimuth"] = values_of_chosen_cells("fall_azimuth")
         falls = np.zeros(overturned.shape, np.float32)
         falls += sum(values_of_chosen_cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
         divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), values_of_chosen_cells("status")[:, 0] == 1
@@ -106,8 +106,9 @@ def read_cell_sample(
         if "fall_north" in file.variables:
             parts = [values_of_chosen_cells(name) for name in ("fall_north", "fall_east")]
             apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
+            # In a stack, the highest stone.
             weight = cell_weight_in_direction_statistics(falls, parts[0], parts[1], values_of_chosen_cells("members"))[
-                :, 0
+                :, -1
             ]
         cases = records * int(computed.sum())
         return CellSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))

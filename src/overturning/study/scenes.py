@@ -18,6 +18,7 @@ from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
+from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.schema import Study
@@ -58,6 +59,8 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
 
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     """Return the model of a variant; raise a `ConfigError` if the study has no such variant."""
+    if study.is_stack:
+        return Stack(variant_scene(study, variant))
     if study.body is None:
         return PlanarModel(variant_scene(study, variant))
     contact = variant_contact(study, variant)

@@ -88,7 +88,11 @@ class Study(StrictModel):
     body: BodySettings | None = Field(
         default=None, description="a free 3-D body instead of a 2-D scene in vertical planes; not given: 2-D"
     )
-    orientation: OrientationRange = Field(default=OrientationRange(), description="directions that a 3-D body faces")
+    orientation: OrientationRange | None = Field(
+        default=None,
+        description="directions that a 3-D body or stack faces. With `scene`, the scene is simulated in 3-D as a stack "
+        "of stones. Not given: every 5° for a body; a scene is 2-D",
+    )
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(),
         description="azimuths of the motion, degrees clockwise from north; a 3-D body has `orientation` instead",
@@ -153,7 +157,12 @@ class Study(StrictModel):
             return content
         filled = {key: value for key, value in content.items() if key != "scene" or value is not None}
         if filled.get("body") is not None:
+            if filled.get("orientation") is None:
+                filled["orientation"] = OrientationRange()
             return cls._fill_sizes_from_body(filled)
+        if "azimuth" in filled and filled.get("orientation") == OrientationRange().model_dump(mode="json"):
+            # A complete 2-D study of an earlier version, in which every study had orientations.
+            del filled["orientation"]
         if "scene" not in filled:
             return filled
         try:
@@ -233,10 +242,17 @@ class Study(StrictModel):
 
     @property
     def directions(self) -> tuple[float, ...]:
-        """Azimuths of the motion, or orientations of the 3-D body, degrees, ascending."""
-        return tuple(
-            self.azimuth.expand_azimuths() if self.body is None else self.orientation.orientations_of_body(self.body)
-        )
+        """Azimuths of the motion, or orientations of the 3-D body or stack, degrees, ascending."""
+        if self.orientation is None:
+            return tuple(self.azimuth.expand_azimuths())
+        if self.body is None:
+            return self.orientation.orientations_of_stack(self.scene)
+        return self.orientation.orientations_of_body(self.body)
+
+    @property
+    def is_stack(self) -> bool:
+        """True if the scene of the study is simulated in 3-D."""
+        return self.body is None and self.orientation is not None
 
     @property
     def aspects(self) -> tuple[float, ...]:

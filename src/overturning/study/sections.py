@@ -192,7 +192,7 @@ class BodySettings(StrictModel):
 
 
 class OrientationRange(StrictModel):
-    """Orientations of a body: from start by step, up to the rotation that maps the body onto itself."""
+    """OrientationRange of a body or stack: from start by step, up to the rotation after which it looks the same."""
 
     start: Degree = Field(
         default=0.0, ge=0, lt=360, description="first azimuth that the body faces, degrees clockwise from north"
@@ -204,6 +204,28 @@ class OrientationRange(StrictModel):
         description="step of the orientations, degrees; must divide the rotation after which the body looks the same "
         "(a square 90°, a rectangle 180°)",
     )
+
+    def orientations_of_stack(self, scene: Scene) -> tuple[float, ...]:
+        """Return the orientations at which a scene is simulated in 3-D, degrees, ascending; errors as for a body."""
+        from overturning.model.stack import Stack
+
+        try:
+            period = Stack(scene).rotation_period_deg
+        except ArgumentError as error:
+            raise ValueError(str(error).replace("orientation_deg:", "orientation:", 1)) from None
+        count = round(period / self.step)
+        if count < 1 or abs(count * self.step - period) > 1e-9:
+            raise ValueError(
+                f"orientation: a step of {self.step:g}° does not divide {period:g}°, after which the stack looks the "
+                "same; choose one that does"
+            )
+        self._check_start()
+        return tuple(round(self.start + self.step * number, 10) for number in range(count))
+
+    def _check_start(self) -> None:
+        """Raise a ValueError if the start does not lie below the step."""
+        if self.start >= self.step:
+            raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
 
     def orientations_of_body(self, body: BodySettings) -> tuple[float, ...]:
         """Return the orientations at which a body is simulated, degrees, ascending; a body of revolution has one.
@@ -221,6 +243,5 @@ class OrientationRange(StrictModel):
             grid = orientations_over_period_deg(self.step, shape, body.aspect)
         except ArgumentError as error:
             raise ValueError(str(error)) from None
-        if self.start >= self.step:
-            raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
+        self._check_start()
         return tuple(round(self.start + value, 10) for value in grid.tolist())

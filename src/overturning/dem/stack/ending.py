@@ -22,7 +22,14 @@ from overturning.dem.kernel.ending import GOES_ON, CaseProgress
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER, create_window_slicer
 from overturning.dem.stack.joint import squared
-from overturning.dem.stack.joint_state import JOINT, POINT, JointBeforeAndAfter, JointConstants, PointBeforeAndAfter
+from overturning.dem.stack.joint_state import (
+    JOINT,
+    POINT,
+    JointBeforeAndAfter,
+    JointConstants,
+    PointBeforeAndAfter,
+    PointOutline,
+)
 from overturning.dem.stack.predict_loops import stone_spin
 from overturning.dem.stack.state import (
     CASE,
@@ -46,10 +53,16 @@ load_constants, load_stone = STONE.lane_access(StoneConstants).load, STONE.lane_
 load_peaks = STONE.lane_access(StonePeaks).load
 load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
 load_joint, load_history = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointBeforeAndAfter, "old").load
+load_outline = POINT.lane_access(PointOutline).load
 load_point = POINT.lane_access(PointBeforeAndAfter, "old").load
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
 ENERGY, SAMPLE = CASE.row_start(CaseProgress, "energy"), CASE.row_start(CaseProgress, "sample")
 
+
+OVERHANG: Final = 0.02
+"""Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
+
+Beyond this depth the stone tips over the rim of the face, and has fallen."""
 
 of_stone: Final = create_window_slicer(STONE_SIZE, CASE_SIZE)
 """Return the rows of a stone."""
@@ -95,14 +108,44 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
     return total
 
 
+@njit(**INLINE)
+def relative_pose(upper: StoneState, lower_place: Vector, lower_axes: Matrix) -> tuple[Vector, Matrix]:
+    """Return position and axes of a stone relative to those of the stone below."""
+    to_lower = transpose(lower_axes)
+    return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
+        to_lower, rotation_matrix(upper.turn)
+    )
+
+
 @njit(**INNER)
-def first_fallen_stone(state: Any, lane: int, stone_count: int) -> int:
+def hangs_over_rim(state: Any, lane: int, s: int, stone_count: int, corner_limit: int) -> bool:
+    """True if a corner of a stone's base lies well below the face that carries the stone: it tips over the rim."""
+    below, lower, rows = of_stone(state, s - 1), load_constants(of_stone(state, s - 1), lane), of_stone(state, s)
+    upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
+    axes = rotation_matrix(base.turn)
+    apart, turn = relative_pose(stone, base.place, axes)
+    at = CASE_SIZE + stone_count * STONE_SIZE + s * joint_size(corner_limit) + JOINT_SIZE
+    lowest = 0.0
+    for i in range(corner_limit):
+        corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
+        height = (turn.zx * corner.x + turn.zy * corner.y) - upper.foot * turn.zz
+        lowest = min(lowest, apart.z - lower.top + height)
+    return lowest < -OVERHANG * upper.foot
+
+
+@njit(**INNER)
+def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
     """Return the lowest stone that has fallen and is still computed; the number of stones if there is none."""
     for s in range(stone_count):
         rows = of_stone(state, s)
+        if not load_outcome(rows, lane).present > 0.0:
+            continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        down = rotation_matrix(stone.turn).zz <= constants.fallen or stone.place.z < constants.lowest
-        if down and load_outcome(rows, lane).present > 0.0:
+        axes = rotation_matrix(stone.turn)
+        if axes.zz <= constants.fallen or stone.place.z < constants.lowest:
+            return s
+        leans = lean_as_squared_sine(axes) > constants.critical
+        if s > 0 and leans and hangs_over_rim(state, lane, s, stone_count, corner_limit):
             return s
     return stone_count
 
@@ -113,16 +156,17 @@ def remove_fallen_stones(state: Any, lane: int, stone_count: int, corner_limit: 
 
     The energy account goes on with the stones that are left.
     """
-    fallen = first_fallen_stone(state, lane, stone_count)
+    fallen = first_fallen_stone(state, lane, stone_count, corner_limit)
     if fallen == stone_count:
         return False
     before = stack_energy(state, lane, stone_count, corner_limit, heights)
     for s in range(fallen, stone_count):
         rows = of_stone(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
-        upright = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical
+        slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical
+        slid_off = slid_off or (s > 0 and hangs_over_rim(state, lane, s, stone_count, corner_limit))
         store_outcome(rows, lane, StoneOutcome(
-            0.0, outcome.upright_until, 1.0 if upright and s == fallen else 0.0
+            0.0, outcome.upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_account(state, lane)
     gone = before - stack_energy(state, lane, stone_count, corner_limit, heights)
@@ -189,15 +233,6 @@ def all_points_loaded(state: Any, lane: int, stone_count: int, corner_limit: int
     return True
 
 
-@njit(**INLINE)
-def relative_pose(upper: StoneState, lower_place: Vector, lower_axes: Matrix) -> tuple[Vector, Matrix]:
-    """Return position and axes of a stone relative to those of the stone below."""
-    to_lower = transpose(lower_axes)
-    return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
-        to_lower, rotation_matrix(upper.turn)
-    )
-
-
 @njit(**INNER)
 def write_stack_results(
     state: Any, lane: int, stone_count: int, corner_limit: int, status: int, heights: Any, result: Any, each: Any
@@ -240,11 +275,12 @@ def record_stack_motion(
     row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
     for s in range(stone_count):
         constants, stone = load_constants(of_stone(state, s), 0), load_stone(of_stone(state, s), 0)
-        spin, at = stone_spin(constants.inverse, rotation_matrix(stone.turn), stone.momentum), 4 + 13 * s
+        spin, at = stone_spin(constants.inverse, rotation_matrix(stone.turn), stone.momentum), 4 + 14 * s
         row[at], row[at + 1], row[at + 2] = stone.place
         row[at + 3], row[at + 4], row[at + 5], row[at + 6] = stone.turn
         row[at + 7], row[at + 8], row[at + 9] = stone.velocity
         row[at + 10], row[at + 11], row[at + 12] = spin
+        row[at + 13] = load_outcome(of_stone(state, s), 0).present
 
 
 @njit(**INLINE)

@@ -8,123 +8,34 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.plan import base_accelerations_by_orientation, steps_per_sample_and_clock_settings
-from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.linear import highest_eigenvalue
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
+from overturning.dem.plan import SimulationPlan, check_trajectory_size, group_numbers_of_equal_cases
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, find_quiet_windows
+from overturning.dem.stack.path import GROUND_COLUMNS, STONE_COLUMNS, StackTrajectory, draw_fallen_stones
 from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import COLUMNS, TICKS
-from overturning.dem.stack.tables import CASE, JOINT, RESULT, STONE, STONE_RESULT
+from overturning.dem.stack.statics import (
+    joint_table,
+    motion_threshold,
+    outline_rows,
+    stiffness_matrix,
+    stone_table,
+    unit_mass_scale,
+)
+from overturning.dem.stack.tables import CASE, RESULT, STONE_RESULT
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
-from overturning.model.geometry import FALLEN_DROP
-from overturning.model.stack import Stack, StackStone
+from overturning.model.stack import Stack
+from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 FALLEN_TILT: Final = np.pi / 3.0
 """Tilt at which a stone has fallen, rad, or half of the angle beyond its critical angle, whichever is more."""
-
-
-@dataclass(frozen=True)
-class JointTable:
-    """Contact constants of the joints of a stack, from the lowest up."""
-
-    rows: NDArray[np.void]
-    """Constants, of type `JOINT`, without friction; shape (joints,)."""
-    penetration: FloatArray
-    """Penetration at rest, m."""
-    reach: FloatArray
-    """Distance of the nearest edge of each patch from its centre, m."""
-    sides: FloatArray
-    """Sides of each patch along x and y, m, shape (joints, 2)."""
-
-
-def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
-    """Return the contact constants of the joints of a stack: stiffness K = M g/δ for the mass M above the joint."""
-    rows = np.zeros(len(stones), JOINT)
-    mass = np.array([stone.mass for stone in stones])
-    above = np.cumsum(mass[::-1])[::-1]
-    sides = np.array([[stone.width, stone.depth] for stone in stones])
-    sides[1:] = np.minimum(sides[1:], sides[:-1])
-    reach = 0.5 * sides.min(axis=1)
-    penetration = contact.static_penetration * np.minimum(2.0 * reach, MAX_CONTACT_WIDTH)
-    stiffness = above * STANDARD_GRAVITY / penetration
-    dashpot = 2.0 * contact.damping_ratio * np.sqrt(stiffness * above)
-    rows["stiffness"], rows["dashpot"], rows["damping"] = stiffness, dashpot, dashpot
-    rows["tangential"] = contact.stiffness_ratio * stiffness
-    rows["compliance"] = 1.0 / rows["tangential"] if contact.stiffness_ratio > 0.0 else 0.0
-    rows["landing"] = LANDING * dashpot / stiffness
-    return JointTable(rows, penetration, reach, sides)
-
-
-def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void]:
-    """Return constants and initial states of the stones of a stack at rest, of type `STONE`, shape (stones,)."""
-    table, level = np.zeros(len(stones), STONE), 0.0
-    for stone, row, depth, reach in zip(stones, table, joints.penetration, joints.reach, strict=True):
-        square = stone.width**2 / 12.0, stone.depth**2 / 12.0, stone.height**2 / 12.0
-        inertia = (square[1] + square[2], square[0] + square[2], square[0] + square[1])
-        for axis, value in zip("xyz", inertia, strict=True):
-            row[f"a{axis}{axis}"], row[f"i{axis}{axis}"] = value, 1.0 / value
-        foot = 0.5 * stone.height
-        row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, foot, foot, reach
-        row["critical"] = reach**2 / (reach**2 + foot**2)
-        tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, foot) + 0.5 * np.pi))
-        row["fallen"] = np.round(np.cos(tilt), 12)
-        centre = level - depth + foot
-        row["rest"], row["start"]["z"], row["start"]["qw"] = centre, centre, 1.0
-        row["lowest"] = centre - max(FALLEN_DROP * stone.height, 2.0 * depth)
-        level = level - depth + stone.height
-    return table
-
-
-def outline_rows(stone: StackStone) -> FloatArray:
-    """Return the corners of a stone's faces, shape (4, 6): fields of `PointOutline`."""
-    b, d = 0.5 * stone.width, 0.5 * stone.depth
-    return np.array([
-        [b, -d, 1.0, 0.0, b, 0.25], [b, d, 0.0, 1.0, d, 0.25], [-b, d, -1.0, 0.0, b, 0.25], [-b, -d, 0.0, -1.0, d, 0.25]
-    ])  # fmt: skip
-
-
-def stiffness_matrix(stones: list[StackStone], joints: JointTable) -> FloatArray:
-    """Return the stiffness matrix of a stack at rest, scaled to unit masses and inertias, shape (6 n, 6 n)."""
-    count = len(stones)
-    matrix, scale = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
-    for i, stone in enumerate(stones):
-        inertia = stone.mass / 12.0 * np.array([
-            stone.depth**2 + stone.height**2, stone.width**2 + stone.height**2, stone.width**2 + stone.depth**2
-        ])  # fmt: skip
-        scale[6 * i : 6 * i + 6] = 1.0 / np.sqrt([*3 * [stone.mass], *inertia])
-    for i in range(count):
-        k, kt = joints.rows["stiffness"][i] / 4.0, joints.rows["tangential"][i] / 4.0
-        for x in (-0.5 * joints.sides[i, 0], 0.5 * joints.sides[i, 0]):
-            for y in (-0.5 * joints.sides[i, 1], 0.5 * joints.sides[i, 1]):
-                each = np.zeros((3, 6 * count))
-                for s, z, sign in ((i, -0.5 * stones[i].height, 1.0), (i - 1, 0.5 * stones[i - 1].height, -1.0)):
-                    if s >= 0:
-                        turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-                        each[:, 6 * s : 6 * s + 6] += sign * np.concatenate([np.eye(3), turn], axis=1)
-                each = each * scale
-                matrix += np.einsum("ij,i,ik->jk", each, np.array([kt, kt, k]), each)
-    return matrix
-
-
-def motion_threshold(stones: list[StackStone], joints: JointTable, friction: FloatArray) -> FloatArray:
-    """Return |a|/g below which no joint opens or slides, shape (n,); `friction` has shape (n, joints).
-
-    Joint k opens at the least ratio of the distance of an edge of its patch to the height of the centre of all stones
-    above, and slides at µ.
-    """
-    mass = np.array([stone.mass for stone in stones])
-    base = np.concatenate([[0.0], np.cumsum([stone.height for stone in stones])[:-1]])
-    centre = base + 0.5 * np.array([stone.height for stone in stones])
-    opens = [joints.reach[k] / (np.sum(mass[k:] * centre[k:]) / np.sum(mass[k:]) - base[k]) for k in range(len(stones))]
-    return np.minimum(min(opens), friction.min(axis=1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,12 +44,14 @@ class StackSimulationPlan(SimulationPlan):
 
     split_long_queues: ClassVar[bool] = True
     result_dtype: ClassVar[Any] = RESULT
+    time_column: ClassVar[Any] = (..., 0)
+    ground_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
     step_cost: ClassVar[int] = BODY_STEP
 
     model: Stack
     stones: NDArray[np.void]  # shape (stacks, stones)
     joints: NDArray[np.void]  # shape (stacks, stones)
-    outlines: FloatArray  # shape (stacks, stones, corners, 6)
+    outlines: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
     friction: FloatArray  # shape (n, stones)
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
@@ -159,34 +72,61 @@ class StackSimulationPlan(SimulationPlan):
         return {"results": np.zeros(case_count, RESULT), "each": each}
 
     def kernel_input(
-        self, case_numbers: NDArray[np.int64], create_result_tables: dict[str, NDArray[np.void]], step_divisor: int
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> StackKernelInput:
         """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
-        queued = self.common_kernel_input_fields(case_numbers, create_result_tables, step_divisor, TICKS, COLUMNS)
+        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
         queued["cases"]["settled"] *= step_divisor
         return StackKernelInput(
-            **queued, each=create_result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
+            **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
             joints=self.joints, corners=np.full(self.stones.shape[1], 4), outlines=self.outlines,
         )  # fmt: skip
 
     def case_outcome_variables(
-        self, case_numbers: NDArray[np.int64], filled_tables: dict[str, NDArray[np.void]]
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Convert the kernel's results to outcome variables."""
+        """Return the outcome variables of the cases in `case_numbers` by name, shape (cases,) or (cases, stones)."""
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
-        return stack_outcomes(filled_tables["results"], filled_tables["each"], orientation, self.cosines[case_numbers])
+        # Slip is counted from the position at rest.
+        each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
+        each["slip_x"] -= np.diff(self.stones["start"]["x"], axis=1, prepend=0.0)[stack]
+        return stack_outcomes(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
-    def create_trajectory_buffer(self, is_recorded: bool) -> NDArray[Any]:
-        """Return an empty buffer: trajectories of stacks are not recorded yet."""
-        if is_recorded:
-            raise ArgumentError("trajectory: a 3-D stack has none yet; compute the scene in 2-D with azimuth_deg")
-        return np.zeros((0, 4 + 13 * self.stones.shape[1]))
+    def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
+        """Return zeros for a trajectory, shape (rows, columns); without rows if no trajectory `is_recorded`."""
+        columns = GROUND_COLUMNS + STONE_COLUMNS * self.stones.shape[1]
+        rows = int(self.table[0]["after"] - self.first[0]) + 3 if is_recorded else 0
+        check_trajectory_size(rows * columns)
+        return np.zeros((rows, columns))
 
-    def convert_trajectory_rows(self, trajectory_rows: NDArray[Any]) -> Any:
-        """Trajectories of stacks are not recorded yet."""
-        raise NotImplementedError
+    def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
+        """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
+        count, amplitude = self.stones.shape[1], float(self.table[0]["amplitude"])
+        rows = np.zeros((sample_count, GROUND_COLUMNS + STONE_COLUMNS * count))
+        rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
+        rows[:, 1:3] = self.ground[0, :, :sample_count].T * amplitude
+        rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
+        for stone, columns in zip(self.stones[0], np.split(rows[:, GROUND_COLUMNS:], count, axis=1), strict=True):
+            columns[:, 0:7] = [stone["start"][name] for name in ("x", "y", "z", "qw", "qx", "qy", "qz")]
+            columns[:, 13] = 1.0
+        return rows
+
+    def continue_trajectory(self, trajectory: FloatArray, aftermath: float) -> FloatArray:
+        """Return a trajectory in which fallen stones go on in free flight, for `aftermath` seconds after its end."""
+        return draw_fallen_stones(trajectory, self._stones_of_case, self.motion.sampling_interval, aftermath)
+
+    def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
+        """Convert the kernel's trajectory rows of the plan's only case to a `StackTrajectory`."""
+        cosine, sine = self.cosines[0].tolist()
+        return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_case)
+
+    @property
+    def _stones_of_case(self) -> list[StackStone]:
+        """Stones of the plan's first case."""
+        height, b_over_h = (float(np.asarray(getattr(self.cases, name))[0]) for name in ("height", "b_over_h"))
+        return self.model.stones(height, b_over_h)
 
 
 def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: Numerics) -> StackSimulationPlan:
@@ -202,7 +142,8 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
-        highest_eigenvalue(stiffness_matrix(stones, table)) for stones, table in zip(stacks, joints, strict=True)
+        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_scale(stones)))
+        for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
     foot, reach = tables["foot"], tables["reach"]
@@ -226,10 +167,10 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
         min(
-            float(np.sum(table["mass"][k:])) * STANDARD_GRAVITY * (float(np.hypot(r, z)) - z)
-            for k, (r, z) in enumerate(zip(table["reach"], table["foot"], strict=True))
+            patch.mass * STANDARD_GRAVITY * (float(np.hypot(r, patch.height)) - patch.height)
+            for r, patch in zip(table.reach, table.patches, strict=True)
         )
-        for table in tables
+        for table in joints
     ])  # fmt: skip
     case_table = np.zeros(cases.size, CASE)
     columns = {
@@ -245,7 +186,9 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     return StackSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
         joints=np.stack([table.rows for table in joints]),
-        outlines=np.array([[outline_rows(stone) for stone in stones] for stones in stacks]), friction=friction,
+        outlines=np.array([
+            [[outline_rows(stone.base), outline_rows(stone.upper)] for stone in stones] for stones in stacks
+        ]), friction=friction,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=case_table, stays_at_rest=at_rest,
         too_soft=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )  # fmt: skip

@@ -52,7 +52,7 @@ from overturning.dem.stack.state import (
 from overturning.dem.stack.step import advance_stacks, joint_size
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-store_clock, store_case, store_time = (
+store_step_control, store_case, store_time = (
     CASE.lane_access(of).store for of in (CaseStepControl, StackConstants, StackClock)
 )
 load_course, store_course, _ = CASE.lane_access(CaseProgress)
@@ -94,7 +94,7 @@ class StackKernelInput(NamedTuple):
     corners: NDArray[np.int64]
     """Number of corners of each stone's faces, shape (stones,)."""
     outlines: FloatArray
-    """Corners of each stone's faces, shape (stacks, stones, corners, 6): fields of `PointOutline`."""
+    """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `PointOutline`."""
 
 
 class StackWorkspace(NamedTuple):
@@ -106,7 +106,7 @@ class StackWorkspace(NamedTuple):
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state rows of all cases that are computed together."""
-    stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[2]
+    stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
     size = CASE_SIZE + stones * (STONE_SIZE + joint_size(corners))
     return StackWorkspace(aligned_zeros(size), np.zeros(stones, np.int64))
 
@@ -132,8 +132,8 @@ def initialise_lane(
     mass = 0.0
     for s in range(stones.size):
         mass += stones[s].mass
-    first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_size(outlines.shape[1])
-    store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
+    first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_size(outlines.shape[2])
+    store_step_control(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
     store_case(state, lane, StackConstants(
         sampling_interval / ticks_per_sample, mass, case.deepest, case.steady, case.still
     ))  # fmt: skip
@@ -146,12 +146,12 @@ def initialise_lane(
         )
         for i in range(corners[s]):
             begin = at + JOINT_SIZE + i * P
-            o = outlines[s, i]
+            o = outlines[s, 0, i]
             store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
         if s > 0:
             for i in range(corners[s - 1]):
                 begin = at + JOINT_SIZE + (corners[s] + i) * P
-                o = outlines[s - 1, i]
+                o = outlines[s - 1, 1, i]
                 store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(state, lane, CaseProgress(
         case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, 0.0, case.barrier
@@ -251,16 +251,17 @@ def load_next_sample(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample; record the first lane at its start, if time has passed since the last row."""
+    """Attempt steps in all lanes; record the first lane if a sample has passed since the last row."""
     settings, corners, limit, stones = (
         kernel_input.settings,
         kernel_input.corners,
-        kernel_input.outlines.shape[2],
+        kernel_input.outlines.shape[3],
         kernel_input.corners.size,
     )
     if recorded_rows < path.shape[0]:
         record_stack_motion(workspace.state, stones, settings.interval, settings.ticks, path[recorded_rows])
-        recorded_rows += 1 if recorded_rows == 0 or path[recorded_rows, 0] > path[recorded_rows - 1, 0] else 0
+        due = path[recorded_rows - 1, 0] + 0.999 * settings.interval if recorded_rows > 0 else 0.0
+        recorded_rows += 1 if path[recorded_rows, 0] >= due else 0
     advance_stacks(
         workspace.state, stones, limit, corners, workspace.counts, lane_count, settings.steps_per_check, settings.ticks
     )
@@ -272,6 +273,7 @@ def mark_lanes_that_may_have_ended(kernel_input: Any, workspace: Any, active_cou
     return mark_possibly_ended(
         workspace.state,
         kernel_input.corners.size,
+        kernel_input.outlines.shape[3],
         active_count,
         marks,
         kernel_input.settings.ticks,
@@ -281,7 +283,13 @@ def mark_lanes_that_may_have_ended(kernel_input: Any, workspace: Any, active_cou
 
 @njit(**INNER)
 def mark_possibly_ended(
-    state: Any, stone_count: int, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float
+    state: Any,
+    stone_count: int,
+    corner_limit: int,
+    active_count: int,
+    marks: Any,
+    ticks_per_sample: float,
+    last_sample: float,
 ) -> int:
     """Mark and count lanes with a fallen stone, failed ones, and those past the samples that can move their stack."""
     count = 0
@@ -291,7 +299,7 @@ def mark_possibly_ended(
             total += finite_sum(load_stone(of_stone(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.calm, last_sample)
-        due = due or first_fallen_stone(state, j, stone_count) < stone_count
+        due = due or first_fallen_stone(state, j, stone_count, corner_limit) < stone_count
         marks[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
@@ -305,7 +313,7 @@ def skip_quiet_samples(
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
-    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[2]
+    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
         kernel_input.stones[kernel_input.cases[case].stack].rest,
@@ -314,7 +322,7 @@ def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in a lane."""
-    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[2]
+    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     write_stack_results(
         workspace.state, lane, stones, corners, status, kernel_input.stones[kernel_input.cases[case].stack].rest,
         kernel_input.results[case], kernel_input.each[case],

@@ -69,8 +69,9 @@
       made.bodies = panel.bodies.map(body => {
         return Object.assign({}, body, { position: unpack(body.position), rotation: unpack(body.rotation) });
       });
-      made.solid = made.bodies.find(body => body.faces.length > 0);
-      if (made.solid) made.solid.reach = spaceView.reach(made.solid, made.ground);
+      const solids = made.bodies.filter(body => body.faces.length > 0);
+      made.solids = solids.length ? solids : null;
+      if (made.solids) made.solids.reach = spaceView.reach(made.solids, made.ground);
       if (panel.force) { made.force = unpack(panel.force); made.forcePoint = unpack(panel.forcePoint); }
       return made;
     }
@@ -84,7 +85,7 @@
 
     // Displacement of the ground as seen from the camera; zero where the camera moves with the ground.
     function shift(panel, at) {
-      const width = panel.solid ? 3 : 2;
+      const width = panel.solids ? 3 : 2;
       return [0, 1, 2].slice(0, width).map(k => state.earth && panel.ground ? pick(panel.ground, width, k, at) : 0);
     }
 
@@ -110,9 +111,9 @@
 
     function drawScene(panel, at) {
       const moved = shift(panel, at);
-      if (panel.solid) {
+      if (panel.solids) {
         const { context, width, height } = surface(panel.scene, 0.82);
-        const scale = spaceView.draw(context, width, height, panel.solid, at, pick, state.view, moved, state.earth);
+        const scale = spaceView.draw(context, width, height, panel.solids, at, pick, state.view, moved, state.earth);
         root.dataset.bar = drawScaleBar(context, width, height, scale);
         return;
       }
@@ -320,7 +321,7 @@
       }
       event.preventDefault();
     });
-    panels.forEach(panel => { if (panel.solid) spaceView.listen(panel.scene, state.view, draw); });
+    panels.forEach(panel => { if (panel.solids) spaceView.listen(panel.scene, state.view, draw); });
     new ResizeObserver(draw).observe(row);  // also when a folded part of the page is opened
     root.dataset.end = end.toFixed(4);
     setForces(false);

@@ -1,4 +1,4 @@
-// Draws a convex 3-D body on a canvas in parallel projection (axes east, north, up); the mouse rotates the view.
+// Draws convex 3-D bodies on a canvas in parallel projection (axes east, north, up); the mouse rotates the view.
 const spaceView = (function () {
   "use strict";
   const STONE = [201, 196, 186], EDGE = "#222222", FLOOR = "#e9e9e6", LINE = "#c4c4c0", INK = "#222222";
@@ -32,23 +32,30 @@ const spaceView = (function () {
     return [at.place[0] + r[0], at.place[1] + r[1], at.place[2] + r[2]];
   }
 
-  // Half-widths of the view that contains the body in every frame, standing or lying: from the ground, and from the
+  // Half-widths of the view that contains the bodies in every frame, standing or lying: from the ground, and from the
   // earth, past which the ground moves by (east, north, up).
-  function reach(body, ground) {
-    let far = 0, size = 0, moves = 0;
+  function reach(bodies, ground) {
+    let far = 0, size = 0, moves = 0, top = 0;
     for (let i = 0; ground && i < ground.length; i += 3) moves = Math.max(moves, Math.hypot(ground[i], ground[i + 1]));
-    body.vertices.forEach(v => { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
-    for (let i = 0; i < body.position.length; i += 3) {
-      far = Math.max(far, Math.hypot(body.position[i] - body.position[0], body.position[i + 1] - body.position[1]));
-    }
+    const middle = bodies[0].position;
+    bodies.forEach(body => body.vertices.forEach(v => { top = Math.max(top, body.position[2] + v[2]); }));
+    bodies.forEach(body => {
+      body.vertices.forEach(v => {
+        const p = [0, 1, 2].map(k => body.position[k] + v[k] - (k < 2 ? middle[k] : top / 2));
+        size = Math.max(size, Math.hypot(p[0], p[1], p[2]));
+      });
+      for (let i = 0; i < body.position.length; i += 3) {
+        far = Math.max(far, Math.hypot(body.position[i] - body.position[0], body.position[i + 1] - body.position[1]));
+      }
+    });
     return { size: size, extent: far + 1.25 * size, earthExtent: far + 1.25 * size + moves };
   }
 
   // Draws a frame, with the ground displaced by `moved`; returns the scale, pixels per m.
-  function draw(context, width, height, body, at, pick, view, moved, earth) {
-    const rows = camera(view), size = body.reach.size, half = 1.05 * body.reach.extent;
-    const extent = earth ? body.reach.earthExtent : body.reach.extent;
-    const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(body, 0, pick).place;
+  function draw(context, width, height, bodies, at, pick, view, moved, earth) {
+    const far = bodies.reach, rows = camera(view), size = far.size, half = 1.05 * far.extent;
+    const extent = earth ? far.earthExtent : far.extent;
+    const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(bodies[0], 0, pick).place;
     const centre = [begin[0], begin[1], 0.6 * size];
     function screen(p, fixed) {
       const d = [0, 1, 2].map(k => p[k] - centre[k] + (fixed ? 0 : moved[k]));
@@ -90,14 +97,20 @@ const spaceView = (function () {
       context.fillText(mark[0], x, y);
     });
 
-    const now = pose(body, at, pick), corners = body.vertices.map(v => corner(now, v));
-    body.faces.forEach(face => {
-      fill(face.map(k => [corners[k][0], corners[k][1], 0]), SHADOW);
+    const placed = bodies.map(body => {
+      const now = pose(body, at, pick);
+      return { body: body, depth: dot(rows[2], now.place), corners: body.vertices.map(v => corner(now, v)) };
     });
-    // Path of the centre of the top face.
-    const trail = [], top = [0, 0, Math.max.apply(null, body.vertices.map(v => v[2]))];
-    for (let i = 0; i <= at; i++) trail.push(corner(pose(body, i, pick), top));
-    body.faces.forEach(face => {
+    placed.forEach(one => one.body.faces.forEach(face => {
+      fill(face.map(k => [one.corners[k][0], one.corners[k][1], 0]), SHADOW);
+    }));
+    // Path of the centre of the top face of the last body.
+    const last = bodies[bodies.length - 1];
+    const trail = [], top = [0, 0, Math.max.apply(null, last.vertices.map(v => v[2]))];
+    for (let i = 0; i <= at; i++) trail.push(corner(pose(last, i, pick), top));
+    // The nearest body last.
+    placed.sort((a, b) => a.depth - b.depth).forEach(one => one.body.faces.forEach(face => {
+      const corners = one.corners;
       const [a, b, c] = [corners[face[0]], corners[face[1]], corners[face[2]]];
       const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
       const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
@@ -106,7 +119,7 @@ const spaceView = (function () {
       const points = face.map(k => corners[k]);
       fill(points, "rgb(" + STONE.map(part => Math.round(part * bright)).join(",") + ")");
       stroke(points.concat([points[0]]), EDGE, 1.1);
-    });
+    }));
     if (trail.length > 1) stroke(trail, TRAIL, 1.4);
     return scale;
   }

@@ -1,0 +1,158 @@
+"""Trajectory of the stones of a 3-D stack."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.dem.path import dataset_variable_tuple
+from overturning.model.results import CaseResults
+from overturning.model.stack import STACK_VARIABLES
+from overturning.model.stack_stones import StackStone
+from overturning.units import STANDARD_GRAVITY
+
+GROUND_COLUMNS: Final = 4
+"""Columns of a row before those of the stones: time (s), and base acceleration along x, y and z (m/s²)."""
+
+STONE_COLUMNS: Final = 14
+"""Columns of a stone: position (3), quaternion (4), velocity (3), angular velocity (3), and 1 until it has fallen."""
+
+UPRIGHT_COSINE: Final = 0.85
+"""Cosine of the tilt below which a stone at the end of a case is falling."""
+
+
+@dataclass(frozen=True)
+class StackTrajectory:
+    """Trajectory of a 3-D stack in one case, in the frame that moves with the base."""
+
+    rows: FloatArray  # shape (times, GROUND_COLUMNS + STONE_COLUMNS · stones)
+    cosines: tuple[float, float]  # direction cosines of the orientation, north and east
+    stones: list[StackStone]
+
+    def variables_coordinates_and_attributes(
+        self, results: CaseResults
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Return variables, coordinates and attributes of the case's dataset, with the outcomes in `results`."""
+        cosine, sine = self.cosines
+
+        def to_east_north_up(components: FloatArray) -> FloatArray:
+            # x points towards the orientation, y 90° anticlockwise from it.
+            x, y, z = np.moveaxis(components, -1, 0)
+            return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
+
+        columns = self.rows[:, GROUND_COLUMNS:].reshape(len(self.rows), len(self.stones), STONE_COLUMNS)
+        quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
+        w, x, y, z = np.moveaxis(quaternion, -1, 0)
+        axis = to_east_north_up(
+            np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+        )
+        drawn = [stone.drawn_corners_and_edges() for stone in self.stones]
+        outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
+        edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)
+        for index, (corners, pairs) in enumerate(drawn):
+            outline[index, : len(corners)], edges[index, : len(pairs)] = corners, pairs
+        of_stone = "time element enu"
+        variables: dict[str, Any] = {
+            "place": dataset_variable_tuple(
+                of_stone, to_east_north_up(columns[:, :, 0:3]), "m", "centre of mass, in the frame of the base"
+            ),
+            "quaternion": dataset_variable_tuple(
+                "time element wxyz",
+                np.concatenate([quaternion[..., :1], to_east_north_up(quaternion[..., 1:])], axis=-1),
+                "1",
+                "rotation from the upright pose",
+            ),
+            "velocity": dataset_variable_tuple(
+                of_stone, to_east_north_up(columns[:, :, 7:10]), "m s-1", "of the centre, relative to the base"
+            ),
+            "angular_velocity": dataset_variable_tuple(
+                of_stone, to_east_north_up(columns[:, :, 10:13]), "rad s-1", "angular velocity"
+            ),
+            "tilt_north": dataset_variable_tuple(
+                "time element", axis[..., 1], "1", "northward component of the stone's axis"
+            ),
+            "tilt_east": dataset_variable_tuple(
+                "time element", axis[..., 0], "1", "eastward component of the stone's axis"
+            ),
+            "simulated": dataset_variable_tuple(
+                "time element", present, "1", "1 until the stone has fallen; then it is drawn in free flight"
+            ),
+            "ground_acceleration": dataset_variable_tuple(
+                "time enu", to_east_north_up(self.rows[:, 1:4]), "m s-2", "acceleration of the base"
+            ),
+            "outline": dataset_variable_tuple(
+                "element corner enu", to_east_north_up(outline), "m",
+                "corners at rest, from the centre; NaN beyond the last",
+            ),
+            "edges": (("element", "edge", "end"), edges),
+        }  # fmt: skip
+        for item in STACK_VARIABLES:
+            if item.name != "repeated":
+                values = getattr(results, item.name)[0]
+                dimensions = ("element",) if item.per_element else ()
+                values = np.reshape(values, (len(self.stones),)) if item.per_element else values
+                variables[item.name] = (dimensions, item.decode(values), item.cf_attributes)
+        coordinates = {
+            "time": dataset_variable_tuple("time", self.rows[:, 0], "s", "time after the record's start"),
+            "element": ("element", [stone.name for stone in self.stones]),
+            "enu": ("enu", ["east", "north", "up"]),
+        }
+        return variables, coordinates, {"reference": self.stones[-1].name}
+
+
+def draw_fallen_stones(rows: FloatArray, stones: list[StackStone], interval: float, aftermath: float) -> FloatArray:
+    """Return the rows of a trajectory in which each fallen stone goes on in free flight until it meets the ground.
+
+    A stone that has fallen is not simulated any more; its path is drawn only. Rows are appended for `aftermath`
+    seconds after the end (at most until all stones lie), in steps of `interval`, s.
+    """
+    last = rows[-1, GROUND_COLUMNS:].reshape(len(stones), STONE_COLUMNS)
+    height = rows[0, GROUND_COLUMNS:].reshape(len(stones), STONE_COLUMNS)[:, 2]
+    # The last stone falls after the last row: at the end of a case the others stand upright.
+    leans = (1.0 - 2.0 * (last[:, 4] ** 2 + last[:, 5] ** 2) < UPRIGHT_COSINE) | (
+        last[:, 2] < height - 0.5 * np.array([stone.drop for stone in stones])
+    )
+    falls = np.logical_or.accumulate(leans) | (last[:, 13] == 0.0)
+    if not falls.any():
+        return rows
+    more = np.repeat(rows[-1:], int(np.ceil(aftermath / interval)), axis=0)
+    more[:, 0] += interval * np.arange(1, len(more) + 1)
+    more[:, 1:GROUND_COLUMNS] = 0.0
+    rows = np.concatenate([rows, more])
+    columns = rows[:, GROUND_COLUMNS:].reshape(len(rows), len(stones), STONE_COLUMNS)
+    columns[len(rows) - len(more) :, falls, 13] = 0.0
+    for index, stone in enumerate(stones):
+        gone = np.flatnonzero(columns[:, index, 13] == 0.0)
+        if gone.size:
+            begin = max(int(gone[0]) - 1, 0)
+            _fly(columns[begin:, index], rows[begin:, 0], stone)
+    return rows
+
+
+def _fly(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
+    """Fill in, in place, the poses of a stone in free flight from the first row until it meets the ground."""
+    place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
+    corners, speed, lies = stone.drawn_corners_and_edges()[0], float(np.sqrt(np.sum(spin * spin))), False
+    for row, passed in zip(columns[1:], (time - time[0])[1:], strict=True):
+        if not lies:
+            angle = 0.5 * speed * passed
+            axis = spin / speed if speed > 0.0 else spin
+            step = np.array([np.cos(angle), *(np.sin(angle) * axis)])
+            there = place + passed * velocity - np.array([0.0, 0.0, 0.5 * STANDARD_GRAVITY * passed**2])
+            turned = _quaternion_product(step, turn)
+            low = float((there + rotate_vectors(turned, corners))[:, 2].min())
+            lies = low <= 0.0
+            last = there - np.array([0.0, 0.0, min(low, 0.0)]), turned
+        row[0:3], row[3:7], row[7:13] = *last, 0.0
+
+
+def _quaternion_product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the product of two quaternions (w, x, y, z)."""
+    return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+
+
+def rotate_vectors(quaternion: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return vectors, shape (n, 3), rotated by a unit quaternion (w, x, y, z)."""
+    w, u = quaternion[0], quaternion[1:]
+    return np.asarray(vectors + 2.0 * np.cross(u, np.cross(u, vectors) + w * vectors))

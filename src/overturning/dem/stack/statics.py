@@ -1,0 +1,172 @@
+"""Statics of a 3-D stack: contact constants, pose at rest, highest frequency, and the acceleration that moves it."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.kernel.mechanics import LANDING
+from overturning.dem.linear import solve_positive_definite_system
+from overturning.dem.stack.tables import JOINT, STONE
+from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
+from overturning.model.stack_stones import PatchAtRest, StackStone, patches_at_rest
+from overturning.units import STANDARD_GRAVITY
+
+FALLEN_TILT: Final = np.pi / 3.0
+"""Tilt at which a stone has fallen, rad, or half of the angle beyond its critical angle, whichever is more."""
+
+
+@dataclass(frozen=True)
+class JointTable:
+    """Contact constants of the joints of a stack, from the lowest up."""
+
+    rows: NDArray[np.void]  # constants, of type `JOINT`, without friction; shape (joints,)
+    penetration: FloatArray  # mean penetration at rest, m, shape (joints,)
+    patches: list[PatchAtRest]
+
+    @property
+    def reach(self) -> FloatArray:
+        """Distance of the nearest side of each patch from below the centre of mass above it, m."""
+        return np.array([patch.reach.min() for patch in self.patches])
+
+    @property
+    def height(self) -> FloatArray:
+        """Height of the centre of mass of all stones above each patch, m."""
+        return np.array([patch.height for patch in self.patches])
+
+
+def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
+    """Return the contact constants of the joints of a stack: stiffness K = M g/δ for the mass M above the joint."""
+    rows, patches = np.zeros(len(stones), JOINT), patches_at_rest(stones)
+    above = np.array([patch.mass for patch in patches])
+    width = np.array([np.ptp(patch.corners, axis=0).min() for patch in patches])
+    penetration = contact.static_penetration * np.minimum(width, MAX_CONTACT_WIDTH)
+    ratio, damping = (
+        np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
+        for name, own in (("stiffness_ratio", contact.stiffness_ratio), ("damping_ratio", contact.damping_ratio))
+    )
+    stiffness = above * STANDARD_GRAVITY / penetration
+    dashpot = 2.0 * damping * np.sqrt(stiffness * above)
+    rows["stiffness"], rows["dashpot"], rows["damping"] = stiffness, dashpot, dashpot
+    rows["tangential"] = ratio * stiffness
+    rows["compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential"], 1e-300), 0.0)
+    rows["landing"] = LANDING * dashpot / stiffness
+    return JointTable(rows, penetration, patches)
+
+
+def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void]:
+    """Return constants and initial states of the stones of a stack at rest, of type `STONE`, shape (stones,)."""
+    table, level = np.zeros(len(stones), STONE), 0.0
+    pose = pose_at_rest(stones, joints)
+    pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+    for stone, row, depth, shift in zip(stones, table, joints.penetration, pose, strict=True):
+        inverse = inverse_of_inertia(stone.inertia)
+        for name, at in pairs.items():
+            row[f"a{name}"], row[f"i{name}"] = stone.inertia[at], inverse[at]
+        reach = float(np.abs(stone.base).min())
+        row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, stone.foot, stone.top, reach
+        row["critical"] = reach**2 / (reach**2 + stone.foot**2)
+        tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.foot) + 0.5 * np.pi))
+        row["fallen"] = np.round(np.cos(tilt), 12)
+        centre = level + stone.foot
+        half = 0.5 * shift[3:]
+        start = row["start"]
+        start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
+        start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
+        row["rest"], row["lowest"] = start["z"], centre - max(stone.drop, 2.0 * depth)
+        level += stone.foot + stone.top
+    return table
+
+
+def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
+    """Return the inverse of an inertia tensor whose only product of inertia is that of x and z."""
+    (xx, _, xz), (_, yy, _), (_, _, zz) = inertia
+    area = xx * zz - xz * xz
+    return np.array([[zz / area, 0.0, -xz / area], [0.0, 1.0 / yy, 0.0], [-xz / area, 0.0, xx / area]])
+
+
+def outline_rows(corners: FloatArray) -> FloatArray:
+    """Return the corners of a convex face, shape (n, 2), m, as the kernel needs them, shape (n, 6): `PointOutline`."""
+    side = np.roll(corners, -1, axis=0) - corners
+    length = np.sqrt((side**2).sum(axis=1))
+    normal = np.stack([side[:, 1], -side[:, 0]], axis=1) / length[:, None]
+    reach = (normal * corners).sum(axis=1)
+    share = 0.5 * (length + np.roll(length, 1)) / length.sum()
+    return np.column_stack([corners, normal, reach, share])
+
+
+def _corner_motion(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
+    """Return the matrix of the relative motion at a corner of a patch by the motion of all stones, (3, 6 n).
+
+    The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
+    """
+    matrix = np.zeros((3, 6 * len(stones)))
+    for index, sign in ((joint, 1.0), (joint - 1, -1.0)):
+        if index >= 0:
+            stone = stones[index]
+            x, y, z = corner[0] - stone.x, corner[1], (-stone.foot if index == joint else stone.top)
+            turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+            matrix[:, 6 * index : 6 * index + 6] += sign * np.concatenate([np.eye(3), turn], axis=1)
+    return matrix
+
+
+def stiffness_matrix(
+    stones: list[StackStone], joints: JointTable, scale: FloatArray, carries: NDArray[np.bool_] | None = None
+) -> FloatArray:
+    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), times the factors `scale` on the unknowns.
+
+    `carries`, shape (joints, 4), is False for corners of the patches that carry no load.
+    """
+    matrix = np.zeros((scale.size, scale.size))
+    for k, patch in enumerate(joints.patches):
+        normal, tangential = 0.25 * joints.rows["stiffness"][k], 0.25 * joints.rows["tangential"][k]
+        for number, corner in enumerate(patch.corners):
+            if carries is None or carries[k, number]:
+                each = _corner_motion(stones, k, corner) * scale
+                matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
+    return matrix
+
+
+def unit_mass_scale(stones: list[StackStone]) -> FloatArray:
+    """Return the factors on the unknowns of a stack for which its mass matrix has a unit diagonal, shape (6 n,)."""
+    return np.concatenate([
+        1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia)])) for stone in stones
+    ])  # fmt: skip
+
+
+def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
+    """Return displacement (m) and rotation (rad) of each stone under its weight, shape (stones, 6).
+
+    A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
+    """
+    count = len(stones)
+    weight = np.zeros(6 * count)
+    weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
+    scale, carries = unit_mass_scale(stones), np.ones((count, 4), np.bool_)
+    level = np.zeros((count, 6))
+    level[:, 2] = -np.cumsum(joints.penetration)
+    for _ in range(4 * count):
+        shift = solve_positive_definite_system(stiffness_matrix(stones, joints, scale, carries), weight * scale)
+        if shift is None:
+            return level  # the stack finds its pose by itself
+        shift = shift * scale
+        depth = np.array([
+            [-(_corner_motion(stones, k, corner) @ shift)[2] for corner in patch.corners]
+            for k, patch in enumerate(joints.patches)
+        ])  # fmt: skip
+        if (depth[carries] > 0.0).all():
+            return np.asarray(shift.reshape(count, 6))
+        carries &= depth > 0.0
+    return level
+
+
+def motion_threshold(stones: list[StackStone], joints: JointTable, friction: FloatArray) -> FloatArray:
+    """Return |a|/g below which no joint opens or slides, shape (n,); `friction` has shape (n, joints).
+
+    Joint k opens at the least ratio of the distance of a side of its patch to the height of the centre of all stones
+    above, and slides at µ.
+    """
+    del stones
+    return np.minimum(float(np.min(joints.reach / joints.height)), friction.min(axis=1))

@@ -1,0 +1,144 @@
+"""A study of a scene in 3-D: its keys, and its way through sweep, ensemble, gathering, recheck and repetition."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.dem.simulate import simulate_arrays
+from overturning.errors import ConfigError
+from overturning.model.falls import model_of_cube
+from overturning.model.stack import Stack
+from overturning.motion.motion import Motion
+from overturning.records.store import read_record_from_motion_file
+from overturning.statistics.elements import count_falls_by_element
+from overturning.study.convergence_check import check_convergence
+from overturning.study.cube import open_cube, study_of_cube
+from overturning.study.film_options import film_command_options
+from overturning.study.load import study_from_content, study_without_absolute_paths
+from overturning.study.recheck import recheck
+from overturning.study.sample import read_cell_sample
+from overturning.study.schema import Study
+from tests.expect import refused
+from tests.study.small_study import cube_of
+from tests.study.test_space_study import record
+
+SMALL: dict[str, Any] = {
+    "name": "stack",
+    "records": {"use": ["a"]},
+    "scene": "three-tier",
+    "orientation": {"step": 30},
+    "friction": [0.4, 0.7],
+    "amplitude": [1, 1.5],
+    "ensemble": {"members": 4, "where": "everywhere"},
+    "verification": {"at_least": 4, "cost": 50},
+}
+STONES = ["lower-base", "upper-base", "shaft"]
+
+
+@pytest.fixture(scope="module")
+def settings() -> Study:
+    return study_from_content(SMALL, "stack")
+
+
+@pytest.fixture(scope="module")
+def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return cube_of(settings, [record(up=True)], tmp_path_factory.mktemp("stack"))
+
+
+@pytest.fixture(scope="module")
+def motion(cube_file: Path) -> Motion:
+    return Motion.of(read_record_from_motion_file(cube_file.parent / "motion" / "a.nc"))
+
+
+@pytest.fixture(scope="module")
+def cube(cube_file: Path) -> xr.Dataset:
+    with open_cube(cube_file, element=None, amplitude=None) as opened:
+        return opened.load()
+
+
+def test_the_cube_has_orientations_and_an_outcome_of_each_stone(cube: xr.Dataset, settings: Study) -> None:
+    sizes = {"record": 1, "amplitude": 2, "orientation": 3, "height": 1, "b_over_h": 1, "friction": 2, "element": 3}
+    assert dict(cube.sizes) == sizes
+    assert cube["element"].to_numpy().tolist() == STONES
+    assert cube["orientation"].to_numpy().tolist() == [0, 30, 60]
+    for name in ("overturned", "fall_azimuth", "overturning_time", "peak_tilt", "residual_twist", "slid_off"):
+        assert "element" in cube[name].dims, name
+    assert {"residual_slip_north", "residual_slip_east"} <= set(cube.data_vars)
+    assert study_of_cube(cube) == settings
+    assert isinstance(model_of_cube(cube), Stack)
+    assert cube["vertical"].item() == 1
+    shares = {row.name: row.share for row in count_falls_by_element(cube)}
+    assert 0.0 < shares["shaft"] <= 1.0
+
+
+def test_cells_are_those_of_simulate_arrays(cube: xr.Dataset, motion: Motion, settings: Study) -> None:
+    sizes = {"height": settings.height, "b_over_h": settings.b_over_h}  # rounded in the study
+    alone = simulate_arrays(motion.times(1.5), settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes)
+    for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "residual_slip_north", "slid_off"):
+        cell = cube[name].isel(record=0).sel(amplitude=1.5, orientation=30, friction=0.7).to_numpy().ravel()
+        found = alone[name].ravel()
+        found = np.where(found == -128, np.nan, found) if found.dtype.kind == "i" else found
+        np.testing.assert_array_equal(np.float32(cell), np.float32(found), err_msg=name)
+
+
+def test_the_ensemble_has_probabilities_and_directions_of_each_stone(cube: xr.Dataset) -> None:
+    nominal = cube.sel(amplitude=1.0)
+    assert nominal["probability_falls"].dims[-1] == "element"
+    shares = nominal["probability_falls"].to_numpy()
+    assert ((shares >= 0.0) & (shares <= 1.0)).all()
+    assert (nominal["members"] == 4).all()
+    length = np.hypot(nominal["fall_north"], nominal["fall_east"]).to_numpy()
+    assert (length <= shares + 1e-6).all()
+    assert np.isnan(cube["probability_falls"].sel(amplitude=1.5)).all()
+
+
+def test_recheck_repeats_every_bit(cube_file: Path) -> None:
+    found = recheck(cube_file, cell_count=4)
+    assert found.is_identical, found.differences
+    assert found.ensemble_cells > 0
+
+
+def test_the_convergence_check_compares_each_stone(cube_file: Path, settings: Study) -> None:
+    sample = read_cell_sample(cube_file, settings.verification)
+    done = read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")
+    found = check_convergence(settings, [done], sample)
+    for part in (found.finer, found.stiffer):
+        assert [one.element for one in part.outcomes] == STONES
+
+
+def test_a_complete_study_is_the_same_when_it_is_read_again(settings: Study) -> None:
+    content = json.loads(json.dumps(study_without_absolute_paths(settings)))
+    assert study_from_content(content, "complete") == settings
+    assert "azimuth" not in content
+
+
+def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
+    plane = study_from_content(SMALL | {"orientation": None}, "plane")
+    content = study_without_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
+    assert study_from_content(content, "earlier") == plane
+
+
+def test_the_film_of_a_cell_is_of_the_stack(cube: xr.Dataset) -> None:
+    found = film_command_options(cube)
+    assert found["missing"] == "the study has numerical settings of its own" or not found["missing"]
+    assert found["options"][:2] == ["--scene", "three-tier"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"scene": "against-a-wall"}, "element wall does not stand free on ground"),
+        ({"scene": None}, "orientation: only a body in space or a scene has one"),
+        ({"orientation": {"step": 40}}, "a step of 40° does not divide 90°, after which the stack looks the same"),
+        ({"orientation": {"step": 30, "start": 50}}, "orientation.start: 50°; it must lie below the step, 30°"),
+        ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once"),
+        ({"variants": {"wall": {"scene": "against-a-wall"}}}, "variants.wall.scene: orientation: scene against-a-wall"),
+    ],
+)
+def test_a_wrong_setting_is_refused_with_its_key(change: dict[str, Any], message: str) -> None:
+    with refused(ConfigError, message):
+        study_from_content({key: value for key, value in (SMALL | change).items() if value is not None}, "stack")

@@ -79,9 +79,8 @@ def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:
     motion = [Motion(*plateau(level, 0.0), sampling_interval=INTERVAL, trust_data=True) for level in (0.195, 0.215)]
     still, moved = (simulate(one, scene, orientation_deg=[0.0]) for one in motion)
     assert np.abs(still.residual_slip_north.to_numpy()).max() < 1e-4
-    slip = np.abs(moved.residual_slip_north.to_numpy().ravel())
-    assert slip[:2].max() < 1e-4
-    assert slip[2] > 0.02
+    assert np.abs(moved.residual_slip_north.to_numpy().ravel()[:2]).max() < 1e-4
+    assert moved.overturned.to_numpy().ravel().tolist() == moved.slid_off.to_numpy().ravel().tolist() == [0.0, 0.0, 1.0]
 
 
 def coulomb_slip(rows: np.ndarray[Any, Any], friction: float) -> np.ndarray[Any, Any]:
@@ -187,7 +186,7 @@ def test_a_stack_at_rest_stays_at_rest() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("against-a-wall", "element wall does not stand free"), ("cross", "rectangle")]
+    ("name", "reason"), [("against-a-wall", "element wall does not stand free"), ("boulder", "element boulder has no depth")]
 )
 def test_a_scene_that_is_no_stack_is_refused_with_the_reason(name: str, reason: str) -> None:
     quiet = Motion(np.zeros(50), np.zeros(50), sampling_interval=INTERVAL, trust_data=True)

@@ -59,7 +59,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 ENERGY, SAMPLE = CASE.row_start(CaseProgress, "energy"), CASE.row_start(CaseProgress, "sample")
 
 
-OVERHANG: Final = 0.02
+OVERHANG: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth the stone tips over the rim of the face, and has fallen."""

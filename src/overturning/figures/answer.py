@@ -179,7 +179,10 @@ def overturned_share_contrast_figure(
     ends = [abs(_nan_if_none(end)) for dot in share_differences for end in dot[:3] if _is_finite(end)]
     reach = 112.0 * max([*ends, 0.02])
     right.set_xlim(-reach, reach)
-    right.tick_params(labelleft=False, left=False)
+    if left.get_subplotspec().is_last_col():
+        right.tick_params(labelleft=True, labelsize=8)
+    else:
+        right.tick_params(labelleft=False, left=False)
     left.set_yticks(range(len(row_names)), row_names, fontsize=8, parse_math=False)
     left.set_ylim(len(row_names) - 0.4, -0.6)
     left.set_xlim(-3, 103)

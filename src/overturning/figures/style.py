@@ -3,6 +3,7 @@
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
@@ -35,6 +36,11 @@ DPI: Final = 200
 PAGE_WIDTH: Final = 6.69
 """Usable width of a page of the report, inches; a wider figure would be scaled down together with its text."""
 
+NARROW_WIDTH: Final = 3.35
+"""Width of a figure for a phone, inches: at 366 CSS pixels a letter of 7.5 pt is 11 pixels high."""
+
+_NARROW: Final = ContextVar("narrow", default=False)
+
 # Leave out the date and the program's version: with them, files would not be reproducible.
 METADATA: Final[dict[str, dict[str, Any]]] = {
     "svg": {"Date": None, "Creator": None},
@@ -55,6 +61,21 @@ SETTINGS: Final[Any] = {
     "svg.hashsalt": "overturning",  # ids inside the file, otherwise random
     "svg.fonttype": "none",  # text stays text: searchable, and a fifth of the file size
 }
+
+
+@contextmanager
+def narrow_figures() -> Iterator[None]:
+    """Context manager in which `create_panel_grid` makes figures for a phone: panels below each other."""
+    token = _NARROW.set(True)
+    try:
+        yield
+    finally:
+        _NARROW.reset(token)
+
+
+def draws_for_phone() -> bool:
+    """True inside `narrow_figures`."""
+    return _NARROW.get()
 
 
 @contextmanager
@@ -133,10 +154,19 @@ def create_panel_grid(
     """Return a figure of a size in inches and its grid of panels, an array of shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
-    `matplotlib.figure.Figure.subplots`.
+    `matplotlib.figure.Figure.subplots`. Inside `narrow_figures` all panels stand below each other.
     """
-    figure = create_figure(width_inches, height_inches, layout)
     kind = {"projection": "polar"} if polar else None
+    if _NARROW.get():
+        count = row_count * column_count if visible_count is None else visible_count
+        panel_height = height_inches / row_count * (NARROW_WIDTH * column_count / width_inches if polar else 1.0)
+        figure = create_figure(NARROW_WIDTH, panel_height * count + 0.3, layout)
+        more = {name: value for name, value in more.items() if name != "width_ratios"}
+        column = figure.subplots(count, 1, subplot_kw=kind, squeeze=False, **more).ravel()
+        panels = np.full(row_count * column_count, None)
+        panels[:count] = column
+        return figure, panels.reshape(row_count, column_count)
+    figure = create_figure(width_inches, height_inches, layout)
     panels = figure.subplots(row_count, column_count, subplot_kw=kind, squeeze=False, **more)
     for axes in panels.flat[visible_count:] if visible_count is not None else ():
         axes.set_visible(False)
@@ -161,7 +191,8 @@ def add_title_and_legend(
         *last_marks,
     ]
     if marks:
-        figure.legend(handles=marks, loc="outside lower center", ncols=legend_columns, fontsize=8)
+        columns = 1 if _NARROW.get() else legend_columns
+        figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
         # About 13 characters of this size fit in an inch.
         lines = [part for line in title.splitlines() for part in wrap(line, int(13 * figure.get_figwidth())) or [""]]

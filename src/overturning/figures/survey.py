@@ -20,10 +20,12 @@ from overturning.figures.answer import (
 from overturning.figures.style import (
     FALLS,
     INK,
+    NARROW_WIDTH,
     PAGE_WIDTH,
     SERIES,
     add_title_and_legend,
     create_figure,
+    draws_for_phone,
     label_axes,
     legend_patch,
     set_radius_ticks,
@@ -72,7 +74,11 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     """Draw for each survey the roses of the observed and computed falls, and the shares of stones that fell."""
     count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
-    if count == 1:
+    if count == 1 and draws_for_phone():
+        figure = create_figure(NARROW_WIDTH, 6.2)
+        halves = figure.add_gridspec(2, 1, height_ratios=(2.2, 1.0))
+        places, below = [halves[0]], halves[1]
+    elif count == 1:
         figure = create_figure(PAGE_WIDTH, 3.6)
         halves = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.05))
         places, below = [halves[0]], halves[1].subgridspec(3, 1, height_ratios=(0.75, 1.0, 0.75))[1]

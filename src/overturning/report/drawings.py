@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.figures.alignment import fall_alignment_by_earthquake_figure
 from overturning.figures.answer import (
     PlottedEstimate,
     alignment_with_references_figure,
@@ -16,7 +17,7 @@ from overturning.figures.answer import (
 from overturning.figures.fall_rate import overturned_fraction_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.style import project_style
+from overturning.figures.style import narrow_figures, project_style
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save_figure_files
@@ -27,6 +28,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
 from overturning.study.cube import first_shown_height_and_friction
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import intensities_by_measure, jma_intensities_of_motions
@@ -39,6 +41,12 @@ if TYPE_CHECKING:
 
 MEASURE: Final = "PGV"
 """Intensity measure of the figure of fall rates."""
+
+NARROW: Final = "narrow/"
+"""Start of the names of figures that are drawn for a phone."""
+
+STACKED: Final = {"contrast", "references", "maps", "scene", "fall-rate", "surveys"}
+"""Figures of the report that are also drawn for a phone."""
 
 CHAPTER: Final = ("polar", "intensity", "history")
 """Folders with a figure of each record, in the order of its chapter."""
@@ -87,10 +95,25 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
     for number, inferred in enumerate(results.inferred_motions, 1):
         draw[f"backwards-{number}"] = partial(posterior, inferred)
     paths = {name: folder / f"{name}.svg" for name in draw}
+    narrow = {f"{NARROW}{name}": folder / NARROW / f"{name}.svg" for name in draw if name in STACKED}
     with project_style():
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
-    return paths
+        with narrow_figures():
+            narrow |= _draw_narrow_study_figures(results, folder / NARROW)
+            for name in STACKED & draw.keys():
+                save_figure_files(draw[name](), folder / NARROW / f"{name}.svg")
+    return paths | narrow
+
+
+def _draw_narrow_study_figures(results: StudyResults, folder: Path) -> dict[str, Path]:
+    """Draw the figure of alignments by earthquake for a phone, if it has any; return its path by name."""
+    groups = fall_axes_by_group(results.cube)
+    if not any(bool(data["cosine"].notnull().any()) for data in groups.values()):
+        return {}
+    summaries = {name: summarise_fall_axes(axes) for name, axes in groups.items()}
+    save_figure_files(fall_alignment_by_earthquake_figure(groups, summaries), folder / "axes.svg")
+    return {f"{NARROW}axes": folder / "axes.svg"}
 
 
 def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:

@@ -218,13 +218,15 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     ends = dict.fromkeys(f"{end:.0f}" for end in (min(held), max(held)))
     fits = shipped["fit"].dropna()
     text = (
-        f"Each interval, with a nominal coverage of {100 * AIM:.0f} %, contains the true value in {' to '.join(ends)} "
-        "% of the reported surveys. Numbers in brackets are 95 % intervals by a bootstrap over earthquakes, "
-        "exact if all surveys agree, and missing for fewer than eight earthquakes. If every stone of a survey fell, "
-        "the axis is not estimated, and its arc is that before the survey. Widths are medians of 90 % intervals; a "
-        "missing bound is replaced by the end of the library. Before a survey, the upper end divided by the lower end "
-        f"of the 90 % interval is {rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for "
-        f"PGA, and the arc of the axis is 162° of 180°. With the default exponent {POWER:g}, the check of fit rejects "
+        f"The intervals have a nominal coverage of {100 * AIM:.0f} %, and contain the true value in "
+        f"{' to '.join(ends)} % of the reported surveys. Numbers in brackets are 95 % confidence intervals from a "
+        "bootstrap over earthquakes. If all surveys of a line agree, the bound is exact; for fewer than eight "
+        "earthquakes there is no confidence interval. If every stone of a survey fell, the survey does not determine "
+        "the axis, and the table gives the arc that is valid without a survey. Widths are medians of 90 % intervals; "
+        "if an interval has no bound, its width is computed with the end of the library. Without a survey, the upper "
+        f"end divided by the lower end of the 90 % interval is {rows['pgv_before'].median():.3g} for PGV and "
+        f"{rows['pga_before'].median():.3g} for PGA, and the arc of the axis is 162° of 180°. With the default "
+        f"exponent {POWER:g}, the check whether any motion fits the survey rejects "
         f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
     lines = [coverage_line(*part) for part in parts.items()]
@@ -241,7 +243,7 @@ def estimate_ruin_motion(threads: int) -> str:
     )
     result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
-    fit = f"The p-value of the check whether any motion fits the survey is {result.fit:.2g}."
+    fit = f"The check whether any motion of the library fits the survey has the p-value {result.fit:.2g}."
     tree = parse_markdown(
         render_markdown(
             SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), name="motions"

@@ -37,7 +37,7 @@ from verification.inputs import (
     read_default_motions,
 )
 from verification.measures import ROCKS, Flags, compare_results, error_shares, percentage, run_case_groups
-from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, write_csv
+from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 from verification.timing import TimedResults, run_in_subprocess
 
 Bodies = dict[str, str]
@@ -293,9 +293,11 @@ def damping_ratio(thin: ThinnedStudy) -> Bodies:
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
-    standing = f"{rocks.sum()} rock without falling, and {(rocks & squat).sum()} are squat and rock without falling."
-    about = f"{firm.sum()} of {firm.size} blocks are firm; among the firm blocks, {standing}"
-    return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{about}"}
+    about = (
+        f"{firm.sum()} of {firm.size} blocks are firm. {rocks.sum()} of the firm blocks rock without falling; "
+        f"{(rocks & squat).sum()} of these {rocks.sum()} blocks are squat (B/H of at least 0.4)."
+    )
+    return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{wrap_text(about)}"}
 
 
 ROUGH: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
@@ -320,7 +322,7 @@ def most_friction(thin: ThinnedStudy) -> Bodies:
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
     rows = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records"
-    about = f"{rows}; *steps* is the number of time steps, divided by that of the first row."
+    about = f"{rows}; the column *steps* gives the number of time steps, divided by the number in the first row."
     return {"most-friction": f"{markdown_table(heads, lines)}\n\n{about}"}
 
 

@@ -56,8 +56,9 @@ def _summary(rows: pd.DataFrame) -> str:
     refusals = ", ".join(f"{count} (`{name}`)" for name, count in reasons.items())
     return (
         f"Among the {len(energy)} cases that pass all six checks, the largest residual of work and energy is "
-        f"{energy.max():.4f} and the median residual {energy.median():.2g}. Number of inputs refused because of "
-        f"one argument: {refusals or 'none'}. Cases labelled *silent*: {(rows['ending'] == Ending.SILENT).sum()}."
+        f"{energy.max():.4f} and the median residual {energy.median():.2g}. Number of refused inputs, by the "
+        f"argument that the error names: {refusals or 'none'}. Cases labelled *silent*: "
+        f"{(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 
@@ -87,8 +88,8 @@ def _scenes(rows: pd.DataFrame) -> str:
     summary = (
         f"The table counts {len(rows)} cases of scenes. A case has at most {rows.attrs['budget']:.3g} time steps, or "
         f"{rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions. {_summary(rows)} "
-        f"The program for single blocks also ran the {len(compared)} cases of gravestones that stay on the ground; "
-        f"{(compared == 0).sum()} of these cases have a different flag in the two programs."
+        f"The {len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
+        f"blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
     return f"{_counted('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
@@ -103,27 +104,30 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
-        "Very soft contacts, with a penetration δ at rest above a tenth of the width B or of the smaller side: the "
-        "weight of the block presses its corners so deep into the base that the contact law no longer applies. "
+        "Very soft contacts have a penetration δ at rest above a tenth of the width B or of the smaller side. The "
+        "weight of the block then presses its corners so deep into the base that the contact law no longer applies. "
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == Ending.UNSTABLE)} are marked "
         "`unstable`.",
-        f"Very stiff contacts, with a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} of the "
-        "height H: the penetration is below the resolution of double precision. The program refuses a block or "
+        f"Very stiff contacts have a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H, where "
+        "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "
         "scene with such a contact, and the error names `stiffness`.",
-        "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
+        "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
-        "have a damping ratio ξ below 0.1, and half have a peak acceleration above "
+        "have a damping ratio ξ below 0.1. Half of these unstable blocks have a peak acceleration above "
         f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the unstable blocks with δ/B below 10⁻², "
         f"{_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
-        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1, and half have a peak "
-        f"acceleration above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
-        "Small blocks under long records, mostly with Cundall's scheme and stiff springs: the time steps are so short "
-        f"that a case reaches its largest number of steps (`over_budget`). Half of the {int(over.sum())} blocks over "
-        f"budget are lower than {np.median(blocks['height'][over]):.2g} m. The largest number of steps is "
+        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of these unstable "
+        "cases of scenes have a peak acceleration above "
+        f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
+        "Small blocks under long records may need too many time steps, mostly with Cundall's scheme and stiff springs. "
+        "A case that reaches the largest allowed number of steps is marked `over_budget`. Half of the "
+        f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The largest "
+        "number of steps is "
         f"{blocks.attrs['budget']:.2g} in the map of stability and {BUDGET:.0e} in a study.",
-        "Blocks with little friction that still slide at the time 20/p after the record (p: rocking frequency), with "
-        f"enough energy to overturn, are `undecided`. Of the {int(undecided.sum())} undecided blocks, "
+        "Blocks with little friction may slide for a long time after the record. A block is marked `undecided` if it "
+        "still slides at the time 20/p after the record (p is the rocking frequency) and has enough energy to "
+        f"overturn. Of the {int(undecided.sum())} undecided blocks, "
         f"{_percent(blocks['friction'][undecided] < 0.02)} have a friction µ below 0.02.",
     ]
     return "\n\n".join(wrap_text(line) for line in lines)

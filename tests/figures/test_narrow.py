@@ -3,6 +3,7 @@
 import pytest
 
 from overturning.figures.answer import PlottedEstimate, overturned_share_contrast_figure
+from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
 from overturning.figures.style import NARROW_WIDTH, narrow_figures, project_style
 
 
@@ -23,3 +24,22 @@ def test_panels_stand_below_each_other_on_a_phone_only(narrow: bool) -> None:
     # 366 CSS pixels of a phone of 390; the smallest letter has 7.5 pt.
     assert bool(7.5 * 366 / (72 * figure.get_figwidth()) >= 11) is narrow
     assert bool(figure.get_figwidth() == NARROW_WIDTH) is narrow
+
+
+def test_a_phone_shows_two_maps_of_stations_in_a_row_as_large_as_on_a_page() -> None:
+    earthquakes = [
+        EarthquakeOnMap(f"Event {number}", [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)], (34.3, -118.5))
+        for number in range(5)
+    ]
+    with project_style():
+        page = earthquake_map_figure(earthquakes)
+        with narrow_figures():
+            phone = earthquake_map_figure(earthquakes)
+        columns = [figure.axes[0].get_gridspec().ncols for figure in (page, phone)]
+        for figure in (page, phone):
+            figure.draw_without_rendering()
+    assert columns == [4, 2]
+    assert phone.get_figwidth() == NARROW_WIDTH
+    widths = [figure.axes[0].get_position().width * figure.get_figwidth() for figure in (page, phone)]
+    assert widths[1] == pytest.approx(widths[0], rel=0.1)
+    assert [one.get_title() for one in phone.axes if one.get_visible()] == [one.name for one in earthquakes]

@@ -43,6 +43,7 @@ def contrast(**changes: Any) -> dict[str, Any]:
     """Return the comparison of a study with its variant."""
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
+        "soil_thickness_m": None,
         "records": 14, "share_overturned_study": estimate(0.384, 0.203, 0.557),
         "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
         "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
@@ -261,8 +262,9 @@ STUDIES: dict[str, dict[str, Any]] = {
     ),
     "scene": changed(DIRECTION, study=kind("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
                      contrasts=[contrast()], element_outcomes=[ELEMENT], logistic_fit=None, criteria_scores=None),
-    "site": changed(DIRECTION, study=kind("site", primary_statistic="fall_rate"), contrasts=[contrast(**RATES)],
-                    site_fall_rates=[SITE], not_converged=["other, vale: north not converged"]),
+    "site": changed(DIRECTION, study=kind("site", primary_statistic="fall_rate"),
+                    contrasts=[contrast(soil_thickness_m=20.0, **RATES)], site_fall_rates=[SITE],
+                    not_converged=["other, vale: north not converged"]),
     "survey": changed(DIRECTION, study=kind("survey"), surveys=[SURVEY], inferred_motions=[MOTION],
                       published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
                                         "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01,

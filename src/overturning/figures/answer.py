@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import Any, Final, NamedTuple
 
 from matplotlib.figure import Figure
@@ -13,6 +14,7 @@ from overturning.figures.style import (
     SERIES,
     add_title_and_legend,
     create_panel_grid,
+    draws_for_phone,
     label_axes,
 )
 
@@ -176,19 +178,22 @@ def overturned_share_contrast_figure(
         if _is_finite(points.value):
             right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_BESIDE)
     right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
-    ends = [abs(_nan_if_none(end)) for dot in share_differences for end in dot[:3] if _is_finite(end)]
-    reach = 112.0 * max([*ends, 0.02])
-    right.set_xlim(-reach, reach)
-    if left.get_subplotspec().is_last_col():
+    ends = [100.0 * _nan_if_none(end) for dot in share_differences for end in dot[:3] if _is_finite(end)]
+    reach = 1.12 * max([*map(abs, ends), 2.0])
+    if draws_for_phone():
+        # Short lines of names, and no empty half, leave room for the dots.
+        row_names = [fill(name, 11) for name in row_names]
+        right.set_xlim(min([*ends, -0.2 * reach]) - 0.1 * reach, max([*ends, 0.2 * reach]) + 0.1 * reach)
         right.tick_params(labelleft=True, labelsize=8)
     else:
+        right.set_xlim(-reach, reach)
         right.tick_params(labelleft=False, left=False)
     left.set_yticks(range(len(row_names)), row_names, fontsize=8, parse_math=False)
     left.set_ylim(len(row_names) - 0.4, -0.6)
     left.set_xlim(-3, 103)
     for axes in (left, right):
         axes.grid(True, axis="x")
-    label_axes(left, "cases that overturn, %", "")
+    label_axes(left, "share that falls, %", "")
     label_axes(right, "difference, percentage points", "")
     left.tick_params(axis="y", labelsize=8)
     add_title_and_legend(figure, "", left, 2)

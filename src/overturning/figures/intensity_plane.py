@@ -15,6 +15,7 @@ from overturning.figures.style import (
     STANDS,
     add_title_and_legend,
     create_panel_grid,
+    draws_for_phone,
     label_axes,
     set_logarithmic_ticks,
 )
@@ -88,7 +89,7 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
         set_logarithmic_ticks(axis)
     label_axes(axes, "PGA, Gal", "PGV/PGA, s", small_ticks="both")
     axes.grid(True, which="major")
-    axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
+    axes.set_title(f"B/H = {b_over_h:.3g}, H = {height:g} m", fontsize=9)
 
 
 def outcomes_by_pga_and_pgv_ratio_figure(
@@ -96,9 +97,9 @@ def outcomes_by_pga_and_pgv_ratio_figure(
 ) -> Figure:
     """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
 
-    `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and azimuth. `size_note` is a note (see
-    `element_size_note`) that the sizes belong to another stone: it is added to the title, and the criteria, which need
-    the stone's own sizes, are left out.
+    A figure for a phone shows the smallest height only. `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and
+    azimuth. `size_note` is a note (see `element_size_note`) that the sizes belong to another stone: it is added to the
+    title, and the criteria, which need the stone's own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
@@ -108,7 +109,7 @@ def outcomes_by_pga_and_pgv_ratio_figure(
     # Show the slendernesses with the most evenly divided outcomes: they are the most informative.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()
-    shown = heights[np.unique([0, heights.size - 1])]
+    shown = heights[:1] if draws_for_phone() else heights[np.unique([0, heights.size - 1])]
     # The fit includes all frictions, the points show one.
     named = "fit: probability ½" if cube.sizes["friction"] == 1 else "fit of all µ together: probability ½"
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)

@@ -35,9 +35,11 @@ def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
     cube = cube if "aspect" in cube.dims else cube.expand_dims(aspect=[1.0])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
-    figure, panels = style.create_panel_grid(
-        len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9
-    )
+    columns = len(frictions) + 1
+    # On a phone the map of one friction and its rose stay next to each other.
+    narrow = style.draws_for_phone() and columns == 2
+    figure = style.create_figure(style.NARROW_WIDTH if narrow else 2.2 * columns, 1.95 * len(blocks) + 0.9)
+    panels = style.add_panel_grid(figure, len(blocks), columns)
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):
             axes = panels[row, column]

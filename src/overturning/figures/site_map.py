@@ -11,7 +11,18 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import DASHED, FALLS, FAULT, INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid
+from overturning.figures.style import (
+    DASHED,
+    FALLS,
+    FAULT,
+    INK,
+    NARROW_WIDTH,
+    PAGE_WIDTH,
+    add_panel_grid,
+    add_title_and_legend,
+    create_figure,
+    draws_for_phone,
+)
 from overturning.model.falls import model_of_cube
 from overturning.records.fault_trace import Trace, parse_fault_trace
 from overturning.statistics.by_record import apply_to_record_batches
@@ -21,6 +32,11 @@ from overturning.study.cube import record_sources
 from overturning.units import EARTH_RADIUS_KM
 
 COLUMNS: Final = 4
+"""Largest number of panels in a row."""
+
+NARROW_COLUMNS: Final = 2
+"""Largest number of panels in a row on a phone: panels as large as on a page."""
+
 MOST_SITES: Final = 20
 """Largest number of panels of one figure; there are more figures if a study has more earthquakes."""
 
@@ -142,16 +158,16 @@ def earthquake_map_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
     for site in earthquakes:
         _check_earthquake_on_map(site)
-    columns = min(COLUMNS, len(earthquakes))
+    most, width = (NARROW_COLUMNS, NARROW_WIDTH) if draws_for_phone() else (COLUMNS, PAGE_WIDTH)
+    columns = min(most, len(earthquakes))
     rows = -(-len(earthquakes) // columns)
-    side = PAGE_WIDTH / COLUMNS if columns == COLUMNS else PAGE_WIDTH / max(columns, 1.6)
+    side = width / most if columns == most else width / max(columns, 1.6)
     width_pt = 72.0 * (side - 0.12)
     # A letter of a title is about 4.5 pt wide.
     titles = [wrap(site.name, int(width_pt / 4.5)) for site in earthquakes]
     above = 0.13 * max(map(len, titles), default=1)
-    figure, panels = create_panel_grid(
-        rows, columns, columns * side, rows * (side + 0.14 + above) + 0.6, len(earthquakes)
-    )
+    figure = create_figure(columns * side, rows * (side + 0.14 + above) + 0.6)
+    panels = add_panel_grid(figure, rows, columns, len(earthquakes))
     for axes, site, title in zip(panels.flat, earthquakes, titles, strict=False):
         _draw_earthquake_map(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)

@@ -167,10 +167,21 @@ def create_panel_grid(
         panels[:count] = column
         return figure, panels.reshape(row_count, column_count)
     figure = create_figure(width_inches, height_inches, layout)
-    panels = figure.subplots(row_count, column_count, subplot_kw=kind, squeeze=False, **more)
+    return figure, add_panel_grid(figure, row_count, column_count, visible_count, subplot_kw=kind, **more)
+
+
+def add_panel_grid(
+    figure: "Figure", row_count: int, column_count: int, visible_count: int | None = None, **more: Any
+) -> Any:
+    """Add a grid of panels to a figure, also inside `narrow_figures`; return an array, shape (row_count, column_count).
+
+    Only the first `visible_count` panels are visible, by default all. Further keywords go to
+    `matplotlib.figure.Figure.subplots`.
+    """
+    panels = figure.subplots(row_count, column_count, squeeze=False, **more)
     for axes in panels.flat[visible_count:] if visible_count is not None else ():
         axes.set_visible(False)
-    return figure, panels
+    return panels
 
 
 def add_title_and_legend(

@@ -75,8 +75,8 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
     if count == 1 and draws_for_phone():
-        figure = create_figure(NARROW_WIDTH, 6.2)
-        halves = figure.add_gridspec(2, 1, height_ratios=(2.2, 1.0))
+        figure = create_figure(NARROW_WIDTH, 4.9)
+        halves = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.0))
         places, below = [halves[0]], halves[1]
     elif count == 1:
         figure = create_figure(PAGE_WIDTH, 3.6)

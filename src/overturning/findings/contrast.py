@@ -36,6 +36,8 @@ class VariantContrast(Finding):
     scene_there: str
     differs_in: list[str]
     """Settings that differ: scene, contact, vertical, site."""
+    soil_thickness_m: Number
+    """Thickness of the soil of the variant above the rock, m; None without soil."""
     records: int
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
     share_overturned_study: Estimate
@@ -206,12 +208,14 @@ def _contrast_study_with_variant(
     with_rate = results.study.primary.statistic == "fall_rate" and bool(rates)
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
+    site = variant_settings(results.study, variant).site
     return VariantContrast(
         variant=variant,
         primary=variant == results.study.primary.against,
         scene_here=scenes[0].name,
         scene_there=scenes[1].name,
         differs_in=names_of_differing_settings(results.study, NOMINAL, variant),
+        soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
         share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(here, events), SHARE_OVERTURNED),
         share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(there, events), SHARE_OVERTURNED),

@@ -1,6 +1,6 @@
 """Figures of a report: those of the study by name, and those that the report draws from its findings and cubes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -15,8 +15,13 @@ from overturning.figures.answer import (
     overturned_share_contrast_figure,
 )
 from overturning.figures.fall_rate import overturned_fraction_figure
+from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
+from overturning.figures.maps import fall_map_figure
 from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.record import scene_and_element_title_line
+from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
+from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import narrow_figures, project_style
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
@@ -27,8 +32,10 @@ from overturning.findings.contrast import VariantContrast
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
+from overturning.labels import element_size_note
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
+from overturning.statistics.logistic import fit_logistic_overturning_model
 from overturning.study.cube import first_shown_height_and_friction
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import intensities_by_measure, jma_intensities_of_motions
@@ -100,20 +107,35 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
         with narrow_figures():
-            narrow |= _draw_narrow_study_figures(results, folder / NARROW)
-            for name in STACKED & draw.keys():
+            for name in sorted(STACKED & draw.keys()):
                 save_figure_files(draw[name](), folder / NARROW / f"{name}.svg")
+            for name, drawn in _narrow_study_figures(results, found):
+                narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"
+                save_figure_files(drawn, narrow[f"{NARROW}{name}"])
     return paths | narrow
 
 
-def _draw_narrow_study_figures(results: StudyResults, folder: Path) -> dict[str, Path]:
-    """Draw the figure of alignments by earthquake for a phone, if it has any; return its path by name."""
+def _narrow_study_figures(results: StudyResults, found: Findings) -> Iterator[tuple[str, "Figure"]]:
+    """Yield name and figure for a phone of those figures of the study that the report shows outside folds."""
     groups = fall_axes_by_group(results.cube)
-    if not any(bool(data["cosine"].notnull().any()) for data in groups.values()):
-        return {}
     summaries = {name: summarise_fall_axes(axes) for name, axes in groups.items()}
-    save_figure_files(fall_alignment_by_earthquake_figure(groups, summaries), folder / "axes.svg")
-    return {f"{NARROW}axes": folder / "axes.svg"}
+    if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
+        yield "axes", fall_alignment_by_earthquake_figure(groups, summaries)
+    for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.cube)), 1):
+        yield f"maps/{number}", figure
+    if not found.direction.has_comparable_axis:
+        yield "rose", fall_roses_by_group_figure(results.cube, summaries)
+    if results.model.one_component:
+        another = element_size_note(results.cube)
+        fit = None if another else fit_logistic_overturning_model(results.cube, results.intensity)
+        friction = float(results.cube["friction"].max())
+        yield "plane", outcomes_by_pga_and_pgv_ratio_figure(results.cube, results.intensity, fit, friction, another)
+        return
+    ids = [name.id for name in results.record_names]
+    for record in found.maps.records:
+        one = results.cube.isel(record=ids.index(record.record)).load()
+        title = f"{record.station or record.record}, {record.event}{scene_and_element_title_line(one)}"
+        yield f"polar/{record.record}", fall_map_figure(one.sel(first_shown_height_and_friction(one)), title)
 
 
 def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
@@ -123,7 +145,8 @@ def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
         return names if found.study.vertical_motion else names[::-1]
     if found.study.question_kind == "scene":
         return one.scene_here, one.scene_there
-    return "ground as recorded", f"soil of {one.variant}"
+    soil = f"soil of {one.variant}" if one.soil_thickness_m is None else f"{one.soil_thickness_m:g} m of soil"
+    return "ground as recorded", soil
 
 
 def drawn_estimate(one: Estimate) -> PlottedEstimate:
@@ -157,7 +180,7 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
         *(drawn_estimate(each.share_difference) for each in shapes),
     ]
     if one.rate_here is not None and one.rate_there is not None and one.primary_difference != one.share_difference:
-        rows = ["stones of a cemetery", *rows]
+        rows = ["stones of a cemetery", "all computed blocks", *rows[1:]]
         here, there = [drawn_estimate(one.rate_here), *here], [drawn_estimate(one.rate_there), *there]
         differences = [drawn_estimate(one.primary_difference), *differences]
     return overturned_share_contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)

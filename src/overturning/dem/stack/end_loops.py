@@ -27,7 +27,7 @@ from overturning.dem.kernel.clock import (
     StepContactChanges,
     choose_next_step_attempt,
 )
-from overturning.dem.kernel.lanes import INLINE, INNER, select, tuple_arithmetic
+from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.joint import (
     end_of_joint,
@@ -130,7 +130,7 @@ def change_of_joint(
     return matrix_times_vector(to_face, velocity), matrix_times_vector(to_face, minus(upper.spin, lower.spin))
 
 
-@njit(**INNER)
+@njit(**APART)
 def store_joint_changes(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any) -> None:
     """Store the change of the relative motion of a joint in place of the equations, which are solved."""
     for j in range(lane_count):
@@ -147,7 +147,7 @@ def store_joint_changes(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_
         store_point_sum(joint_rows, j, no_end())
 
 
-@njit(**INNER)
+@njit(**APART)
 def end_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the normal force of a point at the end of the step, in all stacks."""
     for j in range(lane_count):
@@ -163,7 +163,7 @@ def end_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> N
         store_losses(case_rows, j, add_losses(load_losses(case_rows, j), losses))
 
 
-@njit(**INNER)
+@njit(**APART)
 def add_point_arm(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add the distance of a normal force from the centre of pressure, times the force."""
     for j in range(lane_count):
@@ -174,7 +174,7 @@ def add_point_arm(joint_rows: Any, point: Any, lane_count: int) -> None:
         store_arm(joint_rows, j, ArmSum(arm))
 
 
-@njit(**INNER)
+@njit(**APART)
 def end_joint(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
@@ -210,14 +210,14 @@ def end_joint(
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def mark_crossed_patch(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Mark joints in which a point other than a corner of the upper base has weight."""
     for j in range(lane_count):
         joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
 
 
-@njit(**INNER)
+@njit(**APART)
 def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each stack, and choose the next attempt."""
     for j in range(lane_count):
@@ -240,7 +240,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
         store_time(case_rows, j, StackClock(time.tick + (0.0 if again else attempt.length), time.half))
 
 
-@njit(**INNER)
+@njit(**APART)
 def complete_stones(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
     """Compute the new state of a stone after accepted steps, and add the work of the ground on it."""
     for j in range(lane_count):
@@ -284,7 +284,7 @@ def complete_stones(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def store_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store the new state of a joint after accepted steps; after rejected ones, only whether it slid."""
     for j in range(lane_count):
@@ -293,7 +293,7 @@ def store_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
         joint_rows[SLID + j] = select(rejected.sooner > 0.0, joint_rows[SLID + j], slid)
 
 
-@njit(**INNER)
+@njit(**APART)
 def store_point_histories(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store the new state of a point after accepted steps."""
     for j in range(lane_count):

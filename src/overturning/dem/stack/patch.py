@@ -21,13 +21,14 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer, select
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     EdgeClip,
     JointBeforeAndAfter,
     JointFrame,
+    PointBeforeAndAfter,
     PointOutline,
     PointPlace,
 )
@@ -40,9 +41,12 @@ load_constants, load_predicted = STONE.lane_access(StoneConstants).load, STONE.l
 load_axes = STONE.lane_access(Matrix).load
 load_frame, store_frame, _ = JOINT.lane_access(JointFrame)
 P: Final = POINT.size
+point_window: Final = create_window_slicer(P)
+"""Return the rows of a point of a joint."""
 INSIDE, RIM = JOINT.row_start(JointFrame, "inside"), JOINT.row_start(JointFrame, "rim")
 CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "old.crossed")
 WEIGHT: Final = POINT.row_start(PointPlace, "weight")
+OLD_WEIGHT: Final = POINT.row_start(PointBeforeAndAfter, "old.weight")
 PRESENT: Final = STONE.row_start(StoneOutcome, "present")
 
 
@@ -78,7 +82,7 @@ def relative_frame(
     )
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the pose and velocity of the lowest stone relative to the ground."""
     for j in range(lane_count):
@@ -90,7 +94,7 @@ def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> N
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the pose and velocity of a stone relative to the upper face of the stone below."""
     for j in range(lane_count):
@@ -114,33 +118,51 @@ def corner_place(frame: JointFrame, corner: PointOutline, present: float) -> Poi
     )
 
 
+@njit(**APART)
+def place_corner(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+    """Place a corner of the upper base of all stacks."""
+    for j in range(lane_count):
+        place = corner_place(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
+        store_place(point, j, place)
+
+
 @njit(**INNER)
 def place_corners(upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int) -> None:
     """Place the corners of the upper base of all stacks."""
     for i in range(upper_count):
-        point = points[i * P : (i + 1) * P]
-        for j in range(lane_count):
-            store_place(point, j, corner_place(
-                load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j]
-            ))  # fmt: skip
+        place_corner(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
+
+
+@njit(**APART)
+def measure_distance_inside(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
+    """Lower the smallest distance of the upper corners from the rim to that of a corner from a side of the face."""
+    for j in range(lane_count):
+        place, limit = load_place(point, j), load_outline(side, j)
+        free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
+        free = free if place.weight > 0.0 else 1e300
+        joint_rows[INSIDE + j] = select(free < joint_rows[INSIDE + j], free, joint_rows[INSIDE + j])
 
 
 @njit(**INNER)
 def patch_is_whole(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
     """True if the patch is the whole upper base in all lanes, now and at the end of the last step."""
     for i in range(upper_count):
-        point = points[i * P : (i + 1) * P]
         for k in range(lower_count):
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
-            for j in range(lane_count):
-                place, limit = load_place(point, j), load_outline(side, j)
-                free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
-                free = free if place.weight > 0.0 else 1e300
-                joint_rows[INSIDE + j] = free if free < joint_rows[INSIDE + j] else joint_rows[INSIDE + j]
+            measure_distance_inside(joint_rows, points[i * P : (i + 1) * P], side, lane_count)
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0.0
     return number == 0.0
+
+
+@njit(**INNER)
+def any_lane_uses_point(point: Any, lane_count: int) -> bool:
+    """True if a point has weight in any lane, now or at the end of the last step."""
+    number = 0.0
+    for j in range(lane_count):
+        number += 1.0 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0.0
+    return number > 0.0
 
 
 @njit(**INLINE)
@@ -161,33 +183,71 @@ def clipped_length(clip: EdgeClip, length: float) -> EdgeClip:
     return EdgeClip(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
+@njit(**APART)
+def begin_clip(point: Any, lane_count: int) -> None:
+    """Begin the clipping of a side with the whole side."""
+    for j in range(lane_count):
+        store_clip(point, j, EdgeClip(0.0, 1.0, 0.0))
+
+
+@njit(**APART)
+def clip_upper_side(point: Any, after: Any, side: Any, lane_count: int) -> None:
+    """Clip the side of the upper base between two corners by a side of the lower face."""
+    for j in range(lane_count):
+        a, b, limit = load_place(point, j), load_place(after, j), load_outline(side, j)
+        store_clip(point, j, clip_side(
+            load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
+            limit.reach - (limit.nx * b.x + limit.ny * b.y),
+        ))  # fmt: skip
+
+
+@njit(**APART)
+def end_upper_clip(joint_rows: Any, point: Any, after: Any, lane_count: int) -> None:
+    """Compute the length of the part of an upper side that is left, and add it to the rim."""
+    for j in range(lane_count):
+        a, b = load_place(point, j), load_place(after, j)
+        clip = clipped_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
+        store_clip(point, j, clip)
+        joint_rows[RIM + j] += clip.length
+
+
 @njit(**INNER)
 def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Clip the sides of the upper base by the lower face, and add their lengths to the rim."""
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
         after = points[following * P : (following + 1) * P]
-        for j in range(lane_count):
-            store_clip(point, j, EdgeClip(0.0, 1.0, 0.0))
+        begin_clip(point, lane_count)
         for k in range(lower_count):
-            side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
-            for j in range(lane_count):
-                a, b, limit = load_place(point, j), load_place(after, j), load_outline(side, j)
-                store_clip(point, j, clip_side(
-                    load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
-                    limit.reach - (limit.nx * b.x + limit.ny * b.y),
-                ))  # fmt: skip
-        for j in range(lane_count):
-            a, b = load_place(point, j), load_place(after, j)
-            clip = clipped_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
-            store_clip(point, j, clip)
-            joint_rows[RIM + j] += clip.length
+            clip_upper_side(point, after, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
+        end_upper_clip(joint_rows, point, after, lane_count)
 
 
 @njit(**INLINE)
 def distance_inside(a: PointPlace, b: PointPlace, x: float, y: float) -> float:
     """Return a measure of how far a point lies inside the side from a to b of an anticlockwise polygon."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
+
+
+@njit(**APART)
+def clip_lower_side(side: Any, after: Any, begin: Any, end: Any, lane_count: int) -> None:
+    """Clip the side of the lower face between two corners by the side of the upper base from `begin` to `end`."""
+    for j in range(lane_count):
+        a, b = load_place(begin, j), load_place(end, j)
+        c, d = load_outline(side, j), load_outline(after, j)
+        store_clip(side, j, clip_side(
+            load_clip(side, j), distance_inside(a, b, c.x, c.y), distance_inside(a, b, d.x, d.y)
+        ))  # fmt: skip
+
+
+@njit(**APART)
+def end_lower_clip(joint_rows: Any, side: Any, after: Any, lane_count: int) -> None:
+    """Compute the length of the part of a lower side that is left, and add it to the rim."""
+    for j in range(lane_count):
+        c, d = load_outline(side, j), load_outline(after, j)
+        clip = clipped_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
+        store_clip(side, j, clip)
+        joint_rows[RIM + j] += clip.length
 
 
 @njit(**INNER)
@@ -197,22 +257,11 @@ def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
         following = (k + 1) % lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
         after = points[(upper_count + following) * P : (upper_count + following + 1) * P]
-        for j in range(lane_count):
-            store_clip(side, j, EdgeClip(0.0, 1.0, 0.0))
+        begin_clip(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
-            begin, end = points[i * P : (i + 1) * P], points[n * P : (n + 1) * P]
-            for j in range(lane_count):
-                a, b = load_place(begin, j), load_place(end, j)
-                c, d = load_outline(side, j), load_outline(after, j)
-                store_clip(side, j, clip_side(
-                    load_clip(side, j), distance_inside(a, b, c.x, c.y), distance_inside(a, b, d.x, d.y)
-                ))  # fmt: skip
-        for j in range(lane_count):
-            c, d = load_outline(side, j), load_outline(after, j)
-            clip = clipped_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
-            store_clip(side, j, clip)
-            joint_rows[RIM + j] += clip.length
+            clip_lower_side(side, after, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count)
+        end_lower_clip(joint_rows, side, after, lane_count)
 
 
 @njit(**INLINE)
@@ -232,48 +281,58 @@ def point_under_base(frame: JointFrame, x: float, y: float, weight: float) -> Po
     )
 
 
+@njit(**APART)
+def place_lower_points(
+    joint_rows: Any, side: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
+) -> None:
+    """Place a corner of the lower face, and the ends of the part of the side that starts there."""
+    for j in range(lane_count):
+        frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(after, j)
+        own, previous = load_clip(side, j), load_clip(last, j)
+        unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
+        part = unit * own.length if frame.inside < 0.0 else 0.0
+        other = unit * previous.length if frame.inside < 0.0 else 0.0
+        corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
+        at, to = own.begin, own.end
+        store_place(side, j, point_under_base(frame, c.x, c.y, corner))
+        store_place(start, j, point_under_base(
+            frame, c.x + at * (d.x - c.x), c.y + at * (d.y - c.y), part if at > 0.0 else 0.0
+        ))  # fmt: skip
+        store_place(end, j, point_under_base(
+            frame, c.x + to * (d.x - c.x), c.y + to * (d.y - c.y), part if to < 1.0 else 0.0
+        ))  # fmt: skip
+
+
+@njit(**APART)
+def place_upper_points(
+    joint_rows: Any, point: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
+) -> None:
+    """Place the ends of the part of an upper side that is left, and set the weight of the corner where it starts."""
+    for j in range(lane_count):
+        frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(after, j)
+        own, previous = load_clip(point, j), load_clip(last, j)
+        unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
+        part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
+        corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
+        store_place(start, j, point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
+        store_place(end, j, point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
+        point[WEIGHT + j] = select(within, a.weight, corner)
+
+
 @njit(**INNER)
 def place_crossings(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Place all points of a patch that is only a part of the upper base, with their weights."""
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     for k in range(lower_count):
-        # Crossings first: they need the corners' places, and those of lower corners are outlines.
-        side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
         following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count
-        after = points[(upper_count + following) * P : (upper_count + following + 1) * P]
-        last = points[(upper_count + before) * P : (upper_count + before + 1) * P]
-        start = points[(corners + upper_count + k) * P : (corners + upper_count + k + 1) * P]
-        end = points[(crossings + upper_count + k) * P : (crossings + upper_count + k + 1) * P]
-        for j in range(lane_count):
-            frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(after, j)
-            own, previous = load_clip(side, j), load_clip(last, j)
-            unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
-            part = unit * own.length if frame.inside < 0.0 else 0.0
-            other = unit * previous.length if frame.inside < 0.0 else 0.0
-            corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
-            store_place(side, j, point_under_base(frame, c.x, c.y, corner))
-            at, to = own.begin, own.end
-            store_place(start, j, point_under_base(
-                frame, c.x + at * (d.x - c.x), c.y + at * (d.y - c.y), part if at > 0.0 else 0.0
-            ))  # fmt: skip
-            store_place(end, j, point_under_base(
-                frame, c.x + to * (d.x - c.x), c.y + to * (d.y - c.y), part if to < 1.0 else 0.0
-            ))  # fmt: skip
+        place_lower_points(
+            joint_rows, point_window(points, upper_count + k), point_window(points, upper_count + following),
+            point_window(points, upper_count + before), point_window(points, corners + upper_count + k),
+            point_window(points, crossings + upper_count + k), lane_count,
+        )  # fmt: skip
     for i in range(upper_count):
-        point, following, before = (
-            points[i * P : (i + 1) * P],
-            (i + 1) % upper_count,
-            (i + upper_count - 1) % upper_count,
-        )
-        after, last = points[following * P : (following + 1) * P], points[before * P : (before + 1) * P]
-        start = points[(corners + i) * P : (corners + i + 1) * P]
-        end = points[(crossings + i) * P : (crossings + i + 1) * P]
-        for j in range(lane_count):
-            frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(after, j)
-            own, previous = load_clip(point, j), load_clip(last, j)
-            unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
-            part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
-            corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
-            store_place(start, j, point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
-            store_place(end, j, point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
-            point[WEIGHT + j] = a.weight if within else corner
+        following, before = (i + 1) % upper_count, (i + upper_count - 1) % upper_count
+        place_upper_points(
+            joint_rows, point_window(points, i), point_window(points, following), point_window(points, before),
+            point_window(points, corners + i), point_window(points, crossings + i), lane_count,
+        )  # fmt: skip

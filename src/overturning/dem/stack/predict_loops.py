@@ -24,7 +24,7 @@ from overturning.dem.kernel.clock import (
     StepAttempt,
 )
 from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
-from overturning.dem.kernel.lanes import INLINE, INNER, tuple_arithmetic
+from overturning.dem.kernel.lanes import APART, INLINE, tuple_arithmetic
 from overturning.dem.stack.joint import (
     joint_equations,
     joint_landing,
@@ -135,7 +135,7 @@ def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> Pre
     )  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Compute the inertial acceleration at the end of the attempted step of all stacks, and clear their sums."""
     for j in range(lane_count):
@@ -152,7 +152,7 @@ def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> No
         store_losses(case_rows, j, no_losses())
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
     """Predict a stone of all stacks, and begin its equations."""
     for j in range(lane_count):
@@ -171,7 +171,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
         store_sum(rows, j, no_sum())
 
 
-@njit(**INNER)
+@njit(**APART)
 def begin_joint(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums of a joint of all stacks."""
     for j in range(lane_count):
@@ -179,14 +179,14 @@ def begin_joint(joint_rows: Any, lane_count: int) -> None:
         store_normal(joint_rows, j, no_normal())
 
 
-@njit(**INNER)
+@njit(**APART)
 def add_point_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add a point to the landing of its joint."""
     for j in range(lane_count):
         store_landing(joint_rows, j, joint_landing(load_landing(joint_rows, j), load_point(point, j)))
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Predict the normal force of a point of all stacks, and add it to the sums of its joint."""
     for j in range(lane_count):
@@ -198,7 +198,7 @@ def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) 
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the friction of a joint of all stacks, and its equations about the origin of the lower face."""
     for j in range(lane_count):
@@ -216,14 +216,14 @@ def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: 
         store_equations(joint_rows, j, joint_equations(joint, sums, friction, half, normal))
 
 
-@njit(**INNER)
+@njit(**APART)
 def rotate_joint(lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Rotate the equations of a joint from the axes of the lower stone to those of the ground."""
     for j in range(lane_count):
         store_equations(joint_rows, j, rotate_equations(load_axes(lower_rows, j), load_equations(joint_rows, j)))
 
 
-@njit(**INNER)
+@njit(**APART)
 def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Eliminate a stone that stands on another, in all stacks."""
     for j in range(lane_count):
@@ -238,7 +238,7 @@ def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_row
         store_diagonal(lower_rows, j, rest)
 
 
-@njit(**INNER)
+@njit(**APART)
 def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the stones on the ground."""
     for j in range(lane_count):
@@ -247,7 +247,7 @@ def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: 
         store_change(rows, j, StoneChange(e.force, e.moment))
 
 
-@njit(**INNER)
+@njit(**APART)
 def substitute_stones(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
     """Compute the change of a stone from that of the stone below, in all stacks."""
     for j in range(lane_count):

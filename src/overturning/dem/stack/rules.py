@@ -101,32 +101,33 @@ class StackWorkspace(NamedTuple):
     """Working memory of a queue of stacks."""
 
     state: Any
-    counts: Any
+    used: Any
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state rows of all cases that are computed together."""
     stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
     size = CASE_SIZE + stones * (STONE_SIZE + joint_size(corners))
-    return StackWorkspace(aligned_zeros(size), np.zeros(stones, np.int64))
+    return StackWorkspace(aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case into a lane, in its initial state."""
     given, settings = kernel_input.cases[case], kernel_input.settings
     initialise_lane(
-        workspace.state, lane, given, kernel_input.stones[given.stack], kernel_input.joints[given.stack],
-        kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corners, settings.interval,
-        settings.ticks,
+        workspace.state, lane, given, (kernel_input.stones[given.stack], kernel_input.joints[given.stack]),
+        kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corners,
+        (settings.interval, settings.ticks),
     )  # fmt: skip
 
 
 @njit(**INNER)
 def initialise_lane(
-    state: Any, lane: int, case: Any, stones: Any, joints: Any, friction: Any, outlines: Any, corners: Any,
-    sampling_interval: float, ticks_per_sample: float,
+    state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
+    sample: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Load the initial state of a case into a lane."""
+    """Load the initial state of a case into a lane; `sample` holds the sampling interval, s, and its ticks."""
+    (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
     for row in range(state.size // COLUMNS):
         state[row * COLUMNS + lane] = 0.0
     mass = 0.0
@@ -263,7 +264,7 @@ def advance_one_sample(
         due = path[recorded_rows - 1, 0] + 0.999 * settings.interval if recorded_rows > 0 else 0.0
         recorded_rows += 1 if path[recorded_rows, 0] >= due else 0
     advance_stacks(
-        workspace.state, stones, limit, corners, workspace.counts, lane_count, settings.steps_per_check, settings.ticks
+        workspace.state, stones, limit, corners, workspace.used, lane_count, settings.steps_per_check, settings.ticks
     )
     return path, recorded_rows
 

@@ -18,11 +18,13 @@ from overturning.dem.stack.end_loops import (
 )
 from overturning.dem.stack.joint_state import JOINT, POINT
 from overturning.dem.stack.patch import (
+    any_lane_uses_point,
     clip_lower_sides,
     clip_upper_sides,
     patch_is_whole,
     place_corners,
     place_crossings,
+    point_window,
     predict_ground_frame,
     predict_relative_frame,
 )
@@ -53,46 +55,62 @@ def joint_size(corner_limit: int) -> int:
 
 @njit(**INNER)
 def predict_patch(
-    case_rows: Any, upper: Any, joint: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
-) -> int:
-    """Place the points of a joint and sum their predicted forces; return the number of points that count."""
+    case_rows: Any, upper: Any, joint: Any, points: Any, corners: tuple[int, int], used: Any, lane_count: int
+) -> None:
+    """Place the points of a joint and sum their predicted forces.
+
+    `corners` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
+    points that have weight in any lane are written to `used`, after their count.
+    """
+    upper_count, lower_count = corners
     place_corners(upper, joint, points, upper_count, lane_count)
+    for i in range(upper_count):
+        used[1 + i] = i
     count = upper_count
     if lower_count > 0 and not patch_is_whole(joint, points, upper_count, lower_count, lane_count):
         clip_upper_sides(joint, points, upper_count, lower_count, lane_count)
         clip_lower_sides(joint, points, upper_count, lower_count, lane_count)
         place_crossings(joint, points, upper_count, lower_count, lane_count)
-        count = 3 * (upper_count + lower_count)
+        for i in range(upper_count, 3 * (upper_count + lower_count)):
+            used[1 + count] = i
+            count += 1 if any_lane_uses_point(point_window(points, i), lane_count) else 0
+    used[0] = count
     begin_joint(joint, lane_count)
-    for i in range(count):
-        add_point_landing(joint, points[i * P : (i + 1) * P], lane_count)
-    for i in range(count):
-        predict_point(case_rows, joint, points[i * P : (i + 1) * P], lane_count)
+    for n in range(count):
+        add_point_landing(joint, point_window(points, used[1 + n]), lane_count)
+    for n in range(count):
+        predict_point(case_rows, joint, point_window(points, used[1 + n]), lane_count)
     predict_joint(case_rows, upper, joint, lane_count)
-    return count
 
 
 @njit(**INNER)
 def end_patch(
-    case_rows: Any,
-    upper: Any,
-    lower: Any,
-    joint: Any,
-    points: Any,
-    counts: tuple[int, int],
-    lane_count: int,
-    on_ground: Any,
+    case_rows: Any, upper: Any, lower: Any, joint: Any, points: Any, used: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Compute the forces of a joint at the end of the step; `counts` holds the corners of the base, and all points."""
-    upper_count, count = counts
+    """Compute the forces of a joint at the end of the step; see `predict_patch`."""
     store_joint_changes(upper, lower, joint, lane_count, on_ground)
-    for i in range(count):
-        end_point(case_rows, joint, points[i * P : (i + 1) * P], lane_count)
-    for i in range(count):
-        add_point_arm(joint, points[i * P : (i + 1) * P], lane_count)
+    for n in range(used[0]):
+        end_point(case_rows, joint, point_window(points, used[1 + n]), lane_count)
+    for n in range(used[0]):
+        add_point_arm(joint, point_window(points, used[1 + n]), lane_count)
     end_joint(case_rows, upper, lower, joint, lane_count, on_ground)
-    for i in range(upper_count, count):
-        mark_crossed_patch(joint, points[i * P : (i + 1) * P], lane_count)
+
+
+@njit(**INNER)
+def complete_stacks(state: Any, stone_count: int, size: int, used: Any, lane_count: int) -> None:
+    """Store the new states of stones, joints and points after accepted steps; a joint has `size` values."""
+    case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
+    for s in range(stone_count):
+        stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+        if s == 0:
+            complete_stones(case, stone, lane_count, 1)
+        else:
+            complete_stones(case, stone, lane_count, None)
+        at = first + s * size
+        store_histories(case, state[at : at + JOINT_SIZE], lane_count)
+        points = state[at + JOINT_SIZE : at + size]
+        for n in range(used[s, 0]):
+            store_point_histories(case, point_window(points, used[s, 1 + n]), lane_count)
 
 
 @njit(**INNER)
@@ -101,12 +119,12 @@ def advance_stacks(
     stone_count: int,
     corner_limit: int,
     corners: Any,
-    counts: Any,
+    used: Any,
     lane_count: int,
     steps: int,
     ticks: float,
 ) -> None:
-    """Attempt steps of all stacks; `corners` holds the corners of each stone's faces, `counts` is a work array."""
+    """Attempt steps of all stacks; `corners` holds the corners of each stone's faces, `used` a work array."""
     case = state[:CASE_SIZE]
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
     for _ in range(steps):
@@ -120,11 +138,12 @@ def advance_stacks(
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
                 predict_ground_frame(stone, joint, lane_count)
-                counts[s] = predict_patch(case, stone, joint, points, corners[s], 0, lane_count)
+                predict_patch(case, stone, joint, points, (int(corners[s]), 0), used[s], lane_count)
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_relative_frame(stone, lower, joint, lane_count)
-                counts[s] = predict_patch(case, stone, joint, points, corners[s], corners[s - 1], lane_count)
+                both = (int(corners[s]), int(corners[s - 1]))
+                predict_patch(case, stone, joint, points, both, used[s], lane_count)
                 rotate_joint(lower, joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -140,21 +159,12 @@ def advance_stacks(
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             at = first + s * size
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
-            both = (int(corners[s]), int(counts[s]))
             if s == 0:
-                end_patch(case, stone, stone, joint, points, both, lane_count, 1)
+                end_patch(case, stone, stone, joint, points, used[s], lane_count, 1)
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-                end_patch(case, stone, lower, joint, points, both, lane_count, None)
+                end_patch(case, stone, lower, joint, points, used[s], lane_count, None)
+                for n in range(corners[s], used[s, 0]):
+                    mark_crossed_patch(joint, point_window(points, used[s, 1 + n]), lane_count)
         accept_or_reject_steps(case, lane_count, ticks)
-        for s in range(stone_count):
-            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            if s == 0:
-                complete_stones(case, stone, lane_count, 1)
-            else:
-                complete_stones(case, stone, lane_count, None)
-            at = first + s * size
-            store_histories(case, state[at : at + JOINT_SIZE], lane_count)
-            for i in range(counts[s]):
-                begin = at + JOINT_SIZE + i * P
-                store_point_histories(case, state[begin : begin + P], lane_count)
+        complete_stacks(state, stone_count, size, used, lane_count)

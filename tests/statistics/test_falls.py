@@ -6,6 +6,7 @@ import xarray as xr
 
 from overturning.errors import ResultError
 from overturning.labels import unsimulated_azimuth_label
+from overturning.model.body import Body
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import (
     PlanarModel,
@@ -14,7 +15,8 @@ from overturning.model.planes import (
     distinct_plane_indices,
     fall_probability_to_either_side,
 )
-from overturning.statistics.elements import count_falls_by_element
+from overturning.model.stack import Stack
+from overturning.statistics.elements import count_falls_by_element, element_displacements
 from overturning.statistics.falls import (
     add_opposite_azimuths,
     count_outcome_changes,
@@ -264,3 +266,35 @@ def test_something_falls_where_any_element_does() -> None:
     assert (pillar.cases, pillar.falls, pillar.first) == (4, 2, 2)
     assert (lintel.cases, lintel.falls, lintel.first) == (4, 2, 1)
     assert (anything.cases, anything.falls, anything.share, anything.median_time) == (4, 3, 0.75, 3.0)
+
+
+def test_displacements_of_each_stone_of_a_stack() -> None:
+    """A base that slips 3-4-5 cm, and a shaft that stands in five of eight cases and slides off in one of three."""
+    dims = ("record", "orientation", "element")
+    shape = (1, 8, 2)
+    fell, north, east, twist, slid = (np.zeros(shape) for _ in range(5))
+    north[..., 0], east[..., 0] = 0.03, -0.04
+    fell[0, 5:, 1] = 1.0
+    slid[0, 7, 1] = 1.0
+    twist[0, :, 1] = [-1.0, 2.0, -3.0, 4.0, np.nan, 90.0, 90.0, 90.0]  # NaN: the motion moves nothing
+    names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist", "slid_off")
+    made = xr.Dataset(
+        {name: (dims, values) for name, values in zip(names, (fell, north, east, twist, slid), strict=True)},
+        {"element": ["base", "shaft"]},
+    )
+    base, shaft = element_displacements(made)
+    assert (base.standing, base.fallen, base.slid_off) == (8, 0, 0)
+    assert base.slip == pytest.approx((0.05, 0.05))
+    assert (shaft.standing, shaft.fallen, shaft.slid_off) == (5, 3, 1)
+    assert shaft.slip == (0.0, 0.0)
+    assert shaft.twist == pytest.approx((2.0, 3.6)), "of 0, 1, 2, 3, 4 degrees"
+    assert element_displacements(made.drop_vars("slid_off"))[1].slid_off is None
+
+
+def test_a_part_of_a_cube_keeps_its_model() -> None:
+    """Statistics read few variables: the model must follow from the coordinates that remain."""
+    stack = xr.Dataset({"overturned": (("orientation", "height"), np.zeros((2, 1)))}, {"height": [0.6]})
+    assert isinstance(model_of_cube(stack), Stack)
+    assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0])), Body)
+    assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
+    assert isinstance(model_of_cube(stack.rename(orientation="azimuth")), PlanarModel)

@@ -1,7 +1,7 @@
 # Figures: of some records as soon as their parts exist, during the sweep; of all records together and of the
 # illustrative cases, from the cube and the intensity measures.
 
-CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
+CAUSES = ["plane"] if STUDY.orientation is None else ["follow", "earthquakes"]
 SOURCES = step_source_hash(*DRAWING)
 
 for name, batch in BATCHES.items():

@@ -30,6 +30,7 @@ from overturning.findings.direction import (
     fall_direction_findings,
     planar_model_agreement,
 )
+from overturning.findings.displacements import ElementDisplacementFindings, element_displacement_findings
 from overturning.findings.exactness import (
     ConvergenceFindings,
     EnsembleFindings,
@@ -96,6 +97,8 @@ class Findings(Finding):
     """Agreement of the 2-D model in the face planes with the 3-D outcome."""
     element_outcomes: list[ElementFallOutcomes]
     """Falls of each element of scenes of several elements."""
+    element_displacements: list[ElementDisplacementFindings]
+    """Final slip and twist of each element of 3-D scenes."""
     site_fall_rates: list[SiteFallRates]
     """Falls of the population on each soil."""
     not_converged: list[str]
@@ -145,6 +148,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         reference_alignments=fall_alignments_with_references(results),
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_fall_findings(results),
+        element_displacements=element_displacement_findings(results),
         site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
         surveys=all_survey_findings(results),

@@ -17,7 +17,8 @@ def model_of_cube(cube: "xr.Dataset") -> Model:
     """Return the model (2-D or 3-D) of the outcomes in a cube or in a part of a cube."""
     if Body.direction not in cube.dims:
         return PlanarModel()
-    return Stack() if "slid_off" in cube else Body()
+    # A part of a cube may lack any variable, but keeps its coordinates: a body has aspects, a stack its own depths.
+    return Body() if "aspect" in cube.coords else Stack()
 
 
 def model_from_scene_or_shape(

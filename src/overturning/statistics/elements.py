@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -31,6 +32,24 @@ class ElementFallCounts:
 
 
 @dataclass(frozen=True)
+class ElementDisplacements:
+    """Displacements of one element of a 3-D scene at the end, relative to what the element stands on.
+
+    ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen. ``slip`` (m) and
+    ``twist`` (absolute rotation about the vertical, degrees) are the medians and 90th percentiles over the standing
+    cases; NaN without such cases. ``slid_off`` is the number of falls over the rim of what the element stands on; None
+    for a model that does not distinguish them.
+    """
+
+    name: str
+    standing: int
+    fallen: int
+    slip: tuple[float, float]
+    twist: tuple[float, float]
+    slid_off: int | None
+
+
+@dataclass(frozen=True)
 class TwoStoneFallContrast:
     """Comparison of the falls of two stones, each with its own cube, in the same cases.
 
@@ -52,6 +71,7 @@ class TwoStoneFallContrast:
 
 _OUTCOME = ("overturned", "overturning_time")
 _FALL = (*_OUTCOME, "fall_azimuth")
+_DISPLACEMENTS = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
 
 ANYTHING = "any element"
 """Label of the falls of a whole scene, which falls when its first element falls."""
@@ -91,6 +111,53 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
             ElementFallCounts(name, cases, falls, earliest, alone, falls / cases if cases else math.nan, median)
         )
     return rows
+
+
+_QUANTILES: Final = (0.5, 0.9)
+"""Quantiles of the displacements of standing elements."""
+
+
+def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
+    """Summarise the final displacements of each element of a 3-D cube, in the order of the cube.
+
+    A cube without elements has one row, "block". Cases that were not simulated, because the motion is too weak to move
+    anything, count as standing without displacement. The cube is read one record at a time; the displacements of all
+    standing cases are kept in memory for the quantiles (eight bytes each).
+    """
+    if "element" not in cube.dims:
+        cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])
+    names = [str(name) for name in cube["element"].to_numpy().tolist()]
+    has_slides = "slid_off" in cube
+    slips: list[list[NDArray[np.float32]]] = [[] for _ in names]
+    twists: list[list[NDArray[np.float32]]] = [[] for _ in names]
+    fallen, slid = np.zeros(len(names), np.int64), np.zeros(len(names), np.int64)
+    for one in iterate_record_cubes(cube, _DISPLACEMENTS + ("slid_off",) * has_slides):
+        for place, name in enumerate(names):
+            of = one.sel(element=name)
+            stands = (of["overturned"] == 0).to_numpy()
+            slip = np.hypot(of["residual_slip_north"].to_numpy(), of["residual_slip_east"].to_numpy())
+            slips[place].append(np.nan_to_num(slip[stands]))
+            twists[place].append(np.nan_to_num(np.abs(of["residual_twist"].to_numpy()[stands])))
+            fallen[place] += int((of["overturned"] == 1).sum())
+            slid[place] += int((of["slid_off"] == 1).sum()) if has_slides else 0
+    return [
+        ElementDisplacements(
+            name,
+            sum(map(len, slips[place])),
+            int(fallen[place]),
+            _quantiles(slips[place]),
+            _quantiles(twists[place]),
+            int(slid[place]) if has_slides else None,
+        )
+        for place, name in enumerate(names)
+    ]
+
+
+def _quantiles(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
+    """Compute median and 90th percentile of the values of all records; NaN without values."""
+    values = np.concatenate(values_by_record).astype(np.float64)
+    median, most = np.quantile(values, _QUANTILES).tolist() if values.size else (math.nan, math.nan)
+    return median, most
 
 
 def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:

@@ -1,0 +1,56 @@
+"""Slip and twist of the stones of a 3-D scene at the end, and falls over the rim of what a stone stands on."""
+
+from overturning.findings.results import StudyResults
+from overturning.findings.values import Finding, Number
+from overturning.statistics.elements import element_displacements
+from overturning.study.scenes import variant_scene
+
+
+class ElementDisplacementFindings(Finding):
+    """Final displacements of one element of a 3-D scene, relative to what the element stands on."""
+
+    variant: str
+    """Name of the variant; "nominal" for the study itself."""
+    scene: str
+    """Name of the scene."""
+    element: str
+    """Name of the element."""
+    standing: int
+    """Number of cases in which the element stands."""
+    median_slip_cm: Number
+    """Median of the horizontal slip over the standing cases, cm."""
+    percentile_90_slip_cm: Number
+    """90th percentile of the horizontal slip over the standing cases, cm."""
+    median_twist_deg: Number
+    """Median of the absolute rotation about the vertical over the standing cases, degrees."""
+    percentile_90_twist_deg: Number
+    """90th percentile of the absolute rotation about the vertical over the standing cases, degrees."""
+    falls: int
+    """Number of cases in which the element falls."""
+    share_slid_off: Number
+    """Share of its falls in which it slides over the rim of what it stands on; None without falls."""
+
+
+def element_displacement_findings(results: StudyResults) -> list[ElementDisplacementFindings]:
+    """Summarise the final displacements of each element of the study and of its variants.
+
+    Empty for planar models and for studies of a single body, whose rotation is in the finding `final_twist`.
+    """
+    if not results.study.is_stack:
+        return []
+    return [
+        ElementDisplacementFindings(
+            variant=variant,
+            scene=variant_scene(results.study, variant).name,
+            element=row.name if "element" in cube.dims else variant_scene(results.study, variant).free_element_names[0],
+            standing=row.standing,
+            median_slip_cm=100.0 * row.slip[0],
+            percentile_90_slip_cm=100.0 * row.slip[1],
+            median_twist_deg=row.twist[0],
+            percentile_90_twist_deg=row.twist[1],
+            falls=row.fallen,
+            share_slid_off=row.slid_off / row.fallen if row.slid_off is not None and row.fallen else None,
+        )
+        for variant, cube in results.cubes.items()
+        for row in element_displacements(cube)
+    ]

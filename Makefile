@@ -49,6 +49,8 @@ docs: setup ## build the documentation into site/ and check its links, without n
 
 peers: setup ## install the other physics engines (group `peers`), for bench, verify and one test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9"
+	@# Only the compiled solver of compas-lmgc90 is used; its dependencies, a viewer among them, take 700 MB.
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps "compas-lmgc90>=0.1.11" || echo "without LMGC90"
 
 soil: setup ## install the packages for site response (group `soil`)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pandas>=2.2" "pystrata>=0.5.4"

@@ -1,0 +1,234 @@
+"""Agreement of this program with MuJoCo and LMGC90 on stacks of two and three stones."""
+
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import run
+from overturning.model.cases import Cases
+from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.stack import Stack
+from overturning.model.status import Status
+from overturning.study.ensemble import wilson_interval
+from verification.stack_cases import StackCase, case_row, draw_cases, scene_of_stack
+from verification.stack_engines import STACK_ENGINES, critical_angle
+from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
+
+MAX_AZIMUTH_DIFFERENCE_DEG: Final = 20.0
+"""Difference of two fall azimuths, degrees, up to which they agree."""
+AMPLITUDE_PERTURBATION: Final = 0.01
+"""Change of amplitude under which a robust case keeps its outcome."""
+AMPLITUDE_CHANGES: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
+"""Changes of amplitude that are searched for the outcome of another solver."""
+LARGE_SLIP: Final = 0.1
+"""Slip of a standing stone, as a share of the width of its patch, that counts as a cause."""
+LARGE_SINKING: Final = 0.01
+"""Sinking of a corner into the stone below, as a share of the shaft's width, that counts as a fault of a solver."""
+PEER_TABLES: Final = {name: RESULTS / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES}
+"""Stored outcomes of each solver."""
+AGREEMENT_TABLE: Final = RESULTS / "stack-peers.csv"
+PROGRAM: Final = "this program"
+NO_OUTCOME: Final = "none"
+"""Text for a case that a solver did not run, or for which this program has no outcome."""
+CASE_COLUMNS: Final = ["case", "record", "orientation_deg", "amplitude", "friction", "sizes"]
+
+
+def same_fall(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
+    """True if two outcomes agree: both stand (NaN), or both fall to azimuths within 20°."""
+    if math.isnan(first_azimuth_deg) or math.isnan(second_azimuth_deg):
+        return math.isnan(first_azimuth_deg) and math.isnan(second_azimuth_deg)
+    away = abs((first_azimuth_deg - second_azimuth_deg + 180.0) % 360.0 - 180.0)
+    return away <= MAX_AZIMUTH_DIFFERENCE_DEG
+
+
+def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
+    """Return outcomes of the topmost stone in this program under a motion multiplied by factors.
+
+    An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
+    """
+    model, cases = Stack(scene_of_stack(case.stack)), len(factors)
+    height, b_over_h = reference_height_and_b_over_h(model.scene)
+    grid = Cases(case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(factors))
+    found = run(model, case.motion, grid, Numerics())
+    fell = found.overturned[:, -1] == 1
+    azimuths = np.where(fell, found.fall_azimuth[:, -1], np.nan).tolist()
+    rows = zip(azimuths, found.status.tolist(), (found.slid_off == 1).any(axis=1).tolist(), strict=True)
+    return [{"fall_azimuth_deg": azimuth, "status": status, "slid_off": int(slid)} for azimuth, status, slid in rows]
+
+
+def has_outcome(outcome: dict[str, Any]) -> bool:
+    """True if this program states whether the topmost stone falls."""
+    return outcome["status"] in (Status.SIMULATED, Status.AT_REST)
+
+
+def program_row(case: StackCase) -> dict[str, Any]:
+    """Return the outcome of a case in this program, and whether it keeps it with ±1 % of amplitude."""
+    factors = (1.0, 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION)
+    nominal, *others = program_outcomes(case, factors)
+    changed = [
+        f"amplitude × {factor:g}"
+        for factor, other in zip(factors[1:], others, strict=True)
+        if not same_fall(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"])
+    ]
+    return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
+
+
+def amplitude_change_to(case: StackCase, azimuth_deg: float) -> float:
+    """Return the least change of amplitude, %, with which this program gives an outcome; NaN if none is found."""
+    changes = [sign * change for change in AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
+    for change, found in zip(changes, program_outcomes(case, [1.0 + change for change in changes]), strict=True):
+        if has_outcome(found) and same_fall(found["fall_azimuth_deg"], azimuth_deg):
+            return 100.0 * change
+    return math.nan
+
+
+def read_peer_outcomes() -> pd.DataFrame:
+    """Read the stored outcomes of all solvers; the columns of each begin with its name; NaN if not run."""
+    found = pd.DataFrame([case_row(number, case) for number, case in enumerate(draw_cases())])
+    for name, path in PEER_TABLES.items():
+        outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_COLUMNS[1:])
+        found = found.join(outcomes.add_prefix(f"{name} "), on="case")
+    return found
+
+
+def compare_all_cases(processes: int = 2) -> pd.DataFrame:
+    """Return the outcomes of all cases in the solvers and in this program, one row per case."""
+    with ProcessPoolExecutor(processes) as pool:
+        own = pd.DataFrame(list(pool.map(program_row, draw_cases(), chunksize=10)))
+    return pd.concat([read_peer_outcomes(), own.add_prefix(f"{PROGRAM} ")], axis=1)
+
+
+def outcome_text(row: pd.Series, name: str) -> str:
+    """Return "stands", the fall azimuth, or `NO_OUTCOME`; an outcome that is not robust there is in brackets."""
+    azimuth = row[f"{name} fall_azimuth_deg"]
+    text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
+    unresolved = name == PROGRAM and not has_outcome({"status": row[f"{PROGRAM} status"]})
+    if unresolved or pd.isna(row[f"{name} robust"]):
+        return NO_OUTCOME
+    return text if row[f"{name} robust"] == 1 else f"({text})"
+
+
+def agrees(row: pd.Series, first: str, second: str) -> bool:
+    """True if two solvers give the same outcome; a case without an outcome agrees with nothing."""
+    return NO_OUTCOME not in (outcome_text(row, first), outcome_text(row, second)) and same_fall(
+        row[f"{first} fall_azimuth_deg"], row[f"{second} fall_azimuth_deg"]
+    )
+
+
+def agreement_counts(table: pd.DataFrame, first: str, second: str) -> dict[str, int]:
+    """Count cases, falls in the second solver, equal flags, falls in both, and azimuths within 20° where both fall."""
+    counts = dict.fromkeys(("cases", "falls", "flags", "both", "near"), 0)
+    for _, row in table.iterrows():
+        fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first, second)]
+        missing = NO_OUTCOME in (outcome_text(row, first), outcome_text(row, second))
+        both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
+        for name, value in {"cases": True, "falls": fell[1], "flags": equal, "both": both}.items():
+            counts[name] += int(value)
+        counts["near"] += int(both and agrees(row, first, second))
+    return counts
+
+
+def share_text(count: int, total: int) -> str:
+    """Return a share as text: percent, counts, and the 95 % interval of Wilson."""
+    if total == 0:
+        return "–"
+    low, high = map(float, wilson_interval(count, total))
+    return f"{100.0 * count / total:.1f} % ({count} of {total}; {100.0 * low:.1f} to {100.0 * high:.1f})"
+
+
+def agreement_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+    """Yield the rows of the table of agreement: compared solvers, cases, flags and azimuths."""
+    stones = table["sizes"].map(lambda sizes: len(sizes.split()))
+    robust = {name: table[f"{name} robust"] == 1 for name in PEER_TABLES}
+    for name, mask in robust.items():
+        yield _agreement_row(table[mask], PROGRAM, name, f"robust in {name}")
+        for count in (2, 3):
+            yield _agreement_row(table[mask & (stones == count)], PROGRAM, name, f"… stacks of {count} stones")
+    everywhere = table[np.logical_and.reduce(list(robust.values()))]
+    first, second = PEER_TABLES
+    for pair in ((PROGRAM, first), (PROGRAM, second), (first, second)):
+        yield _agreement_row(everywhere, *pair, "robust in both solvers")
+
+
+def _agreement_row(chosen: pd.DataFrame, first: str, second: str, label: str) -> Sequence[str]:
+    n = agreement_counts(chosen, first, second)
+    return (
+        f"{first}, {second}", label, str(n["cases"]), str(n["falls"]), share_text(n["flags"], n["cases"]),
+        share_text(n["near"], n["both"]),
+    )  # fmt: skip
+
+
+def draw_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+    """Yield the rows of the table of drawn cases, one per solver."""
+    for name in (*PEER_TABLES, PROGRAM):
+        ran = table[f"{name} robust"].notna()
+        fell, robust = np.isfinite(table[f"{name} fall_azimuth_deg"])[ran], (table[f"{name} robust"] == 1)[ran]
+        seconds = table[f"{name} seconds"].mean() if name in PEER_TABLES else math.nan
+        yield (
+            name, str(int(ran.sum())), f"{100.0 * fell.mean():.0f} %", str(int(robust.sum())),
+            f"{100.0 * fell[robust].mean():.0f} %", f"{seconds:.1f}" if np.isfinite(seconds) else "–",
+        )  # fmt: skip
+
+
+def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
+    """Return the cause for which this program and a solver differ on a case that is robust in the solver."""
+    other = next(name for name in PEER_TABLES if name != peer)
+    causes = []
+    if outcome_text(row, PROGRAM) == NO_OUTCOME:
+        causes.append(f"no outcome ({Status(int(row[f'{PROGRAM} status'])).name.lower()})")
+    elif row[f"{PROGRAM} robust"] != 1:
+        causes.append(f"marginal here ({row[f'{PROGRAM} changed_by']})")
+    elif np.isfinite(change := amplitude_change_to(case, row[f"{peer} fall_azimuth_deg"])):
+        causes.append(f"same outcome here with {change:+.1f} % of amplitude")
+    if row[f"{peer} sinking"] > LARGE_SINKING * min(case.stack.sizes[-1][:2]):
+        causes.append(f"a corner sinks by {1e3 * row[f'{peer} sinking']:.0f} mm in {peer}")
+    if slides(row, case, peer):
+        causes.append("slides")
+    if outcome_text(row, other) == NO_OUTCOME:
+        return "; ".join(causes) or "unexplained"
+    if agrees(row, other, PROGRAM):
+        causes.append(f"{other} agrees with this program")
+    elif not agrees(row, other, peer):
+        causes.append(f"{other} differs from both")
+    return "; ".join(causes) or f"unexplained: {other} agrees with {peer}"
+
+
+def slides(row: pd.Series, case: StackCase, peer: str) -> bool:
+    """True if a stone slides off in either program, or slides far on what it stands on in the solver."""
+    fallen = int(row[f"{peer} fallen_stone"])
+    upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
+    far = row[f"{peer} slip"] > LARGE_SLIP * min(case.stack.sizes[-1][:2])
+    return bool(row[f"{PROGRAM} slid_off"] == 1 or upright or far)
+
+
+def disagreement_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+    """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
+    cases = draw_cases()
+    for peer in PEER_TABLES:
+        for _, row in table[table[f"{peer} robust"] == 1].iterrows():
+            if not agrees(row, PROGRAM, peer):
+                case = cases[row["case"]]
+                yield (
+                    peer, str(row["case"]), str(len(case.stack.sizes)), f"{case.stack.friction:.2f}",
+                    *(outcome_text(row, name) for name in (PROGRAM, *PEER_TABLES)),
+                    disagreement_cause(row, case, peer),
+                )  # fmt: skip
+
+
+def publish_agreement() -> None:
+    """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
+    table = compare_all_cases()
+    write_csv(table, AGREEMENT_TABLE)
+    differ = list(disagreement_rows(table))
+    drawn = ("", "cases run", "fall", "robust", "robust ones that fall", "s per case")
+    compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
+    listed = ("solver", "case", "stones", "µ", PROGRAM, *PEER_TABLES, "cause")
+    tables = (markdown_table(drawn, draw_rows(table)), markdown_table(compared, agreement_rows(table)))
+    publish_markdown({
+        "stack-peers": "\n\n".join(tables), "stack-disagreements": markdown_table(listed, differ),
+    })  # fmt: skip

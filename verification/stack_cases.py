@@ -1,0 +1,107 @@
+"""Random cases of stacks of two and three stones under recorded motions, for the comparison with other solvers."""
+
+import math
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from overturning.model.element import Element
+from overturning.model.scene import Scene
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from verification.inputs import read_default_motions, strong_part
+from verification.stack_engines import BoxStack
+
+SEED: Final = 20261126
+CASES: Final = 280
+"""Number of cases; even ones have two stones, odd ones three."""
+TIME_BEFORE_PEAK: Final = 5.0
+DURATION: Final = 13.0
+"""Part of a record that is used: time before its horizontal peak, and length, s."""
+
+
+class StackCase(NamedTuple):
+    """Stack under a record: id of the record, orientation (degrees), factor on the record, and the stones."""
+
+    record: str
+    orientation_deg: float
+    amplitude: float
+    stack: BoxStack
+
+    @property
+    def motion(self) -> Motion:
+        """Record multiplied by the factor, from half a second before it can first move a stone to the last such time.
+
+        The limit is half of the least acceleration that opens a joint or lets it slide.
+        """
+        motion = _strong_motions()[self.record].times(self.amplitude)
+        limit = 0.5 * onset_acceleration(self.stack)
+        strong = np.flatnonzero(np.hypot(motion.north, motion.east) > limit)
+        if strong.size == 0:
+            return motion
+        first = max(int(strong[0]) - round(0.5 / motion.sampling_interval), 0)
+        span = slice(first, int(strong[-1]) + 2)
+        return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)
+
+
+@cache
+def _strong_motions() -> dict[str, Motion]:
+    return {name: strong_part(motion, TIME_BEFORE_PEAK, DURATION) for name, motion in read_default_motions().items()}
+
+
+def draw_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
+    """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
+
+    A case in which no joint can open or slide under the peak of its record is drawn again.
+    """
+    generator = np.random.Generator(np.random.PCG64(seed))
+    records, found = sorted(read_default_motions()), list[StackCase]()
+    while len(found) < count:
+        case = _draw_case(generator, records, 2 + len(found) % 2)
+        if np.hypot(*case.motion.horizontal).max() > onset_acceleration(case.stack):
+            found.append(case)
+    return found
+
+
+def _draw_case(generator: np.random.Generator, records: list[str], stone_count: int) -> StackCase:
+    def draw(low: float, high: float) -> float:
+        return round(float(generator.uniform(low, high)), 3)
+
+    width = draw(0.2, 0.3)
+    sizes = [(width, round(width * draw(0.8, 1.25), 3), round(width / draw(0.22, 0.42), 3))]
+    for _ in range(stone_count - 1):
+        step = draw(1.3, 1.7)
+        sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw(0.2, 0.4)))
+    stack = BoxStack(tuple(sizes), round(draw(0.4, 1.0), 2))
+    record = records[int(generator.integers(len(records)))]
+    return StackCase(record, float(generator.integers(360)), round(draw(0.6, 1.6), 2), stack)
+
+
+def onset_acceleration(stack: BoxStack) -> float:
+    """Return the least steady acceleration that opens a joint or lets it slide, m/s²."""
+    volumes = np.array([math.prod(size) for size in stack.sizes])
+    feet = np.array(stack.centres) - 0.5 * np.array([size[2] for size in stack.sizes])
+    opens = [
+        0.5 * min(size[:2]) * volumes[k:].sum() / (volumes[k:] * (np.array(stack.centres)[k:] - feet[k])).sum()
+        for k, size in enumerate(stack.sizes)
+    ]
+    return STANDARD_GRAVITY * min(stack.friction, *opens)
+
+
+def scene_of_stack(stack: BoxStack) -> Scene:
+    """Return the scene of a stack on the ground; its friction is that of each case."""
+    elements = [Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0))]
+    for number, (width, depth, height) in enumerate(stack.sizes):
+        below = elements[-1].name
+        elements.append(Element(name=f"stone-{number}", width=width, depth=depth, height=height, stands_on=below))
+    return Scene(name="stack", reference=elements[-1].name, elements=tuple(elements))
+
+
+def case_row(number: int, case: StackCase) -> dict[str, Any]:
+    """Return the parameters of a case as columns of a table."""
+    sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.sizes)
+    return {
+        "case": number, "record": case.record, "orientation_deg": case.orientation_deg, "amplitude": case.amplitude,
+        "friction": case.stack.friction, "sizes": sizes,
+    }  # fmt: skip

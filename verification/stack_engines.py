@@ -1,0 +1,240 @@
+"""Simulation of stacks of boxes in 3-D with MuJoCo and LMGC90, two solvers that compute contacts independently.
+
+MuJoCo solves soft contact constraints; its frame moves with the base. LMGC90 solves rigid contacts with friction as a
+non-smooth problem, without stiffness; its base moves with the ground velocity. Directions: x towards the orientation of
+the stack, y 90° anticlockwise of it, z up. `make peers` installs both.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypeAlias
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from verification.engines import resample_acceleration
+
+DENSITY: Final = 2650.0
+"""Density of all stones, kg/m³."""
+REST_TIME: Final = 4.0
+"""Simulated time after the record, s."""
+FALLEN_TILT: Final = math.pi / 3.0
+"""Tilt from which a stone counts as fallen, rad."""
+FALLEN_DROP: Final = 0.1
+"""Drop of the centre from which a stone counts as fallen, as a share of its height."""
+CHECK_INTERVAL: Final = 0.01
+"""Time between two tests for a fall, s."""
+UPRIGHT: Final = math.radians(0.2)
+UPRIGHT_TIME: Final = 0.5
+"""Tilt below which a stone stands upright, rad, and time after the record after which upright stones end a run, s."""
+ALERT_DISTANCE: Final = 1e-3
+"""Distance of two faces below which LMGC90 looks for contacts, m."""
+IMPEDANCE_RATIO: Final = 100
+"""Ratio of the impedances of friction and normal contact in MuJoCo; a smaller one lets stones creep."""
+
+
+class BoxStack(NamedTuple):
+    """Stack of boxes: width along x, depth and height, m, of each from the lowest up, and their friction."""
+
+    sizes: tuple[tuple[float, float, float], ...]
+    friction: float
+
+    @property
+    def centres(self) -> list[float]:
+        """Heights of the centres at rest, m, from the lowest stone up."""
+        heights = np.array([size[2] for size in self.sizes])
+        return (np.cumsum(heights) - 0.5 * heights).tolist()
+
+
+class StackOutcome(NamedTuple):
+    """Outcome of the topmost stone of a stack: the first fall of any stone carries it along."""
+
+    fall_azimuth_deg: float
+    """Azimuth to which its axis points at the time of the first fall, degrees; NaN if all stones stand."""
+    fall_time: float
+    """Time at which the first stone counts as fallen, s; NaN if all stand."""
+    fallen_stone: int
+    """Index of the lowest stone that counts as fallen at that time; -1 if all stand."""
+    tilt_deg: float
+    """Tilt of the fallen stone at that time, degrees; the largest tilt of the topmost stone if all stand."""
+    slip: float
+    """Largest horizontal distance of a base from the centre of the face below while that stone stands upright, m."""
+    sinking: float
+    """Largest depth of a corner of a base below the face that it stands on, m: an error of the solver's contacts."""
+
+
+StonePoses: TypeAlias = list[tuple[FloatArray, FloatArray]]
+"""Centre, m, and rotation matrix of each stone, from the lowest up."""
+StackEngine = Callable[[BoxStack, Motion, float, float], Iterator[StonePoses]]
+
+
+def accelerations_along_axes(motion: Motion, orientation_deg: float) -> list[FloatArray]:
+    """Return the accelerations of the ground along x, y and z, m/s²."""
+    up = np.zeros(motion.samples) if motion.up is None else motion.up
+    return [motion.along(orientation_deg), motion.along(orientation_deg - 90.0), up]
+
+
+def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
+    """Yield the poses of the stones in MuJoCo, one per `CHECK_INTERVAL`."""
+    import mujoco as engine
+
+    bodies = "".join(
+        f'<body pos="0 0 {z}"><freejoint/>'
+        f'<geom type="box" size="{b / 2} {d / 2} {h / 2}" mass="{DENSITY * b * d * h}"/></body>'
+        for (b, d, h), z in zip(stack.sizes, stack.centres, strict=True)
+    )
+    model = engine.MjModel.from_xml_string(
+        f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic"
+        impratio="{IMPEDANCE_RATIO}"/>
+        <default><geom friction="{stack.friction} 0 0" condim="3" solref="{2.0 * time_step} 1"/></default>
+        <worldbody><geom type="plane" size="100 100 1"/>{bodies}</worldbody></mujoco>"""
+    )
+    data = engine.MjData(model)
+    waves = accelerations_along_axes(motion, orientation_deg)
+    x, y, z = (resample_acceleration(wave, motion.sampling_interval, time_step, REST_TIME) for wave in waves)
+    gravity = np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
+    each = round(CHECK_INTERVAL / time_step)
+    for step, pull in enumerate(gravity, start=1):
+        model.opt.gravity[:] = pull
+        engine.mj_step(model, data)
+        if step % each == 0:
+            yield list(zip(data.xpos[1:].copy(), data.xmat[1:].reshape(-1, 3, 3).copy(), strict=True))
+
+
+@cache
+def _lmgc90() -> Any:
+    """Load the shared object of LMGC90 by its path: its package would import a viewer."""
+    found = find_spec("compas_lmgc90")
+    (place,) = found.submodule_search_locations if found and found.submodule_search_locations else [""]
+    path = next(Path(place).glob("_lmgc90*.so"))
+    spec = spec_from_file_location("_lmgc90", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+_CUBE: Final = [(x, y, z) for z in (-0.5, 0.5) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+_TRIANGLES: Final = [
+    1, 3, 2, 1, 4, 3, 5, 6, 7, 5, 7, 8, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 4, 8, 3, 8, 7, 4, 1, 5, 4, 5, 8
+]  # fmt: skip
+_BASE: Final = (20.0, 20.0, 1.0)
+_BASE_CORNERS: Final = np.array(_CUBE[:4])
+
+
+def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
+    """Yield the poses of the stones in LMGC90, one per `CHECK_INTERVAL`, relative to the moving base."""
+    waves = accelerations_along_axes(motion, orientation_deg)
+    solver = _lmgc90().LMGC90Solver()
+    solver.initialize(time_step, 0.5, False)
+    solver.set_materials([DENSITY])
+    solver.add_one_tact_behav("iqsc0", "IQS_CLB", [stack.friction])
+    solver.set_see_tables(ALERT_DISTANCE)
+    solver.set_nb_bodies(1 + len(stack.sizes))
+    for size, centre in zip((_BASE, *stack.sizes), (-0.5 * _BASE[2], *stack.centres), strict=True):
+        corners = [side * length for corner in _CUBE for side, length in zip(corner, size, strict=True)]
+        driven = 6 if size is _BASE else 0
+        solver.set_one_polyr("s0001", [0.0, 0.0, centre], _TRIANGLES, corners, driven, 0)
+    interval = motion.sampling_interval
+    for axis, wave in enumerate(waves, start=1):
+        times, velocity = _ground_velocity(wave, interval)
+        solver.set_drvdof(1, axis, [*times.tolist(), *velocity.tolist()], True, True)
+    for axis in (4, 5, 6):
+        solver.set_drvdof(1, axis, [0.0, 1e3, 0.0, 0.0], True, True)
+    solver.close_before_computing()
+    each = round(CHECK_INTERVAL / time_step)
+    steps = int((motion.samples * interval + REST_TIME) / time_step)
+    # The rows of a frame are the principal axes of inertia, whose order is the solver's choice.
+    initial = [np.reshape(frame, (3, 3)) for frame in solver.get_initial_state().init_body_frames]
+    origin = np.array([0.0, 0.0, 0.5 * _BASE[2]])
+    try:
+        for step in range(1, steps + 1):
+            state = solver.compute_one_step()
+            if step % each == 0:
+                places = np.array(state.bodies) - state.bodies[0] - origin
+                frames = [np.reshape(frame, (3, 3)) for frame in state.body_frames]
+                turns = [now.T @ first for now, first in zip(frames, initial, strict=True)]
+                yield list(zip(places[1:], turns[1:], strict=True))
+    finally:
+        solver.finalize()
+
+
+def _ground_velocity(acceleration: FloatArray, interval: float, parts: int = 4) -> tuple[FloatArray, FloatArray]:
+    """Return times and exact velocities for an acceleration that is linear between samples, and then zero."""
+    fine = np.interp(np.arange(parts * acceleration.size) / parts, np.arange(acceleration.size + 1), [*acceleration, 0])
+    velocity = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1])) * interval / parts])
+    times = np.arange(velocity.size) * interval / parts
+    return np.append(times, 1e3), np.append(velocity, velocity[-1])
+
+
+def fallen_tilt(stack: BoxStack, stone: int) -> float:
+    """Return the tilt from which a stone counts as fallen, rad: 60°, or half-way from its critical angle to 90°."""
+    return max(FALLEN_TILT, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
+
+
+def critical_angle(stack: BoxStack, stone: int) -> float:
+    """Return the tilt about the nearest edge of its patch at which a stone is in balance, rad."""
+    width = min(side for size in stack.sizes[max(stone - 1, 0) : stone + 1] for side in size[:2])
+    return math.atan2(width, stack.sizes[stone][2])
+
+
+def topmost_outcome(
+    engine: StackEngine, stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float
+) -> StackOutcome:
+    """Return the outcome of the topmost stone of a stack in an engine.
+
+    A stone has fallen when its tilt exceeds `fallen_tilt`, or its centre is lower than at rest by a tenth of its
+    height. The run ends with the first fall, or after the record, once all stones stand upright.
+    """
+    heights = [size[2] for size in stack.sizes]
+    lowest = [z - FALLEN_DROP * height for z, height in zip(stack.centres, heights, strict=True)]
+    largest = [fallen_tilt(stack, stone) for stone in range(len(heights))]
+    peak, slip, sinking = 0.0, 0.0, 0.0
+    end = motion.samples * motion.sampling_interval
+    for number, poses in enumerate(engine(stack, motion, orientation_deg, time_step), start=1):
+        tilts = [math.acos(max(-1.0, min(1.0, turn[2, 2]))) for _, turn in poses]
+        for stone, (place, _) in enumerate(poses):
+            if tilts[stone] > largest[stone] or place[2] < lowest[stone]:
+                x, y, _ = poses[-1][1][:, 2]
+                azimuth = float((orientation_deg - math.degrees(math.atan2(y, x))) % 360.0)
+                time = number * CHECK_INTERVAL
+                return StackOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
+        peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip(stack, poses, tilts))
+        sinking = max(sinking, _largest_sinking(stack, poses))
+        if number * CHECK_INTERVAL > end + UPRIGHT_TIME and max(tilts) < UPRIGHT:
+            break
+    return StackOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
+
+
+def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:
+    """Return the largest distance of a base from the centre of the face below, m, of stones that stand upright."""
+    below, largest = np.zeros(2), 0.0
+    for (place, turn), (_, _, height), tilt in zip(poses, stack.sizes, tilts, strict=True):
+        half = 0.5 * height * turn[:2, 2]
+        if tilt < UPRIGHT:
+            largest = max(largest, float(np.hypot(*(place[:2] - half - below))))
+        below = place[:2] + half
+    return largest
+
+
+def _largest_sinking(stack: BoxStack, poses: StonePoses) -> float:
+    """Return the largest depth of a corner of a base below the face that it stands on, m."""
+    largest = 0.0
+    for (place, turn), size, (low_place, low_turn), low_size in zip(
+        poses[1:], stack.sizes[1:], poses[:-1], stack.sizes[:-1], strict=True
+    ):
+        corners = (place + (_BASE_CORNERS * size) @ turn.T - low_place) @ low_turn
+        above = (np.abs(corners[:, :2]) <= 0.5 * np.array(low_size[:2])).all(axis=1)
+        if above.any():
+            largest = max(largest, float((0.5 * low_size[2] - corners[above, 2]).max()))
+    return largest
+
+
+STACK_ENGINES: Final[dict[str, StackEngine]] = {"MuJoCo": mujoco_poses, "LMGC90": lmgc90_poses}
+STACK_MODULES: Final = {"MuJoCo": "mujoco", "LMGC90": "compas_lmgc90"}

@@ -1,0 +1,93 @@
+"""`python -m verification.stack_peers [PART ...]`: stacks of two and three stones compared with MuJoCo and LMGC90.
+
+Parts: `MuJoCo` and `LMGC90` run the cases in that solver; `table` compares this program with their stored outcomes and
+writes the tables of docs/validation.md. A case is robust in a solver if that solver keeps the flag, and the azimuth
+within 20°, with ±1 % of amplitude and with half the time step; this program has no say in it. An interrupted run
+resumes: finished cases are kept in results/verification.
+"""
+
+import json
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib.util import find_spec
+from typing import Annotated, Any, Final
+
+import pandas as pd
+import typer
+
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+from verification.stack_agreement import AMPLITUDE_PERTURBATION, PEER_TABLES, publish_agreement, same_fall
+from verification.stack_cases import StackCase, case_row, draw_cases
+from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
+from verification.tables import ROOT, select_parts, write_csv
+
+TIME_STEPS: Final = {"MuJoCo": 5e-4, "LMGC90": 5e-4}
+"""Time steps of the solvers, s."""
+PARTIAL_RESULTS: Final = ROOT / "results" / "verification"
+
+
+def perturbed_runs(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
+    """Yield label, motion and time step of the runs that a robust case survives; the first is the nominal one."""
+    yield "", case.motion, time_step
+    yield "half the step", case.motion, 0.5 * time_step
+    for factor in (1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION):
+        yield f"amplitude × {factor:g}", case.motion.times(factor), time_step
+
+
+def peer_row(engine_name: str, case: StackCase) -> dict[str, Any]:
+    """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
+    engine, nominal, changed, seconds = STACK_ENGINES[engine_name], None, "", 0.0
+    for label, motion, time_step in perturbed_runs(case, TIME_STEPS[engine_name]):
+        begin = time.process_time()
+        found = topmost_outcome(engine, case.stack, motion, case.orientation_deg, time_step)
+        if nominal is None:
+            nominal, seconds = found, time.process_time() - begin
+        elif not same_fall(found.fall_azimuth_deg, nominal.fall_azimuth_deg):
+            changed = label
+            break
+    assert nominal is not None
+    return nominal._asdict() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
+
+
+def run_peer(engine_name: str, processes: int) -> pd.DataFrame:
+    """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
+    cases = draw_cases()
+    partial_path = PARTIAL_RESULTS / f"stack-peers-{engine_name.lower()}-{TIME_STEPS[engine_name]:g}.jsonl"
+    partial_path.parent.mkdir(parents=True, exist_ok=True)
+    finished = {}
+    if partial_path.is_file():
+        for row in map(json.loads, partial_path.read_text(encoding="utf-8").splitlines()):
+            number = row["case"]
+            if number < len(cases) and case_row(number, cases[number]).items() <= row.items():
+                finished[number] = row
+    with ProcessPoolExecutor(processes) as pool, partial_path.open("a", encoding="utf-8") as partial_file:
+        waiting = {
+            pool.submit(peer_row, engine_name, case): (number, case)
+            for number, case in enumerate(cases)
+            if number not in finished
+        }
+        for future in as_completed(waiting):
+            row = case_row(*waiting[future]) | future.result()
+            finished[row["case"]] = row
+            print(json.dumps(row), file=partial_file, flush=True)
+    return pd.DataFrame([finished[number] for number in range(len(cases))])
+
+
+def main(
+    parts: Annotated[list[str] | None, typer.Argument(help="parts to run; default: all")] = None,
+    processes: Annotated[int, typer.Option(min=1, help="number of processes")] = 2,
+) -> None:
+    """Run the cases in the other solvers, and compare this program with them."""
+    for part in select_parts(parts, [*STACK_ENGINES, "table"]):
+        if part == "table":
+            publish_agreement()
+        elif find_spec(STACK_MODULES[part]) is None:
+            raise ArgumentError(f"{part} is not installed: make peers")
+        else:
+            write_csv(run_peer(part, processes), PEER_TABLES[part])
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -171,3 +171,11 @@ def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
     with use_visible_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
         write_film_movie(two_panels(0.2), tmp_path / "b.gif")
+
+
+def test_the_japanese_readme_shows_the_figures_of_the_english_one_in_japanese() -> None:
+    images = Path(__file__).parents[2] / "docs" / "images"
+    for name in ("rinaldi", "rinaldi-in-space"):
+        english = (images / f"{name}.svg").read_text(encoding="utf-8")
+        japanese = (images / f"{name}.ja.svg").read_text(encoding="utf-8")
+        assert japanese == translate_svg(english, "ja"), f"{name}: run write_japanese_picture of verification.answers"

@@ -22,7 +22,7 @@ MARKERS: Final = ("o", "D", "s")
 COLOURS: Final = (SERIES[1], SERIES[0], SERIES[2])
 """Colours of groups of records, in order; the first group is filled, others are hollow."""
 
-ROW: Final = 0.235
+ROW: Final = 0.22
 """Height of a row, inches."""
 
 TEXT: Final = 7.5
@@ -62,7 +62,7 @@ def sorted_fall_alignment_figure(
     """
     rows = max(len(of_group) for of_group in alignments_by_group.values())
     figure, panels = create_panel_grid(
-        1, len(alignments_by_group), PAGE_WIDTH if len(alignments_by_group) > 1 else 4.6, ROW * (rows + 2) + 1.25
+        1, len(alignments_by_group), PAGE_WIDTH if len(alignments_by_group) > 1 else 4.6, ROW * (rows + 2) + 1.05
     )
     for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
         look, mean = _marker_style(place), mean_by_group[group]
@@ -88,9 +88,9 @@ def sorted_fall_alignment_figure(
         )
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
         _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
-        axes.set_title(
-            f"{group}, {_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}", fontsize=8.5, parse_math=False
-        )
+        gap = "\n" if draws_for_phone() else ", "
+        heading = f"{group}{gap}{_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}"
+        axes.set_title(heading, fontsize=8.5, parse_math=False)
     figure.supxlabel("alignment of the falls with the fault normal", fontsize=8)
     return figure
 
@@ -130,9 +130,12 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
         count = max((dot.n for dot in of_group.values()), default=0)
         (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquake_count_label(count)}")
         marks.append(mark)
-    axes.set_yticks(range(len(names)), names, fontsize=8.5, parse_math=False)
+    shown = [fill(name, 12) for name in names] if draws_for_phone() else names
+    axes.set_yticks(range(len(names)), shown, fontsize=8.5, parse_math=False)
     axes.set_ylim(len(names) - 0.5, -0.5)
     _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
+    if draws_for_phone():
+        axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=TEXT)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
     add_title_and_legend(figure, "", None, 2, first_marks=marks)

@@ -116,7 +116,8 @@ def azimuth_map_figure(
     used = grid.ravel()[: len(panels)].tolist()
     for axes, panel in zip(used, panels, strict=True):
         own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
-        axes.set_title(", ".join(own), fontsize=9, pad=3, parse_math=False)
+        # The space of an empty title keeps the letter N clear of the heading.
+        axes.set_title(", ".join(own) or " ", fontsize=9, pad=3, parse_math=False)
         mesh = _draw_polar_map(axes, panel, top, rim)
     style.label_radius_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
@@ -125,7 +126,8 @@ def azimuth_map_figure(
         bar.set_label("probability of falling towards this azimuth", fontsize=8)
         bar.ax.tick_params(labelsize=8)
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
-    heading = "; ".join(filter(None, [common, "radius: slenderness B/H"]))
+    # A line that is broken at its end could not be translated.
+    heading = ("\n" if style.draws_for_phone() else "; ").join(filter(None, [common, "radius: slenderness B/H"]))
     style.add_title_and_legend(
         figure,
         f"{title}\n{heading}",

@@ -1,0 +1,133 @@
+"""Stacks in 3-D: known answers of compounds, offsets, extreme shapes, mirror images and trajectories."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.dem.simulate import simulate
+from overturning.dem.trajectory import trajectory
+from overturning.figures.film_of_trajectory import film_of_trajectories, outcome_sentence
+from overturning.model.element import Element
+from overturning.model.scene import Scene, load_scene
+from overturning.model.stack import Stack
+from overturning.model.status import Status
+from overturning.motion.motion import Motion
+from tests.dem.polygon_scenes import ROOT
+from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
+
+
+def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
+    """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
+    for seed in (0, 1, 2):
+        rows = 4.5 * waves(seed, components=1)
+        alone, above = (
+            run(boxes((0.2, 0.2, 0.6)), rows, [0.0], 3.0),
+            run(boxes((2.0, 2.0, 0.3), (0.2, 0.2, 0.6)), rows, [0.0], 3.0),
+        )
+        tilt = float(alone.peak_tilt.item())
+        assert tilt > 1.0
+        assert float(above.peak_tilt.to_numpy().ravel()[0]) < 1e-2
+        if tilt < 15.0:
+            assert float(above.peak_tilt.to_numpy().ravel()[1]) == pytest.approx(tilt, rel=5e-3)
+
+
+def test_a_compound_opens_at_its_lowest_joint_like_one_stone() -> None:
+    """Two cubes in one column tip as one stone of twice the height: at B/H = 0.5 of the whole."""
+    column = boxes((0.3, 0.3, 0.3), (0.3, 0.3, 0.3))
+    below, above = (run(column, plateau(0.5 * share, 0.0), [0.0], 3.0) for share in (0.97, 1.06))
+    assert below.peak_tilt.to_numpy().max() < 0.02
+    assert above.overturned.to_numpy().ravel().tolist() == [1.0, 1.0]
+    assert above.slid_off.to_numpy().max() == 0.0
+
+
+def offset_scene(offset: float) -> Scene:
+    """Return a shaft on a base, aside of its middle by `offset`, m, towards the orientation."""
+    return Scene(name="offset", reference="shaft", elements=(
+        Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
+        Element(name="base", width=0.5, depth=0.5, height=0.2, stands_on="ground"),
+        Element(name="shaft", width=0.3, depth=0.3, height=0.6, stands_on="base", at=(offset, 0.0)),
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize("offset", [0.05, 0.2])
+def test_a_stone_off_centre_rests(offset: float) -> None:
+    """At 0.2 m the shaft overhangs by 0.1 m, so that its patch is 0.2 m wide and its centre 0.05 m from the rim."""
+    quiet = Motion(np.zeros(200), np.zeros(200), sampling_interval=INTERVAL, trust_data=True)
+    found = simulate(quiet, offset_scene(offset), orientation_deg=[0.0], friction=[0.6], leave_out=False)
+    assert found.overturned.to_numpy().max() == 0.0
+    assert found.peak_tilt.to_numpy().max() < 1e-3
+    assert np.abs(found.residual_slip_north.to_numpy()).max() < 1e-5, "springs of 2e-6 of the width settle"
+    assert Stack(offset_scene(offset)).rotation_period_deg == 360.0
+
+
+def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
+    """The shaft's centre is 0.05 m from the rim and 0.3 m above it: it tips at g/6 towards the rim."""
+    below, above = (run(offset_scene(0.2), plateau(-share / 6.0, 0.0), [0.0], 3.0) for share in (0.94, 1.1))
+    assert below.overturned.to_numpy().max() == 0.0
+    assert above.overturned.to_numpy().ravel().tolist() == [0.0, 1.0]
+    assert above.slid_off.to_numpy().ravel()[1] == 1.0, "over the rim of the base, not over its own edge"
+    assert abs((float(above.fall_azimuth.to_numpy().ravel()[1]) + 180.0) % 360.0 - 180.0) < 20.0
+
+
+def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
+    found = run(load_scene("cross", ROOT), plateau(0.1, 30.0), [0.0], 0.7)
+    assert found.overturned.to_numpy().max() == 0.0
+    assert found.status.item() == Status.SIMULATED or found.status.item() == Status.AT_REST
+
+
+def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
+    rows = 7.0 * waves(4)
+    first, second = run(THREE, rows, [0.0], 0.6), run(THREE, rows * np.array([[1.0], [-1.0]]), [0.0], 0.6)
+    np.testing.assert_array_equal(first.overturned, second.overturned)
+    azimuths = [found.fall_azimuth.to_numpy().ravel()[2] for found in (first, second)]
+    assert sum(azimuths) % 360.0 == pytest.approx(0.0, abs=2.0) or sum(azimuths) % 360.0 > 358.0
+
+
+@pytest.mark.long
+def test_stiff_and_extreme_stacks_return_with_an_outcome_or_a_reason() -> None:
+    """Two to five stones, thin slabs, slender shafts, mass ratios to 1e4, µ 0 to 10, vertical motion beyond −1 g."""
+    dice, statuses = np.random.default_rng(45), []
+    for _ in range(60):
+        sizes: list[tuple[float, float, float]] = []
+        width = dice.uniform(0.3, 1.5)
+        for _ in range(int(dice.integers(2, 6))):
+            height = max(0.012, width * 10.0 ** dice.uniform(-1.5, 0.7))
+            sizes.append((width, width * dice.uniform(0.5, 2.0), height))
+            width *= dice.uniform(0.3, 1.3)
+        interval = float(dice.choice([0.005, 0.01, 0.02, 0.05]))
+        t = np.arange(0.0, 4.0, interval)
+        rows = [10.0 ** dice.uniform(0.0, 1.3) * np.sin(2.0 * np.pi * dice.uniform(0.5, 5.0) * t) for _ in range(3)]
+        motion = Motion(*rows, sampling_interval=interval, trust_data=True)
+        friction = float(dice.choice([0.0, 0.2, 0.6, 1.0, 10.0]))
+        found = simulate(
+            motion, boxes(*sizes), orientation_deg=[0.0, 37.0], friction=[friction], budget=20_000_000, threads=1
+        )
+        statuses += found.status.to_numpy().ravel().astype(int).tolist()
+        known = found.overturned.to_numpy()[np.isfinite(found.overturned.to_numpy())]
+        assert set(known.tolist()) <= {0.0, 1.0}
+    counts = np.bincount(statuses, minlength=6)
+    # Without friction, or under strong vertical motion, a stack may slide or hop on until the time limit.
+    assert counts[Status.OVER_BUDGET] == counts[Status.FAILED] == 0, counts
+    assert counts[Status.UNSTABLE] <= 0.15 * len(statuses), counts
+
+
+def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None:
+    rows = 9.0 * waves(0)
+    motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
+    scene = load_scene("three-tier", ROOT)
+    case: dict[str, Any] = {"orientation_deg": 20.0, "friction": 0.6}
+    path, cell = trajectory(motion, scene, aftermath=3.0, **case), simulate(motion, scene, **case)
+    for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "energy_error"):
+        np.testing.assert_array_equal(np.ravel(path[name]), np.ravel(cell[name]), name)
+    assert path["place"].dims == ("time", "element", "enu")
+    assert (np.diff(path["time"]) > 0.0).all()
+    fallen = path["overturned"].to_numpy() == 1.0
+    assert fallen.any()
+    assert (path["simulated"].to_numpy()[-1] == ~fallen).all()
+    heights = path["place"].to_numpy()[-1, fallen, 2]
+    assert (heights < 0.5).all(), "a fallen stone is drawn down to the ground"
+    film = film_of_trajectories([path], motion, "film")
+    assert [body.name for body in film.panels[0].bodies] == ["lower-base", "upper-base", "shaft"]
+    assert film.panels[0].shows_3d_body
+    assert "of 3 fall" in outcome_sentence(path)

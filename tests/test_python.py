@@ -106,7 +106,7 @@ def test_stream_in_place_of_motion_gives_a_plain_error() -> None:
 
 def test_read_simulate_and_study(tmp_path: Path) -> None:
     wave = Motion.sine(6.0, 0.8, azimuth_deg=60)
-    time = np.arange(wave.samples) * wave.sampling_interval
+    time = np.arange(wave.sample_count) * wave.sampling_interval
     rows = [f"{t:.3f},{100 * n:.6f},{100 * e:.6f}" for t, n, e in zip(time, wave.north, wave.east, strict=True)]
     (tmp_path / "pulse.csv").write_text("\n".join(["time,north,east", *rows]) + "\n", encoding="utf-8")
     columns = "time:s north:gal east:gal"
@@ -171,7 +171,7 @@ def test_saved_part_of_a_cube_keeps_its_meaning(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match=r"twice\.nc: no amplitude 1; known: 2"):  # it was taken for that as recorded
         overturning.open_cube(tmp_path / "twice.nc")
     with overturning.open_cube(tmp_path / "twice.nc", amplitude=2) as twice:
-        assert "motion × 2" in overturning.plot.polar(twice).get_suptitle()
+        assert "motion × 2" in overturning.plot.fall_map(twice).get_suptitle()
 
 
 def test_record_is_accepted_in_place_of_a_motion() -> None:
@@ -230,7 +230,7 @@ def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
     beside.encoding["source"] = str(folder / "cube.nc")
     both = explorer_page_data(beside), explorer_page_data(cube, study=study_from_content(said, "said"))
     assert [cube["friction"][data["shown"]["friction"]].item() for data in both] == [friction, friction]
-    return block_of(overturning.plot.polar(beside, "b"))
+    return block_of(overturning.plot.fall_map(beside, "b"))
 
 
 def block_of(figure: Figure) -> str:
@@ -265,17 +265,17 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     maps = {kind: overturning.plot.KINDS[kind](several, "b") for kind in ("polar", "blocks")}
     assert block_of(maps["polar"]) == "µ = 1, H = 0.6 m"  # what the study shows first
     assert [axes.get_title() for axes in maps["blocks"].axes] == ["µ = 0.5", "µ = 1"]
-    assert block_of(overturning.plot.polar(several.sel(friction=[0.5]), "b")) == "µ = 0.5, H = 0.6 m"
+    assert block_of(overturning.plot.fall_map(several.sel(friction=[0.5]), "b")) == "µ = 0.5, H = 0.6 m"
     assert [shown_first(several, tmp_path, mu) for mu in (0.5, 1.0)] == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m"]
-    with pytest.raises(ArgumentError, match="recrd: no keyword of polar; did you mean record"):
-        overturning.plot.polar(cube, recrd="b")
+    with pytest.raises(ArgumentError, match="recrd: no keyword of fall_map; did you mean record"):
+        overturning.plot.fall_map(cube, recrd="b")
     with pytest.raises(ArgumentError, match=r"2 records; name one as record \(--record\): a, b$"):
-        overturning.plot.polar(cube)
+        overturning.plot.fall_map(cube)
     with pytest.raises(ArgumentError, match="no record 'b'; it has a"):  # whose map was that of a
-        overturning.plot.polar(cube.sel(record="a"), "b")
-    assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)
+        overturning.plot.fall_map(cube.sel(record="a"), "b")
+    assert len(overturning.plot.fall_map(cube.sel(record="a")).axes) == len(overturning.plot.fall_map(cube, "a").axes)
     with pytest.raises(ArgumentError, match="record: 'b'; it chooses a record of a cube"):
-        overturning.plot.history(pulse(), "b")
+        overturning.plot.time_histories(pulse(), "b")
     of_one = overturning.plot.spectra(pulse(), 30).axes[0].get_legend_handles_labels()[1]
     assert of_one == ["N30°E"]
     assert Motion.sine(6.0, 0.8).plot().axes[0].get_title() == pulse().plot().axes[0].get_title() == "north"
@@ -293,7 +293,7 @@ def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: P
     peaks = [f"{100 * peak * np.hypot(1, 0.3):.0f} Gal" for peak in (5.0, 3.0)]
     assert [figure.axes[0].get_title().split("\n")[1].partition(" towards")[0] for figure in shown] == peaks
     with pytest.raises(MissingDataError, match=r"measures of the variant soft do not exist"):
-        overturning.plot.plane(soft)
+        overturning.plot.outcomes_by_pga_and_pgv_ratio(soft)
 
 
 def test_output_of_a_variant_is_labelled_and_separate(
@@ -310,7 +310,11 @@ def test_output_of_a_variant_is_labelled_and_separate(
     assert drawn("survey", str(stones), "--cube", str(path), "--record", "b") == 0
     assert capsys.readouterr().out.startswith("stones.csv against b, variant stiff\n")
     cube = overturning.open_cube(path)
-    for draw in (overturning.plot.rose, overturning.plot.earthquakes, overturning.plot.axes):
+    for draw in (
+        overturning.plot.fall_rose,
+        overturning.plot.fall_roses_by_earthquake,
+        overturning.plot.alignment_by_earthquake,
+    ):
         assert draw(cube).get_suptitle() == "variant stiff"
         assert draw(cube.assign_coords(amplitude=2.0)).get_suptitle() == "variant stiff, motion × 2"
         assert draw(overturning.open_cube(cube_file)).get_suptitle() == ""
@@ -420,7 +424,7 @@ def test_wrong_figure_options_give_plain_errors(
 
 def test_maps_of_several_records_have_one_scale(cube_file: Path) -> None:
     cube = overturning.open_cube(cube_file)
-    maps = [axes for axes in overturning.plot.polar(cube, ["b", "a"]).axes if axes.name == "polar"]
+    maps = [axes for axes in overturning.plot.fall_map(cube, ["b", "a"]).axes if axes.name == "polar"]
     names = [", ".join(str(cube[name].values[place]) for name in ("station", "event")) for place in (1, 0)]
     assert [axes.get_title() or names[0] for axes in maps] == names
     assert len({axes.get_ylim() for axes in maps}) == 1
@@ -431,19 +435,21 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
     motion = Motion.sine(6.0, 0.8)
     stone = {"height": 0.6, "b_over_h": 0.2}
     outcome = overturning.simulate(motion, "circle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
-    assert overturning.plot.polar(outcome, title="A drum").get_suptitle().startswith("A drum\n")
+    assert overturning.plot.fall_map(outcome, title="A drum").get_suptitle().startswith("A drum\n")
     outcome["overturned"][0, 0, 0], outcome["fall_azimuth"][0, 0, 0] = np.nan, np.nan  # it was drawn as one that stands
     with pytest.raises(ArgumentError, match="no record 'a'; it has none"):
-        overturning.plot.polar(outcome, "a")
-    marks = overturning.plot.polar(outcome).legends[0].get_texts()
+        overturning.plot.fall_map(outcome, "a")
+    marks = overturning.plot.fall_map(outcome).legends[0].get_texts()
     assert [mark.get_text() for mark in marks][:2] == ["stands", "no outcome"]
     assert overturning.to_dataframe(outcome)["overturned"].isna().sum() == 1
-    with pytest.raises(ArgumentError, match="response: a 3-D trajectory"):
-        overturning.plot.response(overturning.trajectory(motion, "circle", orientation_deg=0, **stone))
-    assert len(overturning.plot.response(overturning.trajectory(motion, azimuth_deg=0, **stone)).axes) == 4
+    with pytest.raises(ArgumentError, match="rotation_slip_and_uplift: a 3-D trajectory"):
+        overturning.plot.rotation_slip_and_uplift(overturning.trajectory(motion, "circle", orientation_deg=0, **stone))
+    assert (
+        len(overturning.plot.rotation_slip_and_uplift(overturning.trajectory(motion, azimuth_deg=0, **stone)).axes) == 4
+    )
     cube = overturning.run_study([motion], azimuth={"step": 90}, b_over_h=[0.2], ensemble={"members": 0})
     with pytest.raises(MissingDataError, match=r"motion/motion-1.nc: a cube in memory has no such file"):
-        overturning.plot.history(cube)
+        overturning.plot.time_histories(cube)
 
 
 def cells_of(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
@@ -466,7 +472,7 @@ def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
 
     def drawn_of(azimuth_deg: FloatArray, b_over_h: FloatArray) -> Figure:
         outcome = overturning.simulate(motion, azimuth_deg=azimuth_deg, b_over_h=b_over_h, **stone)
-        return overturning.plot.polar(outcome)
+        return overturning.plot.fall_map(outcome)
 
     flags = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio, **stone)["overturned"][:, 0, :, 0]
     kinds = np.array([-1, 1, 0])[flags.to_numpy().astype(int)]  # stands (hatched), falls towards the azimuth, or not
@@ -479,14 +485,14 @@ def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
         np.testing.assert_array_equal(cells_of(figure, azimuth, ratio), kinds)
         assert figure.axes[0].get_ylim()[1] == pytest.approx(1.2)
     outcome = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio[::-1], **stone)
-    alone = overturning.plot.polar(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
+    alone = overturning.plot.fall_map(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
     np.testing.assert_array_equal(cells_of(alone, azimuth, ratio), kinds)
-    (edge, *_) = overturning.plot.boundary(outcome).axes[0].lines
+    (edge, *_) = overturning.plot.overturning_boundary(outcome).axes[0].lines
     falls = np.abs(flags.to_numpy()) == 1
     last = np.where(falls[:, 1], 0.6, np.where(falls[:, 0], 0.25, np.nan))
     np.testing.assert_allclose(edge.get_ydata()[:-1], last)
     with pytest.raises(ArgumentError, match="cube: nothing along azimuth"):
-        overturning.plot.polar(outcome.isel(azimuth=[]))
+        overturning.plot.fall_map(outcome.isel(azimuth=[]))
 
 
 def test_a_cube_is_a_table_of_its_cases(

@@ -96,7 +96,7 @@ def scalar_runs(
     wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
     return lambda: [scalar.run_scalar_block(is_centred, wave, *own, mu) for mu in frictions], blocks * steps * (
-        motion.samples - 1
+        motion.sample_count - 1
     )
 
 
@@ -133,15 +133,15 @@ def measure_sweep() -> list[MeasuredFigure]:
     motion = read_default_motions()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
     cases = case_grid(*axes)
-    rigid = np.stack([rocking(motion.times(factor), cases).overturned for factor in (1.0, 0.99, 1.01)])
+    rigid = np.stack([rocking(motion.scaled_by(factor), cases).overturned for factor in (1.0, 0.99, 1.01)])
     firm = (rigid == rigid[0]).all(axis=0)
     # As a user runs it; the second run omits the mirrored half of the grid.
     given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
-    whole = minimum_processor_time(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
-    default = minimum_processor_time(lambda: simulate_arrays(motion, **given), 15) / cases.size
-    exact = minimum_processor_time(lambda: rocking(motion, cases)) / cases.size
+    whole = minimum_processor_time(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.case_count
+    default = minimum_processor_time(lambda: simulate_arrays(motion, **given), 15) / cases.case_count
+    exact = minimum_processor_time(lambda: rocking(motion, cases)) / cases.case_count
     return [
-        MeasuredFigure("cases of the sweep", cases.size),
+        MeasuredFigure("cases of the sweep", cases.case_count),
         MeasuredFigure("time per case, nothing left out", whole * 1e3, "ms"),
         MeasuredFigure("time per case, default", default * 1e3, "ms"),
         MeasuredFigure("time per case, exact rigid block", exact * 1e3, "ms"),
@@ -197,7 +197,7 @@ def measure_left_out_work(azimuths: int = 18) -> list[MeasuredFigure]:
     groups = default_study_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
     full = run_case_groups(groups, threads=2, leave_out=False).results
-    nudged = [group._replace(motion=group.motion.times(1 + 1e-9)) for group in groups]
+    nudged = [group._replace(motion=group.motion.scaled_by(1 + 1e-9)) for group in groups]
     other = compare_results(run_case_groups(nudged, threads=2, leave_out=False).results, full).counts
     below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
     moves, far = short.block_steps > 0, compare_results(short, full)

@@ -175,7 +175,7 @@ class Prism(NamedTuple):
 def gravity_in_frame(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
     """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
     along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
-    waves = [*along, np.zeros(motion.samples) if motion.up is None else motion.up]
+    waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
     x, y, z = (resample_acceleration(wave, motion.sampling_interval, time_step, AFTER_BLOCK) for wave in waves)
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
 

@@ -182,7 +182,7 @@ def rigid_limit(thin: ThinnedStudy) -> Bodies:
     """Measure error and cost over contact stiffness and step, and the cases that no computation decides."""
     groups = thin.groups()
     # A change in the ninth digit, below the accuracy of any record.
-    moved = [CaseGroup(motion.times(1 + 1e-9), cases) for motion, cases in groups]
+    moved = [CaseGroup(motion.scaled_by(1 + 1e-9), cases) for motion, cases in groups]
 
     def under(contact: float, among: list[CaseGroup] = groups, **how: Any) -> TimedResults:
         return run_case_groups(among, model=gravestone(Contact(static_penetration=contact)), **how)
@@ -274,7 +274,7 @@ def damping_ratio(thin: ThinnedStudy) -> Bodies:
         "3-D kernel": run_three_d,
     }
     weaker, exact, stronger = (
-        [rocking(motion.times(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
+        [rocking(motion.scaled_by(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
     )
     side, peak = (np.concatenate(part) for part in zip(*exact, strict=True))
     firm = np.all([np.concatenate([one.overturned for one in other]) == side for other in (weaker, stronger)], axis=0)

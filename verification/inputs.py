@@ -151,10 +151,10 @@ def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[Cas
 
 def every_nth_case(groups: Sequence[CaseGroup], every: int) -> list[CaseGroup]:
     """Return every n-th case of each group."""
-    return [group.subset(np.arange(0, group.cases.size, every)) for group in groups]
+    return [group.subset(np.arange(0, group.cases.case_count, every)) for group in groups]
 
 
 def every_nth_value(groups: Sequence[CaseGroup], case_values: NDArray[Any], every: int) -> NDArray[Any]:
     """Return the values of the cases that `every_nth_case` selects; `case_values` are those of all groups in order."""
-    ends = np.cumsum([group.cases.size for group in groups])[:-1]
+    ends = np.cumsum([group.cases.case_count for group in groups])[:-1]
     return np.concatenate([part[::every] for part in np.split(case_values, ends)])

@@ -105,7 +105,7 @@ def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
     scene, (motion, cases) = three_tier_cases()
     fine, firm = reference_results(scene, motion, cases)
     right = fine.overturned[:, SHAFT]
-    yield MeasuredFigure("cases of the sweep", cases.size)
+    yield MeasuredFigure("cases of the sweep", cases.case_count)
     yield MeasuredFigure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
     yield MeasuredFigure("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
@@ -130,7 +130,7 @@ def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse, whole = time_run(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
         used = partial(simulate_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
-        whole, left = whole / cases.size, minimum_processor_time(used, 2) / cases.size
+        whole, left = whole / cases.case_count, minimum_processor_time(used, 2) / cases.case_count
         same = coarse.overturned[:, SHAFT] == right
         yield MeasuredFigure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
         yield MeasuredFigure(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
@@ -159,7 +159,7 @@ def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
 def shaft_sides(engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, early: bool = False) -> np.ndarray:
     """Return the sides to which the shaft falls in an engine; with `early`, a case ends when it has fallen."""
     sides = []
-    for index in range(group.cases.size):
+    for index in range(group.cases.case_count):
         case = group.case(index)
         placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.wave(index), group.motion.sampling_interval
@@ -170,7 +170,7 @@ def shaft_sides(engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 2
 def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
     """Return the results at a tenth of the default step, and a mask of firm cases (see the module)."""
     fine = run(scene, motion, cases, Numerics(time_step="0.1 stable", leave_out=False))
-    firm = np.ones(cases.size, dtype=bool)
+    firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
         other = run(scene, motion, cases, Numerics(scheme=scheme, time_step=step))
         firm &= other.overturned[:, SHAFT] == fine.overturned[:, SHAFT]
@@ -212,7 +212,7 @@ def measure_pillars() -> Iterator[MeasuredFigure]:
             full = run(scene, motion, cases, Numerics(leave_out=False)).overturned
             flags += full.size
             for way, (short, factor) in ways.items():
-                found = run(scene, motion.times(factor), cases, Numerics(leave_out=short)).overturned
+                found = run(scene, motion.scaled_by(factor), cases, Numerics(leave_out=short)).overturned
                 changed[way] += int((found != full).sum())
     yield MeasuredFigure("three pillars under real records: flags", flags)
     for way, number in changed.items():
@@ -231,7 +231,7 @@ def compare_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Measu
 
     def answer(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
         numerics = Numerics(general=general, time_step=step, leave_out=False)
-        return join_results([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions])
+        return join_results([run(gravestone(), motion.scaled_by(factor), cases, numerics) for motion in motions])
 
     (own, seconds), (other, general_seconds) = (time_run(partial(answer, general), 1) for general in (False, True))
     chaos = np.zeros(own.status.size, bool)

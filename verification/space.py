@@ -73,7 +73,7 @@ def run_grid_under_motions(
 ) -> Outcome:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
-    found = [simulate_arrays(motion.times(factor), **given) for motion in motions]
+    found = [simulate_arrays(motion.scaled_by(factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
@@ -120,7 +120,7 @@ def prism_outcomes(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
         chosen = np.flatnonzero(plan.queue_numbers == group)
         computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
-            found.setdefault(name, np.full(cases.size, np.nan))[chosen] = values
+            found.setdefault(name, np.full(cases.case_count, np.nan))[chosen] = values
     return found
 
 

@@ -21,18 +21,19 @@ if TYPE_CHECKING:
     from overturning.arrays import ArrayLike
 
 __all__ = [
-    *("axes", "blocks", "boundary", "earthquakes", "follow", "history", "hodograph", "intensity", "plane", "polar"),
-    *("response", "rose", "spectra"),
+    *("alignment_by_b_over_h", "alignment_by_earthquake", "fall_map", "fall_maps_by_block", "fall_rose"),
+    *("fall_roses_by_earthquake", "hodograph", "outcomes_by_pga_and_pgv_ratio", "overturning_boundary"),
+    *("pga_and_pgv_by_azimuth", "rotation_slip_and_uplift", "spectra", "time_histories"),
 ]
 
 DrawFunction = TypeVar("DrawFunction", bound=Callable[..., Any])
 AnyMotion = TypeVar("AnyMotion", bound=Any)  # a motion or record
 
 KINDS: Final[dict[str, Callable[..., Any]]] = {}
-"""Functions that draw a figure of a cube, by name, for `overturning figure`."""
+"""Functions that draw a figure of a cube, by kind: the name in `overturning figure` and in the folder of figures."""
 
 MOTION_KINDS: Final = ("intensity", "hodograph", "history")
-"""Names of the figures that show only the motion and no block."""
+"""Kinds of figures that show only the motion and no block."""
 
 
 def __dir__() -> list[str]:
@@ -53,14 +54,19 @@ def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
     return cast(DrawFunction, draw_with_project_style)
 
 
-def _register_cube_figure(draw_figure: DrawFunction) -> DrawFunction:
-    """Register a function that draws a kind of figure from a cube, with the project style."""
-    KINDS[draw_figure.__name__] = _with_project_style(draw_figure)
-    return cast(DrawFunction, KINDS[draw_figure.__name__])
+def _register_cube_figure(kind: str) -> Callable[[DrawFunction], DrawFunction]:
+    """Return a decorator that registers a function as the one that draws a kind of figure of a cube."""
+
+    def register(draw_figure: DrawFunction) -> DrawFunction:
+        """Register a function under `kind`, with the project style."""
+        KINDS[kind] = _with_project_style(draw_figure)
+        return cast(DrawFunction, KINDS[kind])
+
+    return register
 
 
-@_register_cube_figure
-def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
+@_register_cube_figure("polar")
+def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the map of falls of the block that a study shows first, under one record.
 
     The map is over azimuth and B/H (2-D) or orientation and B/H (3-D). If the cube holds only a part of the heights or
@@ -72,8 +78,10 @@ def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: 
     return _draw_fall_map("polar", cube.sel(first_shown_height_and_friction(cube)), record, title)
 
 
-@_register_cube_figure
-def blocks(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
+@_register_cube_figure("blocks")
+def fall_maps_by_block(
+    cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None
+) -> "Figure":
     """Draw the maps of falls under one record, one for each height and friction."""
     return _draw_fall_map("blocks", cube, record, title)
 
@@ -117,8 +125,8 @@ def _scene_and_element_line(cube: "xr.Dataset") -> str:
     return scene_and_element_title_line(cube) if "study" in cube.attrs else ""
 
 
-@_register_cube_figure
-def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
+@_register_cube_figure("boundary")
+def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw the largest B/H that falls under one record, by azimuth of the motion (2-D cubes only)."""
     from overturning.figures.boundary import overturning_boundary_figure
     from overturning.figures.content import check_has_falls
@@ -134,8 +142,8 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     )
 
 
-@_register_cube_figure
-def rose(cube: "xr.Dataset") -> "Figure":
+@_register_cube_figure("rose")
+def fall_rose(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
     from overturning.figures.content import check_has_falls
     from overturning.figures.rose import fall_roses_by_group_figure
@@ -150,8 +158,8 @@ def rose(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_fall_rose)
 
 
-@_register_cube_figure
-def earthquakes(cube: "xr.Dataset") -> "Figure":
+@_register_cube_figure("earthquakes")
+def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall directions, from north, for each earthquake."""
     from overturning.figures.content import check_has_falls
     from overturning.figures.rose import fall_roses_by_earthquake_figure
@@ -163,8 +171,8 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_earthquake_roses)
 
 
-@_register_cube_figure
-def axes(cube: "xr.Dataset") -> "Figure":
+@_register_cube_figure("axes")
+def alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import fall_alignment_by_earthquake_figure
     from overturning.figures.content import check_has_falls_and_fault_normal
@@ -179,8 +187,8 @@ def axes(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_alignment_by_earthquake)
 
 
-@_register_cube_figure
-def follow(cube: "xr.Dataset") -> "Figure":
+@_register_cube_figure("follow")
+def alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion against B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
@@ -196,8 +204,8 @@ def follow(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_alignment_by_b_over_h)
 
 
-@_register_cube_figure
-def plane(cube: "xr.Dataset") -> "Figure":
+@_register_cube_figure("plane")
+def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
@@ -216,8 +224,8 @@ def plane(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
-@_register_cube_figure
-def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
+@_register_cube_figure("intensity")
+def pga_and_pgv_by_azimuth(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw PGA and PGV of a record by azimuth."""
     from overturning.figures.content import check_ground_moves
     from overturning.figures.ground import pga_and_pgv_figure
@@ -228,7 +236,7 @@ def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     return pga_and_pgv_figure(measures, float(one["fault_normal"]), _record_title(one))
 
 
-@_register_cube_figure
+@_register_cube_figure("hodograph")
 def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw hodographs of acceleration, velocity and displacement of a record."""
     from overturning.figures.ground import hodograph_figure
@@ -240,8 +248,8 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
-@_register_cube_figure
-def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "Figure":
+@_register_cube_figure("history")
+def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "Figure":
     """Draw time histories and spectra of a motion or record, or of a cube's record before and after processing."""
     import xarray as xr
 
@@ -277,15 +285,17 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
 
 
 @_with_project_style
-def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
+def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
     """Draw rotation, slip and uplift against time of 2-D trajectories (`overturning.trajectory`), a column each."""
     import xarray as xr
 
     from overturning.figures.response import rotation_slip_and_uplift_figure
 
-    several = [paths] if isinstance(paths, xr.Dataset) else paths
-    if any("kind" not in path for path in several):
-        raise ArgumentError("response: a 3-D trajectory; overturning one --body --response draws its axis")
+    several = [trajectories] if isinstance(trajectories, xr.Dataset) else trajectories
+    if any("kind" not in one for one in several):
+        raise ArgumentError(
+            "rotation_slip_and_uplift: a 3-D trajectory; overturning one --body --response draws its axis"
+        )
     return rotation_slip_and_uplift_figure(several, title)
 
 
@@ -390,8 +400,8 @@ def _intensity_measures(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def _plot_motion(self: Accelerogram) -> "Figure":
-    """Draw acceleration, velocity, displacement and Fourier amplitudes of the motion; see `history`."""
-    figure: Figure = history(self)
+    """Draw acceleration, velocity, displacement and Fourier amplitudes of the motion; see `time_histories`."""
+    figure: Figure = time_histories(self)
     return figure
 
 

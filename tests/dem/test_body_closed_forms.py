@@ -240,9 +240,12 @@ def particle(motion: Motion, friction: float) -> np.ndarray:
     """Return the final slip (m, north and east) of a mass with isotropic friction, by 500 explicit steps per sample."""
     place, velocity, steps = np.zeros(2), np.zeros(2), 500
     dt = motion.sampling_interval / steps
-    for i in range(motion.samples - 1):
+    for i in range(motion.sample_count - 1):
         for k in range(steps):
-            base = motion.horizontal[:, i] + (motion.horizontal[:, i + 1] - motion.horizontal[:, i]) * (k + 0.5) / steps
+            base = (
+                motion.horizontal_components[:, i]
+                + (motion.horizontal_components[:, i + 1] - motion.horizontal_components[:, i]) * (k + 0.5) / steps
+            )
             pushed = velocity - dt * base
             speed = np.hypot(*pushed)
             velocity = pushed * (max(speed - friction * STANDARD_GRAVITY * dt, 0.0) / speed if speed else 0.0)

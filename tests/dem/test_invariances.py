@@ -76,7 +76,7 @@ def model_3d(strength: float, body: str | int, **options: Any) -> Model:
 
     def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> CellOutcomes:
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
-        motion = motion.times(strength)
+        motion = motion.scaled_by(strength)
         cells = simulate_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
         assert not np.isnan(cells["peak_tilt"][cells["overturned"] != INT8_MISSING]).any()
         return CellOutcomes(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
@@ -111,7 +111,7 @@ def strong_part(number: int) -> Motion:
 def reference(model: str, number: int) -> tuple[CellOutcomes, np.ndarray]:
     """Return the outcomes under a record, and a mask of the robust cells."""
     motion = strong_part(number)
-    found, *others = (MODELS[model](motion.times(factor)) for factor in (1.0, 0.99, 1.01))
+    found, *others = (MODELS[model](motion.scaled_by(factor)) for factor in (1.0, 0.99, 1.01))
     # A cylinder may roll on its rim beyond the end of the simulation.
     robust = found.fallen != INT8_MISSING
     for other in others:
@@ -147,8 +147,8 @@ def quiet_before_and_after(motion: Motion) -> Motion:
 
 def halved(motion: Motion) -> Motion:
     """Return the same piecewise linear motion with half the sampling interval."""
-    twice = np.arange(2 * motion.samples - 1) / 2.0
-    parts = (np.interp(twice, np.arange(motion.samples), part) for part in (motion.north, motion.east, motion.up))
+    twice = np.arange(2 * motion.sample_count - 1) / 2.0
+    parts = (np.interp(twice, np.arange(motion.sample_count), part) for part in (motion.north, motion.east, motion.up))
     return Motion(*parts, sampling_interval=motion.sampling_interval / 2.0)
 
 
@@ -207,7 +207,7 @@ def test_the_mirror_image_of_a_2d_case_is_exact(model: str) -> None:
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
 def test_the_mirror_images_of_a_3d_case_are_exact(body: int | str, scheme: str) -> None:
     # With more vertices, a mirror image reverses the order in which pairs of opposite vertices are summed.
-    motion = strong_part(10).times(0.6)
+    motion = strong_part(10).scaled_by(0.6)
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
         "friction": [0.4, 0.8],

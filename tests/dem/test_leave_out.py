@@ -67,7 +67,7 @@ def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() 
     for motion in (record_of(*one) for one in RECORDS):
         short = simulate_arrays(motion, **BLOCKS)
         full, more, less = (
-            simulate_arrays(motion.times(factor), **BLOCKS, leave_out=False) for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
+            simulate_arrays(motion.scaled_by(factor), **BLOCKS, leave_out=False) for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
         )
         falls = full["overturned"] != 0
         changed += [((other["overturned"] != 0) != falls).sum() for other in (short, more, less)]

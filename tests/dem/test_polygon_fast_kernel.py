@@ -27,7 +27,7 @@ SOFT = Contact(static_penetration=2e-5)
 
 def _motion(number: int) -> Motion:
     """Return ten seconds around the record's peak, multiplied by 1.5."""
-    return strong_part(number, 4.0, 6.0).times(1.5)
+    return strong_part(number, 4.0, 6.0).scaled_by(1.5)
 
 
 def _cases(step: int = 36) -> Cases:
@@ -65,21 +65,21 @@ def test_same_motion_until_the_second_impact() -> None:
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
     model, numerics, seen = PlanarModel(gravestone(SOFT)), Numerics(scheme="cundall", leave_out=False), 0
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
-    for index in np.linspace(0, cases.size - 1, 250).astype(int):
+    for index in np.linspace(0, cases.case_count - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
         _, fast = plan_simulation(model, motion, one, numerics).compute_cases(
-            first, counter, np.zeros(motion.samples, ROW)
+            first, counter, np.zeros(motion.sample_count, ROW)
         )
         tilted = np.where(np.abs(fast["angle"]) < 1e-3, 0.0, np.sign(fast["angle"]))
         sides = np.flatnonzero((tilted[1:] != 0) & (np.abs(np.diff(tilted)) > 0))
         # A fall has no second impact; beyond the critical angle rounding errors grow with the fall.
         past = np.flatnonzero(np.abs(fast["angle"]) > np.arctan(one.b_over_h))
-        end = min([*sides[2:3], *past[:1], len(fast), motion.samples])
+        end = min([*sides[2:3], *past[:1], len(fast), motion.sample_count])
         seen += sides.size > 2
         plan = plan_scene_simulation(model, motion, one, numerics)
         budget = ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
-        _, general = plan.compute_cases(first, counter, np.zeros((motion.samples, 14)))
+        _, general = plan.compute_cases(first, counter, np.zeros((motion.sample_count, 14)))
         # Both kernels have their origin at the middle of the base.
         for column, name in ((8, "x"), (9, "z"), (10, "angle")):
             np.testing.assert_allclose(general[: end - 1, column], fast[name][: end - 1], rtol=0, atol=1e-9)

@@ -43,7 +43,7 @@ def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> Non
     cases = cases_of(made)
     nominal = run(made, motion, cases)
     assert (nominal.overturned != 0).any()
-    order = np.random.default_rng(1).permutation(cases.size)[:50]
+    order = np.random.default_rng(1).permutation(cases.case_count)[:50]
     mixed = Cases(
         *(np.asarray(getattr(cases, key))[order] for key in ("azimuth_deg", "height", "b_over_h", "friction"))
     )
@@ -90,7 +90,7 @@ def test_skipping_rest_changes_no_flag_and_no_side() -> None:
 @pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
 def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
     """Real records: after the fall of the shaft, the bases are simulated only while the record could lift them."""
-    strong = strong_part(number, 4.0, 12.0).times(factor)
+    strong = strong_part(number, 4.0, 12.0).scaled_by(factor)
     height, _ = reference_height_and_b_over_h(shipped("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))

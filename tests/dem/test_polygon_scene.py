@@ -98,7 +98,7 @@ def test_a_case_is_undecided_20_over_p_after_the_record(height: float) -> None:
     motion = still(1.0)
     how = one_case(scene(block("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
-    assert (how.table["after"][0] - motion.samples) * 0.01 == pytest.approx(20 / p, abs=0.011)
+    assert (how.table["after"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ GRAVITY = 9.80665
 def test_a_scene_rests_for_a_minute_without_creep(name: str) -> None:
     motion = still(60)
     _, _, poses = run(one_case(shipped(name), motion, friction=0.5), motion)
-    assert len(poses) == motion.samples
+    assert len(poses) == motion.sample_count
     assert np.abs(poses - poses[0]).max() <= 1e-8
 
 

@@ -52,7 +52,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
 def by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
     """Return the side and the largest |θ|/α along north, by SciPy's DOP853 between events."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
-    time = np.arange(motion.samples + 3) * motion.sampling_interval
+    time = np.arange(motion.sample_count + 3) * motion.sampling_interval
     waves = [np.append(wave, np.zeros(3)) / G for wave in (motion.north, motion.up)]
     fine = np.arange(0.0, time[-1], motion.sampling_interval / 64)
     excess = np.abs(np.interp(fine, time, waves[0])) - b_over_h * (1.0 + np.interp(fine, time, waves[1]))

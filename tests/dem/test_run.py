@@ -151,7 +151,7 @@ def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: 
     else:
         path = trajectory(wave, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=0.4)
     assert len(calls) == 1
-    assert path.sizes["time"] > wave.samples
+    assert path.sizes["time"] > wave.sample_count
     steps = np.diff(path["time"])
     assert steps.min() >= 0
     assert steps.max() <= 0.0101, "a sample"

@@ -49,7 +49,7 @@ def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytes
     motion, _, _ = near_field(10)
     whole = run_cases(motion, cases)
     equal(whole, run_cases(motion, cases, threads=2))
-    order = np.random.default_rng(1).permutation(cases.size)
+    order = np.random.default_rng(1).permutation(cases.case_count)
     equal(whole, run_cases(motion, subset(cases, order)), order)
     some = order[:17]
     equal(whole, run_cases(motion, subset(cases, some)), some)

@@ -67,9 +67,9 @@ def test_figures_of_a_cube_without_outcomes_are_refused(strong: Path, kind: str)
 
 def test_axes_need_a_fault_strike_but_roses_do_not(strong: Path) -> None:
     with open_cube(strong) as cube:
-        assert plot.rose(cube).axes
+        assert plot.fall_rose(cube).axes
         with refused(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
-            plot.axes(cube)
+            plot.alignment_by_earthquake(cube)
 
 
 def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,15 +78,15 @@ def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
     with refused(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
-        plot.follow(stands)
+        plot.alignment_by_b_over_h(stands)
     no_fault = cube.assign_coords(fault_normal=("record", [np.nan, np.nan]))
     with refused(ArgumentError, "follow: nothing to draw: no record with falls has a known peak"):
-        plot.follow(no_fault)
+        plot.alignment_by_b_over_h(no_fault)
 
 
 def test_motion_figures_refuse_ground_at_rest(tmp_path: Path) -> None:
     still = Motion(np.zeros(500), np.zeros(500), sampling_interval=0.01, trust_data=True)
-    for kind, draw in (("history", plot.history), ("spectra", plot.spectra)):
+    for kind, draw in (("history", plot.time_histories), ("spectra", plot.spectra)):
         with refused(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
             draw(still)
     dead = results_of(tmp_path, replace(pulse("a", 0.0), extra={"trusted_data": True}))
@@ -106,4 +106,5 @@ def test_public_modules_list_public_names_only() -> None:
     for module in (overturning, plot):
         assert [name for name in dir(module) if name.startswith("_") and name != "__version__"] == []
         assert set(dir(module)) - {"__version__"} == set(module.__all__)
-    assert {*plot.KINDS, "response", "spectra"} == set(plot.__all__)
+    named = {draw.__name__ for draw in plot.KINDS.values()}
+    assert named | {"rotation_slip_and_uplift", "spectra"} == set(plot.__all__)

@@ -123,8 +123,8 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
 def test_two_settings_share_one_clock() -> None:
     """With and without vertical motion: the same frames, and a trace of the vertical motion in both panels."""
     level = Motion.sine(5.0, 0.8)
-    up = 4.0 * np.sin(2 * np.pi * 5.0 * np.arange(level.samples) * level.sampling_interval)
-    shaken = Motion(*level.horizontal, up, sampling_interval=level.sampling_interval)
+    up = 4.0 * np.sin(2 * np.pi * 5.0 * np.arange(level.sample_count) * level.sampling_interval)
+    shaken = Motion(*level.horizontal_components, up, sampling_interval=level.sampling_interval)
     paths = [trajectory(each, azimuth_deg=0, **BLOCK) for each in (shaken, level)]
     film = film_of_trajectories(paths, [shaken, level], "both", headings=["with", "without"])
     assert [panel.title for panel in film.panels] == ["with", "without"]
@@ -159,7 +159,7 @@ def test_forces_at_rest_carry_the_weight(motion: Motion) -> None:
 
 
 def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
-    up = np.full(motion.samples, 3.0)
+    up = np.full(motion.sample_count, 3.0)
     pushed = Motion(0 * motion.north, 0 * motion.east, up, sampling_interval=0.01, trust_data=True)
     path = trajectory(pushed, azimuth_deg=0, leave_out=False, **BLOCK)
     assert in_weights(path)[100].sum(axis=0) == pytest.approx([0, 1 + 3.0 / 9.80665], abs=2e-3)
@@ -176,7 +176,7 @@ def real(request: pytest.FixtureRequest) -> xr.Dataset:
     shaking = Motion(record.north, record.east, None, sampling_interval=record.sampling_interval)
     path = trajectory(shaking, azimuth_deg=azimuth, height=height, b_over_h=b_over_h, friction=friction)
     # The record is linear between its samples, which are not all rows of the path.
-    sample = np.arange(shaking.samples) * shaking.sampling_interval
+    sample = np.arange(shaking.sample_count) * shaking.sampling_interval
     every = np.union1d(sample, path["time"])
     ground = np.interp(every, sample, shaking.along(azimuth))
     velocity = np.concatenate([[0.0], np.cumsum(0.5 * (ground[1:] + ground[:-1]) * np.diff(every))])
@@ -227,7 +227,9 @@ def test_rolling_cylinder_is_not_reported_at_rest() -> None:
     """The cylinder rolls on its rim, and still rolls half a minute after the end of the motion."""
     motion = Motion.sine(4.5, 0.8, azimuth_deg=20)
     rest = np.zeros(round(30 / motion.sampling_interval))
-    later = Motion(*(np.append(each, rest) for each in motion.horizontal), sampling_interval=motion.sampling_interval)
+    later = Motion(
+        *(np.append(each, rest) for each in motion.horizontal_components), sampling_interval=motion.sampling_interval
+    )
     given = {"height": 2.0, "b_over_h": 0.35, "orientation_deg": 0.0}
     short, long = (trajectory(each, "circle", **given) for each in (motion, later))
     assert abs(float(short.residual_twist) - float(long.residual_twist)) > 30

@@ -165,16 +165,16 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
     block = {"height": 0.6, "b_over_h": 0.2, "friction": 0.2}
     for variant, said in (("nominal", ["µ of the scene"] * 2), ("other", ["µ = 0.2", "µ = 1"])):
         with open_cube(cube_of(settings, [record], tmp_path, variant)) as cube:
-            drawn = plot.blocks(cube)
+            drawn = plot.fall_maps_by_block(cube)
             heading = drawn.get_suptitle().splitlines()[-1].partition(",")[0]
             assert [panel.get_title() or heading for panel in drawn.axes] == said
             if variant == "nominal":  # on ice the stone slides and stands
                 with refused(ArgumentError, "boundary: nothing to draw: none of the 16 cases"):
-                    plot.boundary(cube)
+                    plot.overturning_boundary(cube)
             else:
-                assert [one.get_text() for one in plot.boundary(cube).legends[0].get_texts()][:2] == said
-            assert plot.plane(cube).get_suptitle().endswith(said[-1])
-            titles = plot.polar(cube).get_suptitle(), explorer_page_data(cube)["title"]
+                assert [one.get_text() for one in plot.overturning_boundary(cube).legends[0].get_texts()][:2] == said
+            assert plot.outcomes_by_pga_and_pgv_ratio(cube).get_suptitle().endswith(said[-1])
+            titles = plot.fall_map(cube).get_suptitle(), explorer_page_data(cube)["title"]
             assert ["variant other" in title for title in titles] == [variant == "other"] * 2
     assert block_label(settings, block).endswith("m, µ of the scene")
     (path,) = simulate_block_trajectories(settings, Motion.of(record), block, [0.0])

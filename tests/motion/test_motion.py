@@ -39,7 +39,7 @@ def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
 @pytest.mark.parametrize("key", ["network", "station", "location"])
 def test_components_of_different_stations_are_refused(key: str) -> None:
     several = stream("HNN", "HNE", "HNZ")
-    assert Motion.from_obspy(several).samples == 100
+    assert Motion.from_obspy(several).sample_count == 100
     several[1].stats[key] = "10"
     with pytest.raises(ArgumentError, match="east and north differ in station, location, start"):
         Motion.from_obspy(several)
@@ -103,7 +103,7 @@ def test_merged_gap_is_refused() -> None:
     ):
         Motion.from_obspy(merged)
     filled = pieces.copy().merge(fill_value=0.0)
-    assert Motion.from_obspy(filled).samples == 150
+    assert Motion.from_obspy(filled).sample_count == 150
     for trace in filled:
         trace.data = np.ma.masked_array(trace.data)  # a mask that hides nothing
     assert np.abs(Motion.from_obspy(filled).north).max() == 0.1
@@ -137,7 +137,7 @@ def test_output_of_remove_response_decides_the_unit(code: str, output: str, take
         trace.data = 1e-3 * np.sin(np.arange(400) / (20.0 + number))
     found.remove_response(inventory, output=output)
     if taken:
-        assert Motion.from_obspy(found).samples == 400
+        assert Motion.from_obspy(found).sample_count == 400
     else:
         with pytest.raises(ArgumentError, match=f"its response was removed to {output}"):
             Motion.from_obspy(found)
@@ -148,8 +148,8 @@ def test_integrated_trace_is_refused() -> None:
     found = stream("HNN", "HNE").integrate()
     with pytest.raises(ArgumentError, match=r"HNN: integrated by obspy; .* unit='m/s2'"):
         Motion.from_obspy(found)
-    assert Motion.from_obspy(found, unit="m/s2").samples == 100
-    assert Motion.from_obspy(found.differentiate()).samples == 100
+    assert Motion.from_obspy(found, unit="m/s2").sample_count == 100
+    assert Motion.from_obspy(found.differentiate()).sample_count == 100
 
 
 def test_sac_direction_contradicting_the_code_gives_a_warning() -> None:
@@ -198,7 +198,7 @@ def test_drifting_velocity_gives_a_warning() -> None:
 def test_kik_net_borehole_must_be_declared() -> None:
     with pytest.raises(ArgumentError, match=r"NS1: it belongs to the borehole sensor; .* sensor='borehole'"):
         Motion.from_obspy(stream("NS1", "EW1", "UD1"))
-    assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").samples == 100
+    assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").sample_count == 100
     with pytest.raises(ArgumentError, match="NS2: it belongs to the surface sensor"):
         Motion.from_obspy(stream("NS2", "EW2"), sensor="borehole")
 

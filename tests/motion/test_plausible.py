@@ -48,4 +48,4 @@ def test_simulate_refuses_numbers_in_gal_unless_trusted():
     found = overturning.simulate(trusted, azimuth_deg=[0], height=[0.6], b_over_h=[0.3], friction=[0.6])
     assert found.overturned.size == 1
     # Rest is rest in every unit.
-    assert Motion(0 * WAVE, 0 * WAVE, sampling_interval=0.01).samples == WAVE.size
+    assert Motion(0 * WAVE, 0 * WAVE, sampling_interval=0.01).sample_count == WAVE.size

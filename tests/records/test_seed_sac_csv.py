@@ -131,12 +131,12 @@ def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path)
     with refused(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
         read_record_without_processing(path)
     trusting = read_record_without_processing(path, DeclaredFileProperties(trust_data=True))
-    assert trusting.samples == 100
+    assert trusting.sample_count == 100
     assert all("breaks off" in why for why in trusting.extra["trusted"])
     path = write_mseed(
         tmp_path / "x.mseed", {"HNN": N * rise[::-1], "HNE": E * rise[::-1], "HNZ": (Z * rise[::-1])[:100]}
     )
-    assert read_record_without_processing(path).samples == 100, "the coda of a record may be short"
+    assert read_record_without_processing(path).sample_count == 100, "the coda of a record may be short"
 
 
 def test_gaps_are_refused(tmp_path):

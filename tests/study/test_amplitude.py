@@ -64,7 +64,7 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
         for factor in (0.5, 2.0):
             own = cube.sel(amplitude=factor).isel(record=0)
             again = simulate(
-                motion.times(factor),
+                motion.scaled_by(factor),
                 azimuth_deg=own["azimuth"].values,
                 height=[0.6],
                 b_over_h=SMALL["b_over_h"],
@@ -101,16 +101,21 @@ def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it
     path = cubes["three"]
     write_intensity_measures(study_from_content(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
     with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:
-        titles = [plot.polar(cube).get_suptitle() for cube in (twice, once)]
+        titles = [plot.fall_map(cube).get_suptitle() for cube in (twice, once)]
         assert ["motion × 2" in title for title in titles] == [True, False]
         assert titles[0].replace(", motion × 2", "") == titles[1]
         # The ensemble is run for the record as it is: of twice the record there is no probability, nor a bar for one.
-        without, with_bar = (len(plot.polar(cube).axes) for cube in (twice, once))
+        without, with_bar = (len(plot.fall_map(cube).axes) for cube in (twice, once))
         assert with_bar == without + 1
-        for draw in (plot.plane, plot.intensity, plot.hodograph, plot.history):
+        for draw in (
+            plot.outcomes_by_pga_and_pgv_ratio,
+            plot.pga_and_pgv_by_azimuth,
+            plot.hodograph,
+            plot.time_histories,
+        ):
             with refused(MissingDataError, "only for the factor 1, not 2", brief=True):
                 draw(twice)
         assert set(overturning.to_dataframe(twice)["amplitude"]) == {2.0}
         assert "amplitude" not in overturning.to_dataframe(once)
-        (point, *_) = plot.plane(once).axes[0].collections
+        (point, *_) = plot.outcomes_by_pga_and_pgv_ratio(once).axes[0].collections
         assert point.get_offsets()[:, 0].max() <= 100 * np.hypot(RECORD.north, RECORD.east).max()

@@ -262,7 +262,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
     assert read_convergence_result(tmp_path / "found.json").rigid == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
-    drop = np.zeros(records[1].samples)
+    drop = np.zeros(records[1].sample_count)
     drop[50] = -10.0
     hopping = check_convergence(settings, [records[0], replace(records[1], up=drop)], sample, rigid_sample=rigid).rigid
     assert hopping is not None

@@ -223,7 +223,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(ensemble, name, most)
     found = EnsembleRunner(PlanarModel(), members).run_members_of_cells(motion, grid, nothing, all_stand)[0]
-    held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
+    held = [(np.unique(cases[:, 0]).size * motion.sample_count, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
     assert (found["members"] == 8).all()

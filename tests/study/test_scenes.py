@@ -113,16 +113,19 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     for element, whose in (("shaft", ": shaft"), ("upper-base", ": upper-base, by H and B/H of the shaft")):
         with open_cube(nominal, element=element) as one:
             falls = bool((one["overturned"] != 0).any())
-            titles = [draw(one).get_suptitle().replace("\n", " ") for draw in (plot.polar, plot.boundary)[: 1 + falls]]
+            titles = [
+                draw(one).get_suptitle().replace("\n", " ")
+                for draw in (plot.fall_map, plot.overturning_boundary)[: 1 + falls]
+            ]
             if not falls:
                 with pytest.raises(ArgumentError, match="boundary: nothing to draw: none of the 24 cases"):
-                    plot.boundary(one)
+                    plot.overturning_boundary(one)
         assert falls is (element == "shaft")
         assert titles == [f"S, E A shaft on two bases{whose} {axis}" for axis in AXES[: 1 + falls]]
     # The limit of West, a ≥ g B/H, lay at 0.2 g for a monolith that does not rock below 0.53 g.
     for path, element, why in (("nominal", "upper-base", "not of the upper"), ("monolith", None, "a B/H of 0.463")):
         with open_cube(paths[path], element=element) as one, pytest.raises(ArgumentError, match=f"plane: .*{why}"):
-            plot.plane(one)
+            plot.outcomes_by_pga_and_pgv_ratio(one)
     for element in (None, "shaft"):
         with open_cube(nominal, chunks={"record": 1}, element=element) as lazy:
             assert lazy["overturned"].chunks is not None

@@ -213,7 +213,7 @@ BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.
 def test_a_polyhedron_has_its_own_sizes() -> None:
     study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
-    assert len(study.directions) == 72
+    assert len(study.azimuths_or_orientations_deg) == 72
     assert load_study_from_file_or_json(study.model_dump_json()) == study
 
 

@@ -77,7 +77,7 @@ def test_the_cube_has_orientations_and_an_outcome_of_each_stone(cube: xr.Dataset
 
 def test_cells_are_those_of_simulate_arrays(cube: xr.Dataset, motion: Motion, settings: Study) -> None:
     sizes = {"height": settings.height, "b_over_h": settings.b_over_h}  # rounded in the study
-    alone = simulate_arrays(motion.times(1.5), settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes)
+    alone = simulate_arrays(motion.scaled_by(1.5), settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes)
     for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "residual_slip_north", "slid_off"):
         cell = cube[name].isel(record=0).sel(amplitude=1.5, orientation=30, friction=0.7).to_numpy().ravel()
         found = alone[name].ravel()

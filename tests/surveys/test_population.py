@@ -57,7 +57,7 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     stones = stones_of(0.7, 0.15, 0.8, 0.0, count=2)
     stones = replace(stones, face=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
-    weak, strong = (outcomes_of_stones(cube(pulse(4.0, 1.0, 90).times(f), **size), stones) for f in (0.01, 1.0))
+    weak, strong = (outcomes_of_stones(cube(pulse(4.0, 1.0, 90).scaled_by(f), **size), stones) for f in (0.01, 1.0))
     assert not weak.fell.any()
     assert strong.fell.all()
     assert np.isnan(weak.azimuth).all()
@@ -172,12 +172,12 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
     motion, population = pulse(3.0, 0.8), StonePopulation(width=UniformRange(low=0.1, high=0.3), stones=64)
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(
-        [cube(motion, **axes), cube(motion.times(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")
+        [cube(motion, **axes), cube(motion.scaled_by(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")
     )
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_rates_by_record(both, population)
     alone = outcome_rates_by_amplitude(
-        outcomes_of_stones(cube(motion.times(2.0), **axes), draw_stones(population)), population
+        outcomes_of_stones(cube(motion.scaled_by(2.0), **axes), draw_stones(population)), population
     )
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()

@@ -50,7 +50,7 @@ def test_adversarial_motions_match_their_names(name: str) -> None:
         case "impulse":
             assert np.count_nonzero(motion.north) == 1
         case "ten minutes":
-            assert motion.samples * motion.sampling_interval == pytest.approx(600)
+            assert motion.sample_count * motion.sampling_interval == pytest.approx(600)
         case "vertical above g":
             assert motion.up is not None
             assert motion.up.min() < -9.80665
@@ -59,7 +59,7 @@ def test_adversarial_motions_match_their_names(name: str) -> None:
             assert np.ptp(motion.north) == 0
         case _:
             crossings = np.count_nonzero(np.diff(np.signbit(motion.north[1:])))
-            frequency = crossings / 2 / (motion.samples * motion.sampling_interval)
+            frequency = crossings / 2 / (motion.sample_count * motion.sampling_interval)
             assert frequency == pytest.approx(float(name.split()[0]), rel=0.3)
 
 

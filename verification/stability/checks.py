@@ -114,7 +114,7 @@ def find_contradiction(bounds: CaseBounds, results: CaseResults, row: int, flags
 
 def acceleration_demand(motion: Motion) -> float:
     """Return the largest ratio |a|/(g + a_up) of a motion towards north; infinite if the ground falls faster than g."""
-    weight = STANDARD_GRAVITY + (np.zeros(motion.samples) if motion.up is None else motion.up)
+    weight = STANDARD_GRAVITY + (np.zeros(motion.sample_count) if motion.up is None else motion.up)
     if (weight <= 0).any():
         return float("inf")
     return float(np.max(np.abs(motion.north) / weight))

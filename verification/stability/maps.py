@@ -202,7 +202,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _scene_groups(setting, prepared, motion)
     for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude, strict=True)):
-        reason = find_scene_contradiction(prepared, float(friction), motion.times(float(factor)), found, row)
+        reason = find_scene_contradiction(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
         rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):

@@ -201,7 +201,7 @@ def measure_energy_balance() -> Iterator[Row]:
 
 def run_exact_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
-    found = [rocking(motion.times(factor), cases, order) for motion, cases in groups]
+    found = [rocking(motion.scaled_by(factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
@@ -209,7 +209,7 @@ def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], t
     """Return the cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
     flags, peaks = run_exact_block(groups)
     same = np.all([run_exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
-    of_each = np.split(same, np.cumsum([group.cases.size for group in groups])[:-1])
+    of_each = np.split(same, np.cumsum([group.cases.case_count for group in groups])[:-1])
     kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
     return kept, (flags[same], peaks[same])
 
@@ -248,7 +248,7 @@ def measure_against_exact_sliding() -> Iterator[Row]:
     exact = np.array([
         sliding_displacement(group.wave(index), group.motion.sampling_interval, group.case(index)["friction"])[0]
         for group in groups
-        for index in range(group.cases.size)
+        for index in range(group.cases.case_count)
     ])  # fmt: skip
     moved = exact > 1e-3
     for setting in step_settings(finest=False):
@@ -274,7 +274,7 @@ def measure_engines_against_rigid_rocking() -> Iterator[Row]:
 
 
 def _sides(engine: Engine, groups: Sequence[CaseGroup], step: float) -> Flags:
-    sides = [_side(engine, group, index, step) for group in groups for index in range(group.cases.size)]
+    sides = [_side(engine, group, index, step) for group in groups for index in range(group.cases.case_count)]
     return np.array(sides, np.int8)
 
 

@@ -46,9 +46,9 @@ def simulate_cases_on_cluster(
 
     client, progress = numerics.client, numerics.progress
     here = replace(numerics, client=None, progress=None, threads=1)
-    wanted = min(cases.size // MIN_CASES_PER_TASK, 4 * sum(client.ncores().values()))
-    count = max(1, wanted, -(-cases.size // MAX_CASES_PER_TASK))
-    pieces = [np.arange(part, cases.size, count) for part in range(count)]
+    wanted = min(cases.case_count // MIN_CASES_PER_TASK, 4 * sum(client.ncores().values()))
+    count = max(1, wanted, -(-cases.case_count // MAX_CASES_PER_TASK))
+    pieces = [np.arange(part, cases.case_count, count) for part in range(count)]
     # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
     ground = client.submit(_motion_on_worker, motion, pure=False)
     tasks = {
@@ -58,7 +58,7 @@ def simulate_cases_on_cluster(
     for task in as_completed(tasks):
         done += tasks[task].size
         if progress and task.status == "finished":
-            progress(done, cases.size)
+            progress(done, cases.case_count)
     parts = client.gather(list(tasks))
     order = np.argsort(np.concatenate(pieces))
     columns = {name: np.concatenate([getattr(part, name) for part in parts])[order] for name in vars(parts[0])}

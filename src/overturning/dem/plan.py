@@ -111,7 +111,7 @@ class SimulationPlan(ABC):
     def initial_results(self) -> CaseResults:
         """Return results for all cases before the simulation: at rest, or missing where the contact is too soft."""
         results = CaseResults.of_cases_at_rest(
-            self.model.variables, self.cases.size, len(self.model.free_element_names)
+            self.model.variables, self.cases.case_count, len(self.model.free_element_names)
         )
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
@@ -167,7 +167,7 @@ class SimulationPlan(ABC):
             self.create_trajectory_buffer(is_recorded=True),
             np.zeros(1, np.int64),
         )
-        before = self.motion.samples
+        before = self.motion.sample_count
         if self.stays_at_rest[0] or self.too_soft[0]:
             path = path[:0]
         else:
@@ -175,7 +175,7 @@ class SimulationPlan(ABC):
             outcomes, path = self.compute_cases(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             path = self.continue_trajectory(path, aftermath) if aftermath > 0.0 else path
-        rest = self.trajectory_rows_at_rest(self.motion.samples)
+        rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         return results, self.convert_trajectory_rows(
             self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
         )
@@ -215,7 +215,7 @@ class SimulationPlan(ABC):
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["dwell"] *= step_divisor
         settings = QueueSettings(
-            samples=self.motion.samples,
+            samples=self.motion.sample_count,
             interval=self.motion.sampling_interval,
             ticks=ticks_per_step * steps,
             steps_per_check=steps,
@@ -254,7 +254,7 @@ class SimulationPlan(ABC):
 
     def create_trajectory_buffer(self, is_recorded: bool) -> NDArray[Any]:
         """Return a buffer for a trajectory: with a row per sample, or without rows if no trajectory is recorded."""
-        rows = self.motion.samples if is_recorded else 0
+        rows = self.motion.sample_count if is_recorded else 0
         check_trajectory_size(rows * self.values_per_trajectory_row)
         return np.zeros(rows, self.trajectory_dtype)
 
@@ -277,9 +277,9 @@ def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[ND
     if (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle of the 3-D model has one")
     azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
-    ground = np.zeros((azimuths.size, motion.samples + 3))
+    ground = np.zeros((azimuths.size, motion.sample_count + 3))
     for index, azimuth in enumerate(azimuths):
-        ground[index, : motion.samples] = motion.along(float(azimuth))
+        ground[index, : motion.sample_count] = motion.along(float(azimuth))
     return row, ground
 
 

@@ -92,7 +92,7 @@ def run(
     results = plan.initial_results()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
-    length = plan.steps[moving] * np.maximum(motion.samples - plan.first[moving], 1)
+    length = plan.steps[moving] * np.maximum(motion.sample_count - plan.first[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
     order = moving[np.lexsort((-length, plan.queue_numbers[moving]))]
 

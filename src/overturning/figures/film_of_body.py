@@ -69,7 +69,7 @@ def body_film_panel(
     )
     bodies = tuple(_film_body(one, frame_times, str(one["element"].item())) for one in stones)
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
-    level, up = amplitude * motion.horizontal, None if motion.up is None else amplitude * motion.up
+    level, up = amplitude * motion.horizontal_components, None if motion.up is None else amplitude * motion.up
     ground = ground_displacement_at_times((level[1], level[0], up), interval, frame_times)  # east, north, up
     times = np.ravel(trajectory["overturning_time"].to_numpy())
     when = float(min(times[np.isfinite(times)], default=np.nan))

@@ -25,9 +25,9 @@ def draw_hodographs(panels: Any, motion: Motion, fault_normal_deg: float = float
 
     Three panels show acceleration, velocity and displacement; fewer panels show the last ones of these.
     """
-    velocity = integrate(motion.horizontal, motion.sampling_interval)
+    velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     kinds = (
-        ("acceleration", motion.horizontal / GAL, "Gal"),
+        ("acceleration", motion.horizontal_components / GAL, "Gal"),
         ("velocity", velocity / CM, "cm/s"),
         ("displacement", integrate(velocity, motion.sampling_interval) / CM, "cm"),
     )

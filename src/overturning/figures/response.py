@@ -127,6 +127,6 @@ def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figu
     outcome = outcome_sentence(trajectory).split("(")[0].split(" at ")[0].strip()
     axes.set_title(f"tilt of the axis, degrees\n{outcome}", fontsize=9)
     style.label_axes(axes, "east", "north")
-    draw_hodographs(panels[0, 1:], motion.times(float(trajectory.attrs["amplitude"])))
+    draw_hodographs(panels[0, 1:], motion.scaled_by(float(trajectory.attrs["amplitude"])))
     style.add_title_and_legend(figure, title, axes, 4)
     return figure

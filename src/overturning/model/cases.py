@@ -75,13 +75,13 @@ class Cases:
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
         check_stone_heights(self.height)
-        check_case_count(self.size)
+        check_case_count(self.case_count)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
             raise ArgumentError("initial_tilt: the block would fall by itself; it must stay below arctan(B/H)")
 
     @property
-    def size(self) -> int:
+    def case_count(self) -> int:
         """Number of cases."""
         return int(np.asarray(self.azimuth_deg).size)
 

@@ -27,7 +27,7 @@ _POINTS = 256
 
 def peak_acceleration_and_velocity_azimuths(motion: Accelerogram) -> dict[str, float]:
     """Return the azimuths, degrees, of the largest horizontal acceleration and velocity; NaN without motion."""
-    acceleration = motion.horizontal
+    acceleration = motion.horizontal_components
     velocity = integrate(acceleration, motion.sampling_interval)
     return {name: _azimuth_of_largest_vector(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
 
@@ -68,7 +68,7 @@ def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]
     coefficients n and e of the north and east components; its largest magnitude is √(n² + e²). As in that paper,
     the wavelet is Daubechies' with four vanishing moments, and its period is that of its largest Fourier amplitude.
     """
-    velocity = integrate(motion.horizontal, motion.sampling_interval)
+    velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:
         return float("nan"), float("nan")
     step = max(1, int(np.floor(0.1 * PULSE_PERIODS[0] / motion.sampling_interval)))

@@ -48,8 +48,8 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     from overturning.motion.spectra import housner_spectrum_intensity, pseudo_acceleration_spectra
 
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
-    velocity = integrate(motion.horizontal, motion.sampling_interval)
-    series = (motion.horizontal, velocity, integrate(velocity, motion.sampling_interval))
+    velocity = integrate(motion.horizontal_components, motion.sampling_interval)
+    series = (motion.horizontal_components, velocity, integrate(velocity, motion.sampling_interval))
     measures = {
         name: largest_motion_along_azimuths(pair, north_east_cosines_of_azimuths(half))
         for name, pair in zip(PEAKS, series, strict=True)
@@ -133,7 +133,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     """
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
     summed = integrate(_horizontal_component_products(motion), motion.sampling_interval)
-    time = np.arange(motion.samples) * motion.sampling_interval
+    time = np.arange(motion.sample_count) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_squared_motion_coefficients(cosines)):
         along = form @ summed

@@ -59,12 +59,14 @@ def jma_instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False
     if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")
     count = math.ceil(DURATION / motion.sampling_interval - 1e-9)
-    if motion.samples < count:
+    if motion.sample_count < count:
         raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {DURATION} s")
     vertical = [] if motion.up is None or horizontal else [motion.up]
     components = np.stack([motion.north, motion.east, *vertical]) / GAL
     spectrum = np.fft.rfft(components, axis=1)
-    spectrum *= jma_filter_gain(np.asarray(np.fft.rfftfreq(motion.samples, motion.sampling_interval), dtype=np.float64))
-    filtered = np.fft.irfft(spectrum, motion.samples, axis=1)
+    spectrum *= jma_filter_gain(
+        np.asarray(np.fft.rfftfreq(motion.sample_count, motion.sampling_interval), dtype=np.float64)
+    )
+    filtered = np.fft.irfft(spectrum, motion.sample_count, axis=1)
     level = np.partition(np.sqrt((filtered**2).sum(axis=0)), -count)[-count]
     return 2.0 * math.log10(level) + 0.94 if level > 0 else -math.inf

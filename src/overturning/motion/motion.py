@@ -26,14 +26,14 @@ class Accelerogram:
     east: FloatArray
     up: FloatArray | None
     sampling_interval: float
-    trusted = False  # True: amplitudes are not checked for plausibility
+    user_trusts_data = False  # True: amplitudes are not checked for plausibility
     start: str | None = None  # time of the first sample, ISO 8601 in UTC; None if unknown
 
     def __repr__(self) -> str:
         parts = "north and east" if self.up is None else "north, east and up"
         return (
-            f"<{self._label}: {self.samples} samples of {self.sampling_interval:g} s, {parts}, "
-            f"horizontal peak {np.hypot(*self.horizontal).max():.3g} m/s²>"
+            f"<{self._label}: {self.sample_count} samples of {self.sampling_interval:g} s, {parts}, "
+            f"horizontal peak {np.hypot(*self.horizontal_components).max():.3g} m/s²>"
         )
 
     @property
@@ -69,7 +69,7 @@ class Accelerogram:
         return [self.north, self.east, *([] if self.up is None else [self.up])]
 
     @property
-    def horizontal(self) -> FloatArray:
+    def horizontal_components(self) -> FloatArray:
         """Acceleration towards north and east, m/s², shape (2, n)."""
         return np.stack([self.north, self.east])
 
@@ -107,14 +107,14 @@ class Accelerogram:
         return Stream([Trace(samples.copy(), about | {"channel": name}) for name, samples in channels])
 
     @property
-    def samples(self) -> int:
+    def sample_count(self) -> int:
         """Number of samples n of each component."""
         return int(self.north.size)
 
     @property
     def duration(self) -> float:
         """Time from the first to the last sample, s."""
-        return (self.samples - 1) * self.sampling_interval
+        return (self.sample_count - 1) * self.sampling_interval
 
 
 @suggest_closest_keyword()
@@ -151,7 +151,7 @@ class Motion(Accelerogram):
         # Keep masks until `check` has refused masked samples.
         self.north, self.east = (np.array(of, dtype=np.float64, subok=np.ma.is_masked(of)) for of in (north, east))
         self.up = None if up is None else np.array(up, dtype=np.float64, subok=np.ma.is_masked(up))
-        self.sampling_interval, self.trusted = float(sampling_interval), trust_data
+        self.sampling_interval, self.user_trusts_data = float(sampling_interval), trust_data
         self.check(ArgumentError)
         for samples in self.components:
             samples.flags.writeable = False
@@ -168,12 +168,12 @@ class Motion(Accelerogram):
             record.east,
             record.up,
             sampling_interval=record.sampling_interval,
-            trust_data=record.trusted,
+            trust_data=record.user_trusts_data,
         )
 
     of = from_record
 
-    def times(self, factor: float) -> "Motion":
+    def scaled_by(self, factor: float) -> "Motion":
         """Return the motion multiplied by a factor, without a check of its amplitude."""
         up = None if self.up is None else factor * self.up
         interval = self.sampling_interval

@@ -77,7 +77,7 @@ def _peak_oscillator_responses(
 ) -> FloatArray:
     """Return the largest response for q `response_quantities`, p `periods` and m azimuths, shape (q, p, m)."""
     oscillators = OscillatorResponseCalculator(
-        motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period
+        motion.horizontal_components, motion.sampling_interval, float(periods.max()), points_per_period
     )
     peaks = np.empty((len(response_quantities), periods.size, azimuth_cosines.shape[0]))
     for column, period in enumerate(periods):
@@ -102,9 +102,9 @@ def rotd_percentile_measures(
     periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(ROTD_AZIMUTHS)
     (displacement,) = _peak_oscillator_responses(motion, periods, cosines, 0.05, ("displacement",))
     psa = _pseudo_acceleration_from_displacement(displacement, periods)
-    velocity = integrate(motion.horizontal, motion.sampling_interval)
+    velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     return {
-        "pga": np.percentile(largest_motion_along_azimuths(motion.horizontal, cosines), percentiles),
+        "pga": np.percentile(largest_motion_along_azimuths(motion.horizontal_components, cosines), percentiles),
         "pgv": np.percentile(largest_motion_along_azimuths(velocity, cosines), percentiles),
         "psa": np.percentile(psa, percentiles, axis=1),
     }

@@ -188,7 +188,7 @@ def _format_peaks(processed_record: Record) -> str:
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
         for peak in pga_pgv_pgd_of_larger_component(
-            processed_record.horizontal, processed_record.sampling_interval
+            processed_record.horizontal_components, processed_record.sampling_interval
         ).values()
     )
     why = displacement_drift_evidence(processed_record)

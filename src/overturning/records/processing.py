@@ -67,7 +67,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
         record = _with_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
-    if not (looked_at or record.trusted) and (
+    if not (looked_at or record.user_trusts_data) and (
         why := implausible_amplitude_reason(record.components, record.sampling_interval)
     ):
         raise RecordError(
@@ -87,7 +87,7 @@ def _with_processing_entry(
 ) -> Record:
     """Return ``record_after`` with an entry on the parameters and effect of ``step`` added to its processing."""
     peaks = [
-        pga_pgv_pgd_of_larger_component(record.horizontal, record.sampling_interval)
+        pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
     ]
     entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json")}

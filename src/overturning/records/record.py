@@ -91,7 +91,7 @@ class Record(Accelerogram):
         return list(self.extra.get("notes") or ())
 
     @property
-    def trusted(self) -> bool:  # type: ignore[override]
+    def user_trusts_data(self) -> bool:  # type: ignore[override]
         """True if the user accepts contradictions of data and header, and implausible amplitudes."""
         return bool(self.extra.get("trusted_data", False))
 
@@ -100,7 +100,7 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
     """Return a record unchanged; convert a motion to a record with this id, without processing."""
     if isinstance(motion, Record):
         return motion
-    extra = {"processed": True, "given": True, "trusted_data": motion.trusted}
+    extra = {"processed": True, "given": True, "trusted_data": motion.user_trusts_data}
     return Record(record_id, motion.north, motion.east, motion.up, motion.sampling_interval, extra=extra)
 
 
@@ -193,7 +193,7 @@ def record_source_and_processing(record: Record) -> dict[str, Any]:
     ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
-    now = pga_pgv_pgd_of_larger_component(record.horizontal, record.sampling_interval)
+    now = pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
     return {
         "data": processing_label(record),
         "agency": record.extra.get("agency_processing", ""),

@@ -30,7 +30,11 @@ class SoilSite(BaseModel, extra="forbid", frozen=True):
 
         Raises a RecordError for a borehole record as outcropping rock: it contains waves reflected at the surface.
         """
-        if self.motion == "outcrop" and "borehole sensor" in record.extra.get("declared", ()) and not record.trusted:
+        if (
+            self.motion == "outcrop"
+            and "borehole sensor" in record.extra.get("declared", ())
+            and not record.user_trusts_data
+        ):
             raise RecordError(
                 f"record {record.record_id}: of a borehole, where rock moves with what the surface reflects, too, but "
                 "the site takes it for outcropping rock; write `motion: within` at the site, or say trust_data"

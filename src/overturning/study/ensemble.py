@@ -249,7 +249,7 @@ class EnsembleRunner:
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(BATCH, members.member_count))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-        most = min(MAX_MOTION_SAMPLES // motion.samples, MAX_MEMBER_CASES // cells_of_each)
+        most = min(MAX_MOTION_SAMPLES // motion.sample_count, MAX_MEMBER_CASES // cells_of_each)
         group = max(1, most // together)
         work, done, block_steps = max(1, int(chosen.sum())), 0, 0
         for start in range(0, directions.size, group):

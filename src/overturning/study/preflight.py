@@ -259,7 +259,9 @@ def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
     from overturning.dem.run import plan_simulation  # imported lazily: imports Numba
 
     still = Motion(np.zeros(2), np.zeros(2), sampling_interval=sampling_interval, trust_data=True)
-    ends = ((min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspects))
+    ends = (
+        (min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspect_ratios_d_over_b)
+    )
     height, b_over_h, friction, aspect = np.array(list(product(*ends))).T
     for variant in variant_names(study):
         sizes, of = SizeConversion.for_variant(study, variant), "" if variant == NOMINAL else f"variant {variant}: "
@@ -282,7 +284,7 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
     vertices = study.body is not None and study.body.vertices is not None
     if study.scene != gravestone() or study.site is not None or others or vertices:
         return False
-    threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
+    threshold = min(min(study.b_over_h) * min(1.0, *study.aspect_ratios_d_over_b), *study.friction)
     factor = max(study.amplitude)
     shaking = factor * np.hypot(record.north, record.east)
     applied = {

@@ -72,12 +72,15 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
     """Return the grid of a variant; directions ascend and are int16 if all are integers, otherwise float64."""
     model = variant_model(study, variant)
     values = {
-        "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspects, "friction": study.friction,
+        "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspect_ratios_d_over_b,
+        "friction": study.friction,
     }  # fmt: skip
     rows = {name: np.array(values[name], np.float64) for name in model.case_dims}
     element = model.free_element_names if len(model.free_element_names) > 1 else ()
     amplitude = study.amplitude if len(study.amplitude) > 1 else ()
-    return Grid({model.direction: integer_or_float_directions(study.directions)} | rows, element, amplitude)
+    return Grid(
+        {model.direction: integer_or_float_directions(study.azimuths_or_orientations_deg)} | rows, element, amplitude
+    )
 
 
 def integer_or_float_directions(directions_deg: Sequence[float]) -> NDArray[Any]:

@@ -233,15 +233,26 @@ class Study(StrictModel):
     @property
     def has_several_blocks(self) -> bool:
         """True if the study has further blocks (height, friction, aspect) besides that of the large maps."""
-        return len(self.height) * len(self.friction) * len(self.aspects) > 1
+        return len(self.height) * len(self.friction) * len(self.aspect_ratios_d_over_b) > 1
 
     @property
     def cases_per_record(self) -> int:
         """Number of cases per record."""
-        return math.prod(map(len, (self.directions, self.aspects, self.height, self.b_over_h, self.friction)))
+        return math.prod(
+            map(
+                len,
+                (
+                    self.azimuths_or_orientations_deg,
+                    self.aspect_ratios_d_over_b,
+                    self.height,
+                    self.b_over_h,
+                    self.friction,
+                ),
+            )
+        )
 
     @property
-    def directions(self) -> tuple[float, ...]:
+    def azimuths_or_orientations_deg(self) -> tuple[float, ...]:
         """Azimuths of the motion, or orientations of the 3-D body or stack, degrees, ascending."""
         if self.orientation is None:
             return tuple(self.azimuth.expand_azimuths())
@@ -255,6 +266,6 @@ class Study(StrictModel):
         return self.body is None and self.orientation is not None
 
     @property
-    def aspects(self) -> tuple[float, ...]:
+    def aspect_ratios_d_over_b(self) -> tuple[float, ...]:
         """Aspects D/B of the 3-D body; 1 for a 2-D study."""
         return (1.0,) if self.body is None else self.body.aspect

@@ -139,7 +139,7 @@ def sweep_cases_of_record(
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
     """Return a motion multiplied by an amplitude factor."""
-    return motion if amplitude_factor == 1.0 else motion.times(amplitude_factor)
+    return motion if amplitude_factor == 1.0 else motion.scaled_by(amplitude_factor)
 
 
 def _stack_outcomes_of_amplitudes(

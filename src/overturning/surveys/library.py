@@ -65,7 +65,7 @@ class CandidateMotion:
         An ArgumentError is raised if the motion is zero.
         """
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
-        cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal
+        cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal_components
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
             raise ArgumentError(f"motion {name}: nothing moves; leave it out")

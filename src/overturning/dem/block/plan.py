@@ -118,7 +118,7 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     law, density = model.scene.contact_law(ground_element, block), model.scene.materials[block.material].density
     scheme = parse_scheme(numerics.scheme)
     height, ratio = np.asarray(cases.height), np.asarray(cases.b_over_h)
-    friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.size, law.friction)
+    friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.case_count, law.friction)
     amplitude, tilt = np.asarray(cases.amplitude), np.asarray(cases.initial_tilt)
     width = ratio * height
     normal, tangential, dashpot = law.springs_and_dashpots.stiffness_and_damping_per_mass(width, height, density)
@@ -128,7 +128,7 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time_constant(width, height)
-    interval, samples = motion.sampling_interval, motion.samples
+    interval, samples = motion.sampling_interval, motion.sample_count
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
     if scheme == IntegrationScheme.CENTRED:
@@ -147,11 +147,11 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
         # If this needs more halvings than allowed, shorten the whole step.
         steps = steps << np.maximum(halvings - BLOCK.max_step_halvings, 0)
     first, calm, stays_at_rest = (
-        np.zeros(cases.size, np.int64),
-        np.full(cases.size, np.inf),
-        np.zeros(cases.size, np.bool_),
+        np.zeros(cases.case_count, np.int64),
+        np.full(cases.case_count, np.inf),
+        np.zeros(cases.case_count, np.bool_),
     )
-    rest_limit = np.zeros(cases.size)
+    rest_limit = np.zeros(cases.case_count)
     if numerics.leave_out:
         first, quiet, stays_at_rest = find_quiet_windows(
             motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
@@ -164,7 +164,7 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
             rest_limit = rest_acceleration_threshold(
                 ratio, friction, ratio, dynamic_overshoot_bound(slowest, delay, interval), REST_THRESHOLD_FACTOR
             )
-    table = np.zeros(cases.size, CASE)
+    table = np.zeros(cases.case_count, CASE)
     columns = {
         "width": width,
         "height": height,

@@ -338,7 +338,7 @@ def _simulate_rigid_blocks(
 ) -> None:
     """Simulate n rigid blocks; fill `outcomes_out`, shape (n, 2), with side of the fall and largest angle (rad)."""
     series = np.zeros((6, series_order + 1))
-    for k in range(cases.size):
+    for k in range(cases.case_count):
         outcomes_out[k, 0], outcomes_out[k, 1] = _simulate_rigid_block(
             horizontal_acceleration[motion_rows[k]], vertical_acceleration, cases[k], series
         )
@@ -377,7 +377,7 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_rounded(np.arctan, ratio)
-    table = np.zeros(cases.size, CASE)
+    table = np.zeros(cases.case_count, CASE)
     columns = {
         "sine": ratio / diagonal,
         "cosine": 1.0 / diagonal,
@@ -385,7 +385,7 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps": np.ceil(per_sample / LONGEST),
         "rest": REST * per_sample,
-        "after": motion.samples + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
+        "after": motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,
         "tilt_sine": evaluate_rounded(np.sin, alpha - np.abs(tilt)),
@@ -393,7 +393,7 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
     }
     for name, values in columns.items():
         table[name] = values
-    found = np.zeros((cases.size, 2))
+    found = np.zeros((cases.case_count, 2))
     _simulate_rigid_blocks(ground, row, up, table, series_order, found)
     side = np.nan_to_num(found[:, 0], nan=INT8_MISSING).astype(np.int8)
     return RigidRockingOutcomes(side, found[:, 1] / alpha)

@@ -75,7 +75,7 @@ class BodySimulationPlan(SimulationPlan):
     def vertical_base_acceleration(self) -> FloatArray:
         """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record and without vertical motion."""
         up = super().vertical_base_acceleration
-        return np.zeros(self.motion.samples + 3) if up is None else up
+        return np.zeros(self.motion.sample_count + 3) if up is None else up
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
@@ -137,7 +137,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
-    interval, samples = motion.sampling_interval, motion.samples
+    interval, samples = motion.sampling_interval, motion.sample_count
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_clock_settings(
         numerics, square[which], dashpot * modes[which], interval, period[which]
@@ -145,21 +145,21 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     first, calm, stays_at_rest = (
-        np.zeros(cases.size, np.int64),
-        np.full(cases.size, np.inf),
-        np.zeros(cases.size, np.bool_),
+        np.zeros(cases.case_count, np.int64),
+        np.full(cases.case_count, np.inf),
+        np.zeros(cases.case_count, np.bool_),
     )
-    rest_limit, threshold = np.zeros(cases.size), np.minimum((reach / foot)[which], friction)
+    rest_limit, threshold = np.zeros(cases.case_count), np.minimum((reach / foot)[which], friction)
     if numerics.leave_out and start is None:
         # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
         # vector is convex, so that its maximum is at a sample.
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
         first, quiet, stays_at_rest = find_quiet_windows(
-            motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
+            motion, np.zeros(cases.case_count, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
         rest_limit = _rest_acceleration_thresholds(made, which, laws, dashpot, friction, interval)
-    table = np.zeros(cases.size, CASE)
+    table = np.zeros(cases.case_count, CASE)
     columns = {
         "body": which,
         "stiffness": laws[which, 0],
@@ -284,11 +284,11 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
     Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.
     """
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
-    along = np.zeros((distinct.size, 2, motion.samples + 3))
+    along = np.zeros((distinct.size, 2, motion.sample_count + 3))
     cosines = np.array([direction_cosines(float(value)) for value in distinct])
     for index, orientation in enumerate(distinct):
-        along[index, 0, : motion.samples] = motion.along(float(orientation))
-        along[index, 1, : motion.samples] = motion.along(float(orientation) - 90.0)
+        along[index, 0, : motion.sample_count] = motion.along(float(orientation))
+        along[index, 1, : motion.sample_count] = motion.along(float(orientation) - 90.0)
     return row, cosines[row], along
 
 

@@ -159,23 +159,23 @@ def plan_scene_simulation(
     )
     # 20/p with p = √(3g/4R).
     slowest = np.sqrt(np.array([item.half_diagonal for item in variants]) / (0.75 * scene.gravity))[variant]
-    table = np.zeros(cases.size, t.CASE)
+    table = np.zeros(cases.case_count, t.CASE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"] = np.inf
-    table["after"] = motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
+    table["after"] = motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["dwell"] = np.round(SCENE.steps_before_length_doubles(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
-    first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
-    stable_from_sample = np.full((cases.size, len(variants[0].parts)), np.inf)
+    first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
+    stable_from_sample = np.full((cases.case_count, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
         quiet = partial(
-            find_quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.samples]
+            find_quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.sample_count]
         )
-        onset = np.zeros(cases.size)
+        onset = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
             onset[variant == number] = item.motion_onset_acceleration(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
@@ -186,7 +186,7 @@ def plan_scene_simulation(
             table["rest_limit"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
         # An element that starts to slide may slide off its support.
-        grip = np.zeros(cases.size)
+        grip = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
             grip[variant == number] = item.sliding_onset_acceleration(np.asarray(cases.friction)[variant == number])
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)

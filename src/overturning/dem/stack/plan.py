@@ -70,7 +70,7 @@ class StackSimulationPlan(SimulationPlan):
     def vertical_base_acceleration(self) -> FloatArray:
         """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if it moves level."""
         up = super().vertical_base_acceleration
-        return np.zeros(self.motion.samples + 3) if up is None else up
+        return np.zeros(self.motion.sample_count + 3) if up is None else up
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Add ``each``, shape (case_count, stones), to the tables of `SimulationPlan.create_result_tables`."""
@@ -154,22 +154,26 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
     foot, reach = tables["foot"], tables["reach"]
     period = np.sqrt(np.hypot(foot, reach) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
-    interval, samples = motion.sampling_interval, motion.samples
+    interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_clock_settings(
         numerics, square[which], rate, interval, LONGER_STEP * period[which]
     )
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
-    threshold = np.zeros(cases.size)
+    threshold = np.zeros(cases.case_count)
     for index, (stones, table) in enumerate(zip(stacks, joints, strict=True)):
         of_stack = which == index
         threshold[of_stack] = motion_threshold(stones, table, friction[of_stack])
-    first, calm, at_rest = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
+    first, calm, at_rest = (
+        np.zeros(cases.case_count, np.int64),
+        np.full(cases.case_count, np.inf),
+        np.zeros(cases.case_count, np.bool_),
+    )
     if numerics.leave_out:
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
         first, quiet, at_rest = find_quiet_windows(
-            motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
+            motion, np.zeros(cases.case_count, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
@@ -180,7 +184,7 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
         )
         for table in joints
     ])  # fmt: skip
-    case_table = np.zeros(cases.size, CASE)
+    case_table = np.zeros(cases.case_count, CASE)
     columns = {
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
         "deepest": (MAX_PENETRATION * np.minimum(reach, foot).min(axis=1))[which],

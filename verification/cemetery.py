@@ -32,7 +32,7 @@ from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file
 from overturning.report.drawings import draw_fall_rates
 from overturning.report.filters import percent
-from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares
+from overturning.statistics.space import planar_model_agreement_counts, planar_model_agreement_shares
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_for_variant
@@ -209,7 +209,9 @@ def simulate_each_stone(results: StudyResults) -> str:
 def planar_model_accuracy() -> list[MeasuredFigure]:
     """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
-        found = {name: float(one) for name, one in planar_agreement_shares(planar_agreement_counts(cube)).items()}
+        found = {
+            name: float(one) for name, one in planar_model_agreement_shares(planar_model_agreement_counts(cube)).items()
+        }
     beside = 100 * found["flag_beside"]
     return [
         MeasuredFigure("cases in space", int(found["cases"])),

@@ -12,7 +12,7 @@ import pandas as pd
 
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import load_scene
 from verification.engines import ENGINES, installed_engines
 from verification.inputs import CaseGroup, read_near_field_motion
@@ -44,7 +44,7 @@ def sample_cases() -> pd.DataFrame:
 def engine_sides(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return the sides to which the shaft falls, by installed engine."""
     scene = load_scene("three-tier", ROOT)
-    height, _ = reference_height_and_b_over_h(scene)
+    height, _ = size_reference_height_and_b_over_h(scene)
     groups = [
         CaseGroup(
             read_near_field_motion(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"])

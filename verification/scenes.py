@@ -19,7 +19,7 @@ from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
-from overturning.model.geometry import place_elements, reference_height_and_b_over_h
+from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
@@ -63,7 +63,7 @@ GROUPS = (
 def three_tier_cases() -> tuple[Scene, CaseGroup]:
     """Return the scene of a shaft on two bases, and its 96 cases."""
     scene = load_scene("three-tier", ROOT)
-    height, ratio = reference_height_and_b_over_h(scene)
+    height, ratio = size_reference_height_and_b_over_h(scene)
     ratios = [0.2, 0.25, 0.3, round(ratio, 10)]
     return scene, CaseGroup(read_near_field_motion(7), case_grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
 
@@ -87,7 +87,7 @@ def measure_speed() -> Iterator[MeasuredFigure]:
     motion = Motion(2.0 * np.sin(9 * time_axis), 0 * time_axis, sampling_interval=0.01)
     for name in ("three-tier", "against-a-wall", "boulder"):
         scene = load_scene(name, ROOT)
-        cases = Cases(0.0, *reference_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
+        cases = Cases(0.0, *size_reference_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
         found, seconds = time_run(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
         yield MeasuredFigure(
             f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s"
@@ -207,7 +207,7 @@ def measure_pillars() -> Iterator[MeasuredFigure]:
         for number, (width, height) in enumerate(sizes, 1):
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
         scene = check_scene({"name": "pillar", "elements": elements})
-        cases = case_grid(np.arange(0, 360, 45.0), *reference_height_and_b_over_h(scene), 1.0)
+        cases = case_grid(np.arange(0, 360, 45.0), *size_reference_height_and_b_over_h(scene), 1.0)
         for motion in read_default_motions().values():
             full = run(scene, motion, cases, Numerics(leave_out=False)).overturned
             flags += full.size

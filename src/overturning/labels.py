@@ -47,7 +47,7 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
 def element_size_note(cube: "xr.Dataset") -> str:
     """Return a note on whose sizes H and B/H of a cube are; "" if they belong to the stone of its outcomes."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
-    reference = variant_scene(study, variant).reference_name
+    reference = variant_scene(study, variant).size_reference_element_name
     if element_name_of_cube(cube) != reference:
         return f"H and B/H are those of the {reference}, not of the {element_name_of_cube(cube)}"
     return variant_size_note(study, variant)

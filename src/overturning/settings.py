@@ -89,7 +89,7 @@ class StonePopulation(StrictModel):
     seed: int = Field(default=1, ge=0, description="seed of the draw")
 
     @model_validator(mode="after")
-    def _check_face_spread_has_face(self) -> Self:
+    def _check_face_azimuth_if_spread_given(self) -> Self:
         """Raise a ValueError if a spread of face azimuths is given without a face azimuth."""
         if self.face is None and self.face_spread != StonePopulation.model_fields["face_spread"].default:
             raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")

@@ -22,7 +22,7 @@ from overturning.dem.simulate import create_case_grid
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
@@ -146,14 +146,14 @@ OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
     "rectangle with the planes of its faces": of_faces,
     **{
         f"scene: {name}": partial(
-            of_cases, PlanarModel(one), drawn(20, 20 + number, reference_height_and_b_over_h(one)), number % 2 == 1
+            of_cases, PlanarModel(one), drawn(20, 20 + number, size_reference_height_and_b_over_h(one)), number % 2 == 1
         )
         for number, (name, one) in enumerate(SCENES.items())
     },
     "scene of a block": partial(of_cases, PlanarModel(), drawn(30, 30), True, general=True),
     "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
     "stack, Cundall": partial(
-        of_cases, PlanarModel(LOOSE), drawn(6, 32, reference_height_and_b_over_h(LOOSE)), True, scheme="cundall"
+        of_cases, PlanarModel(LOOSE), drawn(6, 32, size_reference_height_and_b_over_h(LOOSE)), True, scheme="cundall"
     ),
 }
 """Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""

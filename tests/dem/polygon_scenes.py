@@ -10,7 +10,7 @@ from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.plan import PolygonSimulationPlan, plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, load_scene
@@ -49,7 +49,7 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
 
 
 def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
-    height, ratio = reference_height_and_b_over_h(made)
+    height, ratio = size_reference_height_and_b_over_h(made)
     return plan_scene_simulation(
         PlanarModel(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
     )

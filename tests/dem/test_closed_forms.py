@@ -14,7 +14,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import shape_from_name_or_sides
-from overturning.motion.direction import direction_cosines
+from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
@@ -218,7 +218,7 @@ def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval
 def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, azimuth: int, friction: float) -> None:
     """Slabs 0.6 to 10 m high under records at 0.02 s, and interpolated to 0.01 s, slip like the rigid sliding block."""
     record = near_field(number, pulse=number < 15)[0]
-    north, east = direction_cosines(azimuth)
+    north, east = cosine_and_sine_of_azimuth(azimuth)
     along = record.north * north + record.east * east
     expected = sliding_displacement(along, record.sampling_interval, friction)[0]
     between = np.interp(np.arange(2 * along.size - 1) * 0.5, np.arange(along.size), along)
@@ -230,7 +230,7 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, 
 def test_a_squat_block_lands_and_stays() -> None:
     """At B/H 0.428 under Sepulveda the peak rotation equals that of Housner's block; landings must not bounce."""
     record, height, b_over_h = near_field(23, pulse=False)[0], 1.597, 0.428
-    north, east = direction_cosines(41.24)
+    north, east = cosine_and_sine_of_azimuth(41.24)
     along = 1.4508 * (record.north * north + record.east * east)
     motion, case = (
         Motion(along, 0 * along, sampling_interval=record.sampling_interval),

@@ -14,9 +14,9 @@ from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.polygon.rules import finish_sample, view_scene_arrays_without_reference_counts
 from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import compute_step
-from overturning.dem.polygon.suspended_pairs import resume_pairs_up_to_motion
+from overturning.dem.polygon.suspended_pairs import resume_pairs_that_may_touch
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import block, scene, shaken
@@ -96,7 +96,7 @@ def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
         load_motion_of_next_sample(inputs, workspace, cases, rows.COLUMNS)
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
-                resume_pairs_up_to_motion(state, scene, workspace.pairs, np.inf)
+                resume_pairs_that_may_touch(state, scene, workspace.pairs, np.inf)
             compute_step(
                 inputs.ground.up, state, borrowed(workspace.matrix), borrowed(workspace.pattern),
                 borrowed(workspace.pairs), borrowed(workspace.moves), scene, inputs.settings.ticks,
@@ -115,7 +115,10 @@ def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tupl
     time = np.arange(0.0, 2.0, 0.01)
     motion = shaken(peak * np.sin(2.0 * np.pi * time))
     planned: Any = plan_scene_simulation(
-        PlanarModel(made), motion, Cases([0.0], *reference_height_and_b_over_h(made), 0.6), Numerics(leave_out=False)
+        PlanarModel(made),
+        motion,
+        Cases([0.0], *size_reference_height_and_b_over_h(made), 0.6),
+        Numerics(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
     most, found, _ = steps_of(planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep)

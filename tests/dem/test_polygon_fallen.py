@@ -11,7 +11,7 @@ from overturning.dem.run import run
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, reference_height_and_b_over_h
+from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.status import Status
@@ -82,7 +82,7 @@ def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
 
 
 def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
-    found = run(made, motion, Cases([0.0], *reference_height_and_b_over_h(made), 0.7, **keys))
+    found = run(made, motion, Cases([0.0], *size_reference_height_and_b_over_h(made), 0.7, **keys))
     return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
@@ -144,7 +144,7 @@ def test_a_fall_angle_given_by_the_scene_is_used() -> None:
 
 
 def run_case(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> CaseResults:
-    return run(made, motion, Cases([azimuth], *reference_height_and_b_over_h(made), friction), Numerics(**options))
+    return run(made, motion, Cases([azimuth], *size_reference_height_and_b_over_h(made), friction), Numerics(**options))
 
 
 def sine(peak: float, frequency: float, cycles: float = 4.0) -> Motion:

@@ -8,7 +8,7 @@ from overturning.dem.run import run
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion
@@ -28,7 +28,7 @@ def motion_of_noise() -> Motion:
 
 
 def cases_of(made: Scene, count: int = 90) -> Cases:
-    height, ratio = reference_height_and_b_over_h(made)
+    height, ratio = size_reference_height_and_b_over_h(made)
     rng = np.random.default_rng(3)
     return Cases(
         rng.integers(0, 360, count).astype(float), height * rng.choice([1.0, 2.0], count),
@@ -91,7 +91,7 @@ def test_skipping_rest_changes_no_flag_and_no_side() -> None:
 def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
     """Real records: after the fall of the shaft, the bases are simulated only while the record could lift them."""
     strong = strong_part(number, 4.0, 12.0).scaled_by(factor)
-    height, _ = reference_height_and_b_over_h(shipped("three-tier"))
+    height, _ = size_reference_height_and_b_over_h(shipped("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
     whole = run(shipped("three-tier"), strong, cases, Numerics(leave_out=False))

@@ -10,7 +10,7 @@ from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, reference_height_and_b_over_h
+from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
 from overturning.model.pieces import (
     convex_piece_vertex_indices,
     doubled_triangle_area,
@@ -42,7 +42,7 @@ def area_of(points: np.ndarray) -> float:
 
 
 def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
-    height, ratio = reference_height_and_b_over_h(made)
+    height, ratio = size_reference_height_and_b_over_h(made)
     return run(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
 

@@ -9,7 +9,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations
 from overturning.dem.run import run
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -26,7 +26,7 @@ def _strong() -> Motion:
 
 
 def _cases(made: Scene) -> Cases:
-    height, ratio = reference_height_and_b_over_h(made)
+    height, ratio = size_reference_height_and_b_over_h(made)
     return Cases(np.arange(12) * 30.0, height, ratio, np.tile([0.3, 1.0], 6))
 
 
@@ -36,7 +36,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
     made = _with_law(
         shipped("three-tier"), static_penetration=2e-5
     )  # soft, since Cundall's step shrinks with the stiffness
-    height, _ = reference_height_and_b_over_h(made)
+    height, _ = size_reference_height_and_b_over_h(made)
     time = np.arange(0, 2, 0.01)
     motion = shaken(np.round(4.0 * np.sin(9 * time) * (time < 0.7), 9))
     cases = Cases(0.0, height, [0.335, 0.34, 0.345, 0.35, 0.36], 1.0)

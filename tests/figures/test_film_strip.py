@@ -7,7 +7,7 @@ import pytest
 
 from overturning.figures.film import Film, vertex_positions_by_frame
 from overturning.figures.film_case import film_title_facts
-from overturning.figures.film_strip import body_at_frame, strip_figure, strip_frame_times_and_captions
+from overturning.figures.film_strip import body_at_frame, film_strip_figure, strip_frame_times_and_captions
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
 from overturning.figures.style import project_style
 from overturning.model.body import Body
@@ -43,7 +43,7 @@ def test_strip_of_a_standing_stone_shows_its_largest_lean() -> None:
 def test_strip_draws_each_panel_at_its_times() -> None:
     film = two_panels()
     with project_style():
-        figure = strip_figure(film)
+        figure = film_strip_figure(film)
     assert len(figure.axes) == 8
     times, _ = strip_frame_times_and_captions(film)
     for column, time in enumerate(times):

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from overturning.figures.backwards import motion_posterior_figure
 from overturning.figures.fall_rate import overturned_fraction_figure
 from overturning.figures.film_movie import write_film_movie
-from overturning.figures.film_strip import strip_figure
+from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.history import record_history_figure
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.page import film_page_html
@@ -27,7 +27,7 @@ from overturning.model.scene import gravestone
 from overturning.records.processing import Highpass, RemoveMean, process_record
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
-from overturning.translation.texts import MissingDataError, use_visible_language
+from overturning.translation.texts import MissingDataError, translate_visible_texts_to
 from tests.figures import test_answer_figures as answers
 from tests.figures.films import falling_body, two_panels
 from tests.figures.test_explore import space_cube
@@ -74,7 +74,7 @@ DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "mean axis": lambda: fall_roses_by_group_figure(cube(), {"all records": summary(20.0, 10.0)}),
     "map in space": in_space,
     "axis": lambda: body_axis_figure(falling_body(motion()), motion(), "Station"),
-    "strip": lambda: strip_figure(two_panels()),
+    "strip": lambda: film_strip_figure(two_panels()),
     "scenes": lambda: scenes_figure([gravestone()]),
     "posterior": posterior,
 }
@@ -102,7 +102,7 @@ def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
 def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
     with project_style():
         save_figure_files(answers.contrast(), tmp_path / "en.svg")
-        with use_visible_language("ja"):
+        with translate_visible_texts_to("ja"):
             save_figure_files(answers.contrast(), tmp_path / "ja.svg")
     english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
     assert japanese == translate_svg(english, "ja") != english
@@ -112,7 +112,7 @@ def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
 def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
-    with project_style(), use_visible_language("ja"):
+    with project_style(), translate_visible_texts_to("ja"):
         with pytest.raises(MissingDataError, match="install the Debian package fonts-noto-cjk"):
             save_figure_files(answers.contrast(), path)
         assert not path.exists()
@@ -126,7 +126,7 @@ def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: P
         pytest.skip("no Japanese font")
     with project_style():
         save_figure_files(answers.contrast(), tmp_path / "en.png")
-        with use_visible_language("ja"):
+        with translate_visible_texts_to("ja"):
             save_figure_files(answers.contrast(), tmp_path / "ja.png", tmp_path / "ja.pdf")
     with Image.open(tmp_path / "en.png") as english, Image.open(tmp_path / "ja.png") as japanese:
         assert np.abs(np.subtract(english.size, japanese.size)).max() <= 1
@@ -153,7 +153,7 @@ def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
 
 def test_a_film_page_is_japanese(tmp_path: Path) -> None:
     film = two_panels(title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake")
-    with use_visible_language("ja"):
+    with translate_visible_texts_to("ja"):
         page = film_page_html(film)
     data = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)[0])
     told = json.dumps([data["title"], data["words"], [(one["title"], one["outcome"]) for one in data["panels"]]])
@@ -165,11 +165,11 @@ def test_a_film_page_is_japanese(tmp_path: Path) -> None:
 
 def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
-        with use_visible_language("ja"):
+        with translate_visible_texts_to("ja"):
             write_film_movie(two_panels(0.2), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
-    with use_visible_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
+    with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
         write_film_movie(two_panels(0.2), tmp_path / "b.gif")
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from overturning.figures.answer import PlottedEstimate, overturned_share_contrast_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
-from overturning.figures.style import NARROW_WIDTH, narrow_figures, project_style
+from overturning.figures.style import NARROW_WIDTH, figures_for_phone, project_style
 
 
 @pytest.mark.parametrize("narrow", [False, True])
@@ -13,7 +13,7 @@ def test_panels_stand_below_each_other_on_a_phone_only(narrow: bool) -> None:
     arguments = ["all cases"], shares, [PlottedEstimate(0.3, 0.2, 0.4)]
     with project_style():
         if narrow:
-            with narrow_figures():
+            with figures_for_phone():
                 figure = overturned_share_contrast_figure(*arguments)
         else:
             figure = overturned_share_contrast_figure(*arguments)
@@ -33,7 +33,7 @@ def test_a_phone_shows_two_maps_of_stations_in_a_row_as_large_as_on_a_page() -> 
     ]
     with project_style():
         page = earthquake_map_figure(earthquakes)
-        with narrow_figures():
+        with figures_for_phone():
             phone = earthquake_map_figure(earthquakes)
         columns = [figure.axes[0].get_gridspec().ncols for figure in (page, phone)]
         for figure in (page, phone):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.direction import direction_cosines
+from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -213,7 +213,7 @@ def test_kik_net_borehole_must_be_declared() -> None:
 )  # fmt: skip
 def test_direction_cosines_of_compass_angles(azimuth: float, north: float, east: float) -> None:
     """Cosine and sine of angles of the equilateral triangle and the square, clockwise from north."""
-    assert direction_cosines(azimuth) == pytest.approx((north, east), abs=1e-12)
+    assert cosine_and_sine_of_azimuth(azimuth) == pytest.approx((north, east), abs=1e-12)
 
 
 def test_integral_follows_the_trapezoidal_rule() -> None:

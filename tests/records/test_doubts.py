@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import RecordError
-from overturning.motion.plausible import clipped_sample_count_and_level, sampling_interval_doubts
+from overturning.motion.plausible import clipped_sample_count_and_level, reasons_to_doubt_sampling_interval
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import record_source_and_processing
@@ -151,7 +151,7 @@ def test_one_doubt_about_the_interval_is_a_note(tmp_path, interval, count, said)
 @pytest.mark.parametrize(("hertz", "doubted"), [(25.0, False), (40.0, True)])
 def test_pgv_over_pga_of_a_sine_is_its_period_over_two_pi(hertz, doubted):
     time = np.arange(4000) / 1000.0
-    doubts = sampling_interval_doubts([np.cos(2 * np.pi * hertz * time)], 0.001)
+    doubts = reasons_to_doubt_sampling_interval([np.cos(2 * np.pi * hertz * time)], 0.001)
     assert [f"{1000 / (2 * np.pi * hertz):.2g} ms" in doubt for doubt in doubts] == [True] * doubted
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.report.write import write_report
-from overturning.translation.texts import use_visible_language
+from overturning.translation.texts import translate_visible_texts_to
 from tests.figures.test_explore import cube, space_cube
 from tests.figures.test_japanese_figures import svg_texts
 from tests.report.browsers import answers
@@ -62,7 +62,7 @@ NAMES = {"script", "window", "hurt", "none", "space", "report", "HTML", "html"}
 
 @pytest.mark.browser
 def test_the_explorer_has_no_english_word(tmp_path: Path) -> None:
-    with use_visible_language("ja"):
+    with translate_visible_texts_to("ja"):
         pages = {
             name: (explorer_page_html(explorer_page_data(data), "report.html"), HELPERS + ALL_TEXTS)
             for name, data in (("2-D", cube()), ("part", painted()), ("3-D", space_cube()))

@@ -11,7 +11,13 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record, record_source_and_processing
 from overturning.report.page import report_page
-from overturning.report.render import LANGUAGES, label, parse_markdown, read_label_translations, render_markdown
+from overturning.report.render import (
+    LANGUAGES,
+    parse_markdown,
+    read_label_translations,
+    render_markdown,
+    translate_label,
+)
 from overturning.report.terminal import paragraphs_of
 from tests.report.by_hand import RECORD, STUDIES
 from tests.report.test_rendering import elements
@@ -50,7 +56,7 @@ def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp
     assert item.startswith("vale")
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
     unfolded = paragraphs_of(parse_markdown(text))
-    assert any(label("clipped samples", read_label_translations(language)) in one for one in unfolded)
+    assert any(translate_label("clipped samples", read_label_translations(language)) in one for one in unfolded)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -59,9 +65,9 @@ def test_drift_and_trusted_contradictions_are_named(tmp_path: Path, language: st
     assert DRIFT in record_processing(record_source_and_processing(drifting)).doubts
     text = report_of_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
-    assert label(DRIFT, read_label_translations(language)) in text
+    assert translate_label(DRIFT, read_label_translations(language)) in text
     dead = record_of(tmp_path / "y.csv", 1e-9 * WAVE, trust_data=True)
     assert record_processing(record_source_and_processing(dead)).doubts == [TRUSTED]
     text = report_of_record(dead, language)
     assert "north\\' is dead" in text
-    assert label(TRUSTED, read_label_translations(language)) in text
+    assert translate_label(TRUSTED, read_label_translations(language)) in text

@@ -21,10 +21,10 @@ from overturning.model.status import Status
 from overturning.report.render import (
     LANGUAGES,
     environment,
-    label,
     parse_markdown,
     read_label_translations,
     render_markdown,
+    translate_label,
 )
 from overturning.report.terminal import paragraphs_of, plain_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
@@ -150,15 +150,15 @@ def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> Non
         return "\n".join(paragraphs_of(parse_markdown(render_markdown(Findings.model_validate(data), language))))
 
     labels, text = read_label_translations(language), unfolded(data)
-    (line,) = (one for one in text.splitlines() if label(kinds[0], labels) in one)
-    assert all(label(kind, labels) in line for kind in kinds)
+    (line,) = (one for one in text.splitlines() if translate_label(kinds[0], labels) in one)
+    assert all(translate_label(kind, labels) in line for kind in kinds)
     assert line.count("vale") == 3
     assert "weak" in text
     data["record_notes"]["doubts"][0] |= {"count": 40, "records": [f"station{number}" for number in range(40)]}
     assert "station5" in unfolded(data)
     assert "station6" not in unfolded(data)
     data["record_notes"] = {"records_with_notes": 0, "doubts": []}
-    assert label(kinds[0], labels) not in unfolded(data)
+    assert translate_label(kinds[0], labels) not in unfolded(data)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -169,7 +169,7 @@ def test_no_rule_is_called_best_unless_every_interval_excludes_0(language: str) 
     paragraphs = [one for one in text_of(Findings.model_validate(data), language).splitlines() if "−0.03" in one]
     assert len(paragraphs) == 1
     assert highest not in paragraphs[0]
-    names = [label(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
+    names = [translate_label(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
     assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
     data["criteria_scores"] |= {"best_criterion": "West", "not_shown_to_differ": []}
     assert highest in text_of(Findings.model_validate(data), language)
@@ -273,14 +273,14 @@ def test_every_name_in_findings_by_hand_has_a_japanese_label() -> None:
     names = shown_labels() - PROPER
     assert len(names) >= 15
     labels = read_label_translations("ja")
-    assert [name for name in names if label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
+    assert [name for name in names if translate_label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
     assert {*RULE_NAMES, *CRITERION_NAMES, *STATUS_NAMES, *(d for d, *_ in JMA_DEGREES if " " in d)} <= {*labels}
 
 
 def test_numbers_of_a_name_are_kept_in_its_label() -> None:
     labels = {"B/H {} to {}": "B/H {}～{}"}
-    assert label("B/H 0.1 to 0.25", labels) == "B/H 0.1～0.25"
-    assert label("{odd} 7 {name}", labels) == "{odd} 7 {name}"
+    assert translate_label("B/H 0.1 to 0.25", labels) == "B/H 0.1～0.25"
+    assert translate_label("{odd} 7 {name}", labels) == "{odd} 7 {name}"
 
 
 def test_all_languages_print_the_same_numbers() -> None:

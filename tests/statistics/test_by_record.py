@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.errors import ArgumentError
 from overturning.statistics import by_record
-from overturning.statistics.by_record import record_groups
+from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.earthquakes import fall_axes_by_group, fall_vector_sums_by_record
 
 
@@ -32,9 +32,9 @@ def members(groups):
 
 
 def test_by_pulse_by_word_and_by_number(cube):
-    assert members(record_groups(cube)) == {"with a velocity pulse": [0, 1], "without (control)": [2, 3]}
-    assert members(record_groups(cube, "wall")) == {"wall foot": [2], "wall hanging": [0, 3]}
-    found = members(record_groups(cube, "vs30", [360.0, 760.0]))
+    assert members(record_masks_by_group(cube)) == {"with a velocity pulse": [0, 1], "without (control)": [2, 3]}
+    assert members(record_masks_by_group(cube, "wall")) == {"wall foot": [2], "wall hanging": [0, 3]}
+    found = members(record_masks_by_group(cube, "vs30", [360.0, 760.0]))
     assert found == {"vs30 below 360": [0], "vs30 from 360 to below 760": [1], "vs30 from 760": [2]}
 
 
@@ -47,8 +47,8 @@ def test_fall_axes_of_the_groups(cube):
 
 def test_unknown_group_coordinates_are_named(cube):
     with pytest.raises(ArgumentError, match=r"coordinate: 'geology'; records are described by .*vs30, wall"):
-        record_groups(cube, "geology")
+        record_masks_by_group(cube, "geology")
     with pytest.raises(ArgumentError, match="edges"):
-        record_groups(cube, "vs30")
+        record_masks_by_group(cube, "vs30")
     with pytest.raises(ArgumentError, match="ascending"):
-        record_groups(cube, "vs30", [700.0, 360.0])
+        record_masks_by_group(cube, "vs30", [700.0, 360.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.alignment_by_rule import fault_normal_alignment_by_rule
+from overturning.statistics.alignment_by_rule import fault_normal_alignment_by_block_selection
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     fall_axes_by_earthquake,
@@ -160,7 +160,7 @@ def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
 
     every, some, half = [0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0.3, 0.4]
     chosen = [(half, every[:2]), (half, None), ([0.4], None), (some, [0.2]), (every, every[:2])]
-    ((group, found),) = fault_normal_alignment_by_rule(cube).items()
+    ((group, found),) = fault_normal_alignment_by_block_selection(cube).items()
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
     for one, shapes in zip(found, chosen, strict=True):
         means = [mean(record, own) for record, own in enumerate(shapes) if own]
@@ -171,12 +171,12 @@ def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
-    own = fault_normal_alignment_by_rule(many, [MARGINAL])["all records"][0]
+    own = fault_normal_alignment_by_block_selection(many, [MARGINAL])["all records"][0]
     summary = summarise_fall_axes(fall_axes_by_earthquake(many))
     assert own.alignment == summary.alignment
     assert own.largest == pytest.approx(summary.largest)
     assert own.alignment.low < own.alignment.value < own.alignment.high
-    assert fault_normal_alignment_by_rule(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
+    assert fault_normal_alignment_by_block_selection(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
 
 
 def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(make_cube, sector) -> None:

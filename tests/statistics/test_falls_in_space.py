@@ -26,8 +26,8 @@ from overturning.statistics.falls import (
 from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
-    planar_agreement_counts,
-    planar_agreement_shares,
+    planar_model_agreement_counts,
+    planar_model_agreement_shares,
     standing_stone_twists_deg,
     summarise_twists,
 )
@@ -292,19 +292,21 @@ def test_the_plane_is_counted_right() -> None:
     cube = xr.Dataset(
         {name: ("record", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
     ).expand_dims(b_over_h=[0.3])
-    found = planar_agreement_shares(planar_agreement_counts(cube))
+    found = planar_model_agreement_shares(planar_model_agreement_counts(cube))
     assert found["cases"] == 6
     shares = {"flag": 4 / 6, "only_space": 1 / 6, "only_plane": 1 / 6, "face": 1 / 3, "axis": (30.0 + 80.0 + 10.0) / 3}
     assert {name: float(found[name]) for name in shares} == pytest.approx(shares)
     assert np.isnan(found["flag_beside"]), "no neighbour"
-    each = planar_agreement_shares(planar_agreement_counts(cube), "record")["flag"].to_numpy()
+    each = planar_model_agreement_shares(planar_model_agreement_counts(cube), "record")["flag"].to_numpy()
     assert each == pytest.approx([1, 1, 0, 1, 0, 1, np.nan, np.nan], nan_ok=True)
     # Along B/H the 3-D flags are 1 1 0 0 ? 0: the second and third differ from a neighbour; 2-D has one right.
     row = (
         cube.isel(record=[0] * 6, b_over_h=0, drop=True).rename(record="b_over_h").expand_dims("record").copy(deep=True)
     )
     row["overturned"][:], row["plane_overturned"][:] = [1, 1, 0, 0, np.nan, 0], [1, 0, 0, 1, 1, 1]
-    assert float(planar_agreement_shares(planar_agreement_counts(row))["flag_beside"]) == pytest.approx(1 / 2)
+    assert float(planar_model_agreement_shares(planar_model_agreement_counts(row))["flag_beside"]) == pytest.approx(
+        1 / 2
+    )
 
 
 def test_twist_is_of_stones_that_moved_and_stand() -> None:

@@ -17,7 +17,7 @@ from overturning.findings.results import StudyResults
 from overturning.labels import variant_label_as_list
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -226,7 +226,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         assert (cube["members"] == 8).all()
     assert several == (variant == "nominal")
     scene = variant_scene(study, variant)
-    height, own = reference_height_and_b_over_h(scene)
+    height, own = size_reference_height_and_b_over_h(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
         members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping

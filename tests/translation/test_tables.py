@@ -14,7 +14,7 @@ from overturning.translation.texts import (
     read_translation_table,
     translate,
     translate_strings,
-    use_visible_language,
+    translate_visible_texts_to,
 )
 
 ENGLISH = re.compile(r"[A-Za-z]{3,}")
@@ -101,10 +101,10 @@ def test_packed_data_and_numbers_are_not_translated() -> None:
 
 
 def test_the_language_holds_inside_the_block() -> None:
-    with use_visible_language("ja"):
+    with translate_visible_texts_to("ja"):
         assert translate("stands") == "非転倒"
     assert translate("stands") == "stands"
-    with pytest.raises(ArgumentError, match="choose one of en, ja"), use_visible_language("de"):
+    with pytest.raises(ArgumentError, match="choose one of en, ja"), translate_visible_texts_to("de"):
         pass
 
 

@@ -7,7 +7,7 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
@@ -22,12 +22,12 @@ from verification.stability.checks import (
 
 def case(scene: Scene) -> CaseResults:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
-    return run(scene, pulse(6.0), Cases([180.0], *reference_height_and_b_over_h(scene), 0.7))
+    return run(scene, pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
 
 
 def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:
     """An answer with other rotations and flags, and the times that go with these."""
-    rotation = np.radians([turned_deg]) / prepared.peak_rotation_units[prepared.free_element_indices]
+    rotation = np.radians([turned_deg]) / prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
     changed = {
         "peak_rotation": rotation,
@@ -63,7 +63,7 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
-        short = np.arcsin(share * reference_height_and_b_over_h(scene)[1])
+        short = np.arcsin(share * size_reference_height_and_b_over_h(scene)[1])
         assert 0.5 * np.pi - least_fallen_rotations(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
         assert standing_rotation_limits(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 

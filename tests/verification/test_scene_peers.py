@@ -12,7 +12,7 @@ import pytest
 
 from overturning.dem.run import run
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
@@ -33,7 +33,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     kept, cases = pd.read_csv(TABLE), sample_cases()
     pd.testing.assert_frame_equal(kept[cases.columns], cases, check_dtype=False)
     scene = shipped("three-tier")
-    height, _ = reference_height_and_b_over_h(scene)
+    height, _ = size_reference_height_and_b_over_h(scene)
     ours, rigid = np.zeros((2, len(cases)))
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])

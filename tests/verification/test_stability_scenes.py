@@ -13,7 +13,7 @@ from overturning.dem.run import run, run_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw, Material
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
@@ -100,14 +100,17 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
         soft = shipped(name).model_copy(update={"contacts": (law,)})
         found = run(
-            soft, pulse(3.0), Cases(0.0, *reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]), Numerics(general=True)
+            soft,
+            pulse(3.0),
+            Cases(0.0, *size_reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
+            Numerics(general=True),
         )
         assert (found.status == Status.UNSTABLE).all()
         assert (found.overturned == -128).all()
     law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
     stiff = shipped(name).model_copy(update={"contacts": (law,)})
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
-        run(stiff, pulse(3.0), Cases(0.0, *reference_height_and_b_over_h(stiff), 0.7), Numerics(general=True))
+        run(stiff, pulse(3.0), Cases(0.0, *size_reference_height_and_b_over_h(stiff), 0.7), Numerics(general=True))
 
 
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different

@@ -496,8 +496,8 @@ class CundallPlan(body_plan.BodySimulationPlan):
     queue: ClassVar[Any] = staticmethod(run_cundall)
 
     @property
-    def loop_selector(self) -> Any:
-        """Marker whose type selects the loops; see `BodySimulationPlan.loop_selector`."""
+    def base_shape_loop_tag(self) -> Any:
+        """Marker whose type selects the loops; see `BodySimulationPlan.base_shape_loop_tag`."""
         return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
 
 

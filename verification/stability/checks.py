@@ -149,7 +149,7 @@ def find_scene_contradiction(
     bounds = CaseBounds(
         max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
     )
-    turned = results.peak_rotation[row] * prepared.peak_rotation_units[prepared.free_element_indices]
+    turned = results.peak_rotation[row] * prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
     return find_contradiction(
         bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
     )

@@ -24,7 +24,7 @@ from overturning.dem.time_step import (
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -177,7 +177,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     """
     case = setting.common
     scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
-    ratio = reference_height_and_b_over_h(scene)[1] * case.b_over_h
+    ratio = size_reference_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
         "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1), "energy_error": np.nan,

@@ -42,7 +42,7 @@ def draw_figure(
     from overturning.figures.write import parse_figure_width_inches, save_figure_with_checks, set_figure_title
     from overturning.files import check_output_path
     from overturning.study.cube import open_cube, select_heights_and_frictions, study_for_presentation
-    from overturning.translation.texts import ENGLISH, check_language_is_known, use_visible_language
+    from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
 
     if kind not in KINDS:
         raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS)}")
@@ -62,7 +62,7 @@ def draw_figure(
         drawn = draw(chosen, record) if of_one else draw(chosen)
         study = study_for_presentation(data)
     set_figure_title(drawn, title)
-    with use_visible_language(language or (study.language if study else None)):
+    with translate_visible_texts_to(language or (study.language if study else None)):
         warning = save_figure_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
     print(output)
     if warning:

@@ -33,7 +33,7 @@ def write_explorer_page(
     from overturning.files import check_output_path
     from overturning.study.cube import index_of_record, open_cube, study_for_presentation
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.translation.texts import use_visible_language
+    from overturning.translation.texts import translate_visible_texts_to
 
     # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
@@ -44,6 +44,6 @@ def write_explorer_page(
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
         settings = study_for_presentation(data, load_study_from_file_or_json(study) if study else None)
-        with use_visible_language(language or (settings.language if settings else None)):
+        with translate_visible_texts_to(language or (settings.language if settings else None)):
             write_explorer(chosen, path, settings, link)
     print(path)

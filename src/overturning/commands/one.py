@@ -38,7 +38,7 @@ def simulate_one_stone(
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file_start_s
-    from overturning.translation.texts import use_visible_language
+    from overturning.translation.texts import translate_visible_texts_to
 
     _check_output_files(output_options, body_options)
     record = _read_processed_record(motion_options, file_options)
@@ -88,7 +88,7 @@ def simulate_one_stone(
         )
         film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), film_title_text(facts))
         write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
-        with use_visible_language(output_options.language):
+        with translate_visible_texts_to(output_options.language):
             write(film, output_options.animate)
         print(f"film: {output_options.animate}")
     if output_options.response is not None:
@@ -96,7 +96,7 @@ def simulate_one_stone(
         from overturning.figures.style import project_style
         from overturning.figures.write import save_figure_files
 
-        with project_style(), use_visible_language(output_options.language):
+        with project_style(), translate_visible_texts_to(output_options.language):
             figure = (
                 body_axis_figure(found.trajectory_of_shown_stone, motion, title)
                 if body_options.body or is_stack
@@ -226,11 +226,11 @@ def _simulate_planar(
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_bearing
-    from overturning.model.geometry import reference_height_and_b_over_h
+    from overturning.model.geometry import size_reference_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
     stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
-    own_height, own_ratio = reference_height_and_b_over_h(stones)
+    own_height, own_ratio = size_reference_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
     friction = _friction_of_scene(stones, stone_options)

@@ -81,10 +81,10 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(note)
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
-        print(_survey_search_time_note(searched, len(entries)))
+        print(_motion_search_time_note(searched, len(entries)))
 
 
-def _survey_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
+def _motion_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
     """Return a note on the time that the search for the motion behind each survey takes with so many records."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions

@@ -237,11 +237,11 @@ def draw_figures_of_records(
     from overturning.figures.write import write_figure_in_study_formats
     from overturning.study.gather import merge_sweep_parts
     from overturning.study.parts import sweep_part_paths
-    from overturning.translation.texts import use_visible_language
+    from overturning.translation.texts import translate_visible_texts_to
 
     settings, records = _load_study_and_processed_motions(study, motions)
     write = partial(write_figure_in_study_formats, settings.figures)
-    with TemporaryDirectory() as folder, use_visible_language(settings.language):
+    with TemporaryDirectory() as folder, translate_visible_texts_to(settings.language):
         cube = Path(folder) / "cube.nc"
         merge_sweep_parts(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, motions, output, write)
@@ -254,10 +254,10 @@ def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output
     from overturning.figures.study import draw_study_figures
     from overturning.figures.write import write_figure_in_study_formats
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.translation.texts import use_visible_language
+    from overturning.translation.texts import translate_visible_texts_to
 
     settings = load_study_from_file_or_json(study)
-    with use_visible_language(settings.language):
+    with translate_visible_texts_to(settings.language):
         draw_study_figures(cube, intensity, output, partial(write_figure_in_study_formats, settings.figures))
 
 

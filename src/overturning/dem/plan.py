@@ -283,7 +283,7 @@ def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[ND
     return row, ground
 
 
-def evaluate_rounded(function: np.ufunc, arguments: FloatArray) -> FloatArray:
+def evaluate_and_round_results(function: np.ufunc, arguments: FloatArray) -> FloatArray:
     """Return a function of each of the `arguments`, rounded: the last digit differs between processors."""
     distinct, where = np.unique(arguments, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

@@ -14,7 +14,7 @@ from overturning.figures.style import (
     SERIES,
     add_title_and_legend,
     create_panel_grid,
-    draws_for_phone,
+    is_drawing_for_phone,
     label_axes,
 )
 
@@ -183,7 +183,7 @@ def overturned_share_contrast_figure(
     right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
     ends = [100.0 * _nan_if_none(end) for dot in share_differences for end in dot[:3] if _is_finite(end)]
     reach = 1.12 * max([*map(abs, ends), 2.0])
-    if draws_for_phone():
+    if is_drawing_for_phone():
         # Short lines of names, and no empty half, leave room for the dots.
         row_names = [fill(name, 11) for name in row_names]
         right.set_xlim(min([*ends, -0.2 * reach]) - 0.1 * reach, max([*ends, 0.2 * reach]) + 0.1 * reach)

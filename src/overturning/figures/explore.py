@@ -165,7 +165,7 @@ def _direction_cell_edges(direction_deg: FloatArray, is_planar: bool) -> FloatAr
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the explorer page: study, variant, and the element whose heights and B/H are stated."""
     title = (study.title if study else "") or str(cube.attrs.get("title", ""))
-    parts = filter(None, [title, *variant_label_as_list(cube), *_reference_element_note(cube)])
+    parts = filter(None, [title, *variant_label_as_list(cube), *_size_reference_element_note(cube)])
     return translate(", ").join(map(translate, parts))
 
 
@@ -182,11 +182,11 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
-def _reference_element_note(cube: "xr.Dataset") -> list[str]:
+def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
     """Return a list of one note: the element whose heights and B/H are stated; empty for a cube of one element."""
     if cube.sizes["element"] == 1:
         return []
-    return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).reference_name}"]
+    return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).size_reference_element_name}"]
 
 
 def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film_words import COMPONENTS, PLAYER, SPEEDS
-from overturning.figures.style import group_extremes
+from overturning.figures.style import minimum_and_maximum_by_group
 from overturning.motion.integration import integrate
 from overturning.units import GAL
 
@@ -80,7 +80,7 @@ class FilmPanel:
         return bool(self.bodies[0].faces)
 
     @property
-    def player_keys_description(self) -> str:
+    def keyboard_help_text(self) -> str:
         """Text on the keys of the film player that only films of this kind (2-D or 3-D) have."""
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
@@ -281,4 +281,4 @@ def _thinned_motion_and_interval(
     group = max(1, int(np.floor(0.0201 / sampling_interval)))
     if group <= 2 or piece.size < 2 * group:
         return piece, sampling_interval
-    return group_extremes(piece, group)[1], sampling_interval * group / 2
+    return minimum_and_maximum_by_group(piece, group)[1], sampling_interval * group / 2

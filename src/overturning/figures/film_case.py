@@ -43,7 +43,7 @@ def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
     own = {} if scene.varies_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
         return {"kind": "stone", **own}
-    return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.reference_name, **own}
+    return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.size_reference_element_name, **own}
 
 
 def _stone_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:

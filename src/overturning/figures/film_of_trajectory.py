@@ -32,7 +32,7 @@ FADED: Final = 0.1
 
 def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: the azimuth of the motion, or the azimuth that a 3-D body faces."""
-    display = _film_functions_of(trajectory)
+    display = _film_functions_for_trajectory(trajectory)
     return panel_heading_of_direction(float(trajectory.attrs[display.direction]), in_space=display is not _PLANE)
 
 
@@ -43,7 +43,7 @@ def has_outcome(trajectory: "xr.Dataset") -> bool:
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return a sentence (without full stop) on what falls in a trajectory, or that the simulation is not valid."""
-    return _film_functions_of(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
+    return _film_functions_for_trajectory(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
 
 
 def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float] | None:
@@ -63,7 +63,7 @@ def _first_return_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[flo
 
     See `first_and_last_movement_times`.
     """
-    poses, time = _film_functions_of(trajectory).poses(trajectory), trajectory["time"].to_numpy()
+    poses, time = _film_functions_for_trajectory(trajectory).poses(trajectory), trajectory["time"].to_numpy()
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1)
     least = MOVEMENT_TOLERANCE if has_fallen_stone(trajectory) else max(MOVEMENT_TOLERANCE, FADED * float(away.max()))
     moving = np.flatnonzero(away > MOVEMENT_TOLERANCE)
@@ -139,11 +139,15 @@ def film_of_trajectories(
         )
     time = frame_times_between(*film_start_and_end_times(trajectories))
     panels = tuple(
-        _film_functions_of(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
+        _film_functions_for_trajectory(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
         for trajectory, motion, name in zip(trajectories, each, names, strict=True)
     )
     return Film(
-        title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_film_functions_of(trajectories[0]).note}".strip()
+        title,
+        float(time[0]),
+        FRAME_INTERVAL,
+        panels,
+        note=f"{note} {_film_functions_for_trajectory(trajectories[0]).note}".strip(),
     )
 
 
@@ -168,7 +172,7 @@ _STACK: Final = _TrajectoryFilmFunctions(
 )
 
 
-def _film_functions_of(trajectory: "xr.Dataset") -> _TrajectoryFilmFunctions:
+def _film_functions_for_trajectory(trajectory: "xr.Dataset") -> _TrajectoryFilmFunctions:
     """Return the functions and texts for a film of a trajectory: those for 2-D scenes, 3-D bodies or 3-D stacks."""
     if "quaternion" not in trajectory:
         return _PLANE

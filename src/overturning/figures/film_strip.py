@@ -54,7 +54,7 @@ def rotation_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
     return np.asarray(np.pad(angle, (0, frame_count - angle.size), mode="edge"))
 
 
-def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
+def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     """Return the figure of a film for paper: a row of four frames for each panel, at the same times."""
     times, names = strip_frame_times_and_captions(film)
     rows = len(film.panels)
@@ -76,11 +76,11 @@ def strip_figure(film: Film, *, titled: bool = True) -> "Figure":
         # A long line must not widen the first column: leave it out of the layout, but keep its height.
         axes_row[0].set_xlabel(" ", fontsize=8)
         below = {"transform": axes_row[0].transAxes, "fontsize": 8, "va": "top"}
-        axes_row[0].text(0.0, -0.03, _text_below_row(panel, rows), **below).set_in_layout(False)
+        axes_row[0].text(0.0, -0.03, _caption_below_frame_row(panel, rows), **below).set_in_layout(False)
     return figure
 
 
-def _text_below_row(panel: FilmPanel, row_count: int) -> str:
+def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
     """Return the text below a row of frames: azimuths of left and right, heading (of several rows), and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
     return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome

@@ -15,8 +15,8 @@ from overturning.figures.style import (
     SERIES,
     create_panel_grid,
     format_three_digits,
-    group_extremes,
     label_axes,
+    minimum_and_maximum_by_group,
 )
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.integration import integrate
@@ -125,7 +125,7 @@ def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[Flo
     width = -(-sample_times.size // BINS)
     if width <= 2:
         return sample_times, samples
-    places, drawn = group_extremes(samples, width)
+    places, drawn = minimum_and_maximum_by_group(samples, width)
     return sample_times[np.minimum(places, sample_times.size - 1)], drawn
 
 

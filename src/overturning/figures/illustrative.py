@@ -11,12 +11,12 @@ from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_cases_with_figures
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
-from overturning.figures.film_strip import strip_figure
+from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.film_words import film_title_text, panel_heading_of_setting, station_and_event_text
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
 from overturning.figures.response import body_axis_figure, rotation_slip_and_uplift_figure
 from overturning.figures.style import project_style
-from overturning.figures.write import refill_folder, save_figure_files
+from overturning.figures.write import empty_folder_then_list_new_files, save_figure_files
 from overturning.labels import friction_label
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import PlanarModel
@@ -27,7 +27,7 @@ from overturning.statistics.illustrative import IllustrativeCase, case_with_diff
 from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
-    SizeConversion,
+    StudyToSceneSizeConversion,
     motion_for_variant,
     numerics_of_study,
     variant_model,
@@ -65,7 +65,7 @@ def draw_illustrative_cases(
     shown_records : sequence of str, optional
         Records among which the cases are chosen, such as those of surveys; not given: all records of the cube.
     """
-    with refill_folder(output_folder), open_cube_by_record(cube_path) as cube, project_style():
+    with empty_folder_then_list_new_files(output_folder), open_cube_by_record(cube_path) as cube, project_style():
         chosen = np.isin(cube["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
         cube = cube.isel(record=chosen)
         cases = find_illustrative_cases(cube)
@@ -104,7 +104,7 @@ def _draw_illustrative_case(
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
-    drawn = [("strip", strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
+    drawn = [("strip", film_strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
     if model_of_cube(one).one_component:
         drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
@@ -131,7 +131,7 @@ def _draw_illustrative_case(
         film=film.player_data(),
         strip=strip,
         strip_alt=str(figures.pop(strip)["alt"]),
-        keys=film.panels[0].player_keys_description,
+        keys=film.panels[0].keyboard_help_text,
         figures=figures,
     )
 
@@ -217,7 +217,7 @@ def simulate_block_trajectories(
     The trajectories of a scene go on until its stones lie. Height (m) and B/H of the block are those of the study; a
     variant with another scene has the sizes of its own.
     """
-    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
+    model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     height, ratio = (np.array([block[name]]) for name in ("height", "b_over_h"))
     scaled = block | {
         "height": float(sizes.to_scene_heights(height)[0]),

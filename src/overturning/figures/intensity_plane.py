@@ -15,7 +15,7 @@ from overturning.figures.style import (
     STANDS,
     add_title_and_legend,
     create_panel_grid,
-    draws_for_phone,
+    is_drawing_for_phone,
     label_axes,
     set_logarithmic_ticks,
 )
@@ -109,7 +109,7 @@ def outcomes_by_pga_and_pgv_ratio_figure(
     # Show the slendernesses with the most evenly divided outcomes: they are the most informative.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()
-    shown = heights[:1] if draws_for_phone() else heights[np.unique([0, heights.size - 1])]
+    shown = heights[:1] if is_drawing_for_phone() else heights[np.unique([0, heights.size - 1])]
     # The fit includes all frictions, the points show one.
     named = "fit: probability ½" if cube.sizes["friction"] == 1 else "fit of all µ together: probability ½"
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)

@@ -37,7 +37,7 @@ def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
     frictions = cube["friction"].to_numpy()
     columns = len(frictions) + 1
     # On a phone the map of one friction and its rose stay next to each other.
-    narrow = style.draws_for_phone() and columns == 2
+    narrow = style.is_drawing_for_phone() and columns == 2
     figure = style.create_figure(style.NARROW_WIDTH if narrow else 2.2 * columns, 1.95 * len(blocks) + 0.9)
     panels = style.add_panel_grid(figure, len(blocks), columns)
     for row, (height, aspect) in enumerate(blocks):

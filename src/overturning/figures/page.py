@@ -70,18 +70,18 @@ def film_page_html(film: Film) -> str:
     """Return the HTML page of a film; on paper the page shows four frames instead of the player."""
     from markupsafe import Markup
 
-    from overturning.figures.film_strip import strip_figure
+    from overturning.figures.film_strip import film_strip_figure
     from overturning.figures.style import project_style
     from overturning.figures.write import save_figure_files
 
     with TemporaryDirectory() as folder, project_style():
         strip = Path(folder) / "strip.svg"
-        save_figure_files(strip_figure(film, titled=False), strip)
+        save_figure_files(film_strip_figure(film, titled=False), strip)
         player = Markup(film_html_element(film.player_data(), strip, translate(film.title)))
     about = {
         "title": translate(film.title),
         "player": player,
-        "keys": [translate(one) for one in (KEYS, film.panels[0].player_keys_description)],
+        "keys": [translate(one) for one in (KEYS, film.panels[0].keyboard_help_text)],
         "language": current_language(),
     }
     return render_page_template("film.html.j2", read_template_text("player.css"), film_player_script(), {}, **about)

@@ -185,7 +185,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
     mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY, vmin=0.0, vmax=1.0, **look)
     for ring, missing in enumerate(np.isnan(towards) & panel.simulated):
-        for start, width in runs_of_selected_cells(missing, edges):
+        for start, width in contiguous_ranges_of_selected_cells(missing, edges):
             look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
     axes.plot(
@@ -210,7 +210,7 @@ def _draw_simulated_area(
 ) -> None:
     """Hatch and outline the simulated azimuths and B/H, as background of the cells that fall or have no outcome."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
-    for start, width in runs_of_selected_cells(is_simulated, azimuth_edges_rad):
+    for start, width in contiguous_ranges_of_selected_cells(is_simulated, azimuth_edges_rad):
         axes.bar(start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
         if width < 2.0 * np.pi:
             axes.bar(
@@ -222,7 +222,9 @@ def _draw_simulated_area(
             axes.plot(around, np.full(around.size, edge), color=_EDGE, **_THIN)
 
 
-def runs_of_selected_cells(is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray) -> list[tuple[float, float]]:
+def contiguous_ranges_of_selected_cells(
+    is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray
+) -> list[tuple[float, float]]:
     """Return start and width, radians, of each run of neighbouring selected cells on a full circle."""
     if is_selected.all():
         return [(float(cell_edges_rad[0]), float(cell_edges_rad[-1] - cell_edges_rad[0]))]

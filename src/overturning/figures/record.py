@@ -84,5 +84,9 @@ def scene_and_element_title_line(cube: xr.Dataset) -> str:
     if scene.name == gravestone().name:
         return ""
     shown = element_name_of_cube(cube)
-    sizes = "" if shown == scene.reference_name else f", by H and B/H of the {scene.reference_name}"
+    sizes = (
+        ""
+        if shown == scene.size_reference_element_name
+        else f", by H and B/H of the {scene.size_reference_element_name}"
+    )
     return f"\n{scene.title or scene.name}: {shown}{sizes}"

@@ -21,7 +21,7 @@ from overturning.figures.style import (
     add_panel_grid,
     add_title_and_legend,
     create_figure,
-    draws_for_phone,
+    is_drawing_for_phone,
 )
 from overturning.model.falls import model_of_cube
 from overturning.records.fault_trace import Trace, parse_fault_trace
@@ -158,7 +158,7 @@ def earthquake_map_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
     for site in earthquakes:
         _check_earthquake_on_map(site)
-    most, width = (NARROW_COLUMNS, NARROW_WIDTH) if draws_for_phone() else (COLUMNS, PAGE_WIDTH)
+    most, width = (NARROW_COLUMNS, NARROW_WIDTH) if is_drawing_for_phone() else (COLUMNS, PAGE_WIDTH)
     columns = min(most, len(earthquakes))
     rows = -(-len(earthquakes) // columns)
     side = width / most if columns == most else width / max(columns, 1.6)

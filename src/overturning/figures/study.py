@@ -10,7 +10,7 @@ from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_fi
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import project_style
-from overturning.figures.write import Write, refill_folder
+from overturning.figures.write import Write, empty_folder_then_list_new_files
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of_cube
 from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
@@ -22,9 +22,8 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
     """Draw the figures that combine all records of a study, from its cube and intensity measures (NetCDF).
 
     Writes into `output_folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and the
-    maps of the stations into ``maps/`` (see `refill_folder`; empty if no record has coordinates). The function
-    `write_figure_files` writes a figure in
-    all formats of the study.
+    maps of the stations into ``maps/`` (see `empty_folder_then_list_new_files`; empty if no record has coordinates).
+    The function `write_figure_files` writes a figure in all formats of the study.
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
     with open_cube_by_record(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, project_style():
@@ -49,6 +48,6 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
 
 def _draw_station_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:
     """Draw the station maps of the earthquakes of a cube, and write them into a folder."""
-    with refill_folder(output_folder):
+    with empty_folder_then_list_new_files(output_folder):
         for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(cube)), 1):
             write_figure_files(figure, output_folder / f"{number}")

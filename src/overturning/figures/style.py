@@ -64,7 +64,7 @@ SETTINGS: Final[Any] = {
 
 
 @contextmanager
-def narrow_figures() -> Iterator[None]:
+def figures_for_phone() -> Iterator[None]:
     """Context manager in which `create_panel_grid` makes figures for a phone: panels below each other."""
     token = _NARROW.set(True)
     try:
@@ -73,8 +73,8 @@ def narrow_figures() -> Iterator[None]:
         _NARROW.reset(token)
 
 
-def draws_for_phone() -> bool:
-    """True inside `narrow_figures`."""
+def is_drawing_for_phone() -> bool:
+    """True inside `figures_for_phone`."""
     return _NARROW.get()
 
 
@@ -95,7 +95,7 @@ def project_style() -> Iterator[None]:
             gc.enable()
 
 
-def group_extremes(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
+def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
     """Return indices and values of minimum and maximum in each group of `group_size` samples, shape (2 × groups,).
 
     Each group has two: its minimum and its maximum, in the order of the samples.
@@ -154,7 +154,7 @@ def create_panel_grid(
     """Return a figure of a size in inches and its grid of panels, an array of shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
-    `matplotlib.figure.Figure.subplots`. Inside `narrow_figures` all panels stand below each other.
+    `matplotlib.figure.Figure.subplots`. Inside `figures_for_phone` all panels stand below each other.
     """
     kind = {"projection": "polar"} if polar else None
     if _NARROW.get():
@@ -173,7 +173,7 @@ def create_panel_grid(
 def add_panel_grid(
     figure: "Figure", row_count: int, column_count: int, visible_count: int | None = None, **more: Any
 ) -> Any:
-    """Add a grid of panels to a figure, also inside `narrow_figures`; return an array, shape (row_count, column_count).
+    """Add a grid of panels to a figure, also inside `figures_for_phone`; return an array, shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.

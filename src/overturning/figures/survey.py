@@ -25,7 +25,7 @@ from overturning.figures.style import (
     SERIES,
     add_title_and_legend,
     create_figure,
-    draws_for_phone,
+    is_drawing_for_phone,
     label_axes,
     legend_patch,
     set_radius_ticks,
@@ -74,7 +74,7 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     """Draw for each survey the roses of the observed and computed falls, and the shares of stones that fell."""
     count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
-    if count == 1 and draws_for_phone():
+    if count == 1 and is_drawing_for_phone():
         figure = create_figure(NARROW_WIDTH, 4.9)
         halves = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.0))
         places, below = [halves[0]], halves[1]

@@ -230,7 +230,7 @@ def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figu
 
 
 @contextmanager
-def refill_folder(folder: Path) -> Iterator[None]:
+def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
     """Empty a folder before the block that fills it, and list its files afterwards.
 
     The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.

@@ -210,12 +210,14 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
         best_criterion=found.best_criterion.name if leads and all(one.excludes_zero for one in leads.values()) else "",
         largest_skill_criterion=found.best_criterion.name if leads else "",
         skill_lead=leads,
-        not_shown_to_differ=_differences_not_shown(found.best_criterion.name, leads, [one.criterion for one in scores]),
+        not_shown_to_differ=_insignificant_score_differences(
+            found.best_criterion.name, leads, [one.criterion for one in scores]
+        ),
         share_beyond_pulse_range=found.beyond,
     )
 
 
-def _differences_not_shown(
+def _insignificant_score_differences(
     criterion: str, leads: Mapping[str, Estimate], listed_names: Sequence[str]
 ) -> list[SkillDifference]:
     """Return the leads of a criterion whose interval does not exclude 0, as differences of criteria in listed order."""
@@ -261,7 +263,7 @@ def computed_outcomes_at_published_cells(
 
     An outcome is True if the block overturns, False if it stands, None if it is unknown.
     """
-    cube, ids = results.reference_cube(variant), [name.id for name in results.record_names]
+    cube, ids = results.cube_of_size_reference_element(variant), [name.id for name in results.record_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [
         cube["overturned"]

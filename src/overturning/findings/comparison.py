@@ -66,7 +66,7 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
         ("finer", convergence.finer_by, convergence.finer), ("stiffer", convergence.stiffer_by, convergence.stiffer)
     ):  # fmt: skip
         sampled = convergence.chosen < convergence.computed
-        rows += [_second_computation_of_element(name, factor, one, sampled) for one in part.outcomes]
+        rows += [_comparison_of_element_with_second_computation(name, factor, one, sampled) for one in part.outcomes]
         if not part.outcomes:
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
@@ -78,12 +78,14 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
     rigid = convergence.rigid
     if rigid is not None and rigid.cases:
         rows.append(
-            _second_computation_of_element("rigid", math.nan, rigid, rigid.cases + rigid.unanswered < rigid.cells)
+            _comparison_of_element_with_second_computation(
+                "rigid", math.nan, rigid, rigid.cases + rigid.unanswered < rigid.cells
+            )
         )
     return rows
 
 
-def _second_computation_of_element(
+def _comparison_of_element_with_second_computation(
     computation: str, factor: float, element_changes: OutcomeChangesOfElement, is_random_sample: bool
 ) -> ComparisonWithSecondComputation:
     return ComparisonWithSecondComputation(

@@ -166,7 +166,7 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
     every = np.arange(results.cube.sizes["record"])
     if names_of_differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
         return every
-    applied = [results.reference_cube(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
+    applied = [results.cube_of_size_reference_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
     return every[np.logical_or(*applied)]
 
 
@@ -180,7 +180,7 @@ def _contrast_study_with_variant(
     results: StudyResults, variant: str, record_indices: NDArray[np.intp]
 ) -> VariantContrast:
     """Compare the study with `variant` over the records `record_indices`."""
-    cubes = [results.reference_cube(name).isel(record=record_indices) for name in (NOMINAL, variant)]
+    cubes = [results.cube_of_size_reference_element(name).isel(record=record_indices) for name in (NOMINAL, variant)]
     events = results.record_events[record_indices]
     found = mean_fall_contrast(count_falls_of_two_stones(*cubes), events)
     here, there = (overturned_shares_by_record(cube).to_numpy() for cube in cubes)

@@ -6,11 +6,11 @@ import numpy as np
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
-from overturning.statistics.alignment_by_rule import FallAlignmentUnderBlockRule
+from overturning.statistics.alignment_by_rule import FallAlignmentOfBlockSelection
 from overturning.statistics.bootstrap import mean_over_earthquakes
-from overturning.statistics.by_record import record_groups
+from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import block_selection_rule_of_model, count_outcome_changes
-from overturning.statistics.space import planar_agreement_shares
+from overturning.statistics.space import planar_model_agreement_shares
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
@@ -28,7 +28,7 @@ class EarthquakeAxis(Finding):
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
-class FallAlignmentUnderRule(Finding):
+class BlockSelectionAlignment(Finding):
     """Alignment of falls with the fault normal, over the blocks that one rule selects."""
 
     rule: str
@@ -68,7 +68,7 @@ class GroupFallDirection(Finding):
     """Resultant of the doubled fall axes of one record, mean over earthquakes."""
     by_earthquake: list[EarthquakeAxis]
     """Falls of each earthquake relative to its fault normal."""
-    by_rule: list[FallAlignmentUnderRule]
+    by_rule: list[BlockSelectionAlignment]
     """Alignment under each rule that selects blocks."""
     smallest_by_rule: Number
     """Smallest alignment under the rules of `by_rule`."""
@@ -146,14 +146,14 @@ class PlanarModelAgreement(Finding):
     """Mean angle between the fall axes of the two models, 0 to 90."""
 
 
-def _alignment_under_rule(
-    rule_alignment: FallAlignmentUnderBlockRule, direction_noun: str, is_study_rule: bool
-) -> FallAlignmentUnderRule:
+def _block_selection_alignment(
+    rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
+) -> BlockSelectionAlignment:
     """Convert the alignment under one block selection rule to a finding.
 
     `direction_noun`, such as "plane", completes the name of the rule.
     """
-    return FallAlignmentUnderRule(
+    return BlockSelectionAlignment(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,
         records=rule_alignment.records,
@@ -162,7 +162,7 @@ def _alignment_under_rule(
     )
 
 
-def _reason_for_no_axis(results: StudyResults) -> str:
+def _reason_for_no_fall_axis(results: StudyResults) -> str:
     """Return why the falls have no axis that can be compared with a fault; "" if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
@@ -182,14 +182,14 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
         block_selection_rule_of_model(cube),
     )
-    members, word = record_groups(cube), "plane" if results.model.one_component else results.model.direction
+    members, word = record_masks_by_group(cube), "plane" if results.model.one_component else results.model.direction
     for name, summary in results.fall_axis_summaries.items():
         axes = results.fall_axes_by_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.record_events)
         rules = [
-            _alignment_under_rule(one, word, one.rule is own)
-            for one in results.fault_normal_alignment_by_rule.get(name, [])
+            _block_selection_alignment(one, word, one.rule is own)
+            for one in results.fault_normal_alignment_by_block_selection.get(name, [])
         ]
         known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(
@@ -223,8 +223,8 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         changes[dim] = changed / pairs if pairs else None
     difference = results.first_minus_second_group_alignment
     return FallDirection(
-        has_comparable_axis=results.has_comparable_axis,
-        no_axis_because=_reason_for_no_axis(results),
+        has_comparable_axis=results.has_fall_axis_and_fault_normal,
+        no_axis_because=_reason_for_no_fall_axis(results),
         groups=groups,
         alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
         if difference and difference.n
@@ -280,7 +280,10 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
     """Compute how often the 2-D model in the face planes agrees with the 3-D model; None without 2-D outcomes."""
     if "plane_overturned" not in results.cube:
         return None
-    whole = {str(name): float(one) for name, one in planar_agreement_shares(results.planar_agreement_counts).items()}
+    whole = {
+        str(name): float(one)
+        for name, one in planar_model_agreement_shares(results.planar_model_agreement_counts).items()
+    }
     return PlanarModelAgreement(
         cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
         same_outcome=whole["flag"],

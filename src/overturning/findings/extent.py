@@ -7,7 +7,7 @@ from overturning.findings.values import Finding, Number
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.statistics.by_record import record_groups
+from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.map_choice import choose_map_records
 from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, record_sources
 from overturning.study.scenes import variant_scene
@@ -89,7 +89,7 @@ def study_extent(results: StudyResults) -> StudyExtent:
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
     steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))
-    groups = list(record_groups(cube).values())
+    groups = list(record_masks_by_group(cube).values())
     neither = ~np.any(groups, axis=0)
     mirrored = not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
     plan = study.body

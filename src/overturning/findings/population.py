@@ -57,7 +57,7 @@ class FallRateAtIntensity(Finding):
     """Number of motions of this degree."""
 
 
-class SurveyRuleCheck(Finding):
+class JmaSurveyRuleCheck(Finding):
     """Check of one rule that infers the JMA intensity from the share of stones that fell in a survey."""
 
     fall_rate_from: float
@@ -165,7 +165,7 @@ class PopulationFindings(Finding):
     """Instrumental intensity that a vertical component usually adds."""
     by_intensity: list[FallRateAtIntensity]
     """Fall rate for each degree of the JMA scale."""
-    survey_rules: list[SurveyRuleCheck]
+    survey_rules: list[JmaSurveyRuleCheck]
     """Check of each rule that infers an intensity."""
     fragility_curves: list[FragilityCurve]
     """Lognormal fragility curves."""
@@ -205,9 +205,9 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
             if (at := known & (jma >= low) & (jma < high)).sum() >= FEWEST_MOTIONS
         ],
         survey_rules=[
-            _check_survey_rule(rule, known, rates, jma, horizontal, events)
+            _check_jma_survey_rule(rule, known, rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _mask_of_motions_in_rule_range(rule, known, rates).sum() >= FEWEST_MOTIONS
+            if _mask_of_motions_in_fall_rate_range_of_rule(rule, known, rates).sum() >= FEWEST_MOTIONS
         ],
         fragility_curves=[
             FragilityCurve(
@@ -247,7 +247,7 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
     )
 
 
-def _mask_of_motions_in_rule_range(
+def _mask_of_motions_in_fall_rate_range_of_rule(
     survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
     """Return True for known motions whose fall rate a survey rule covers, shape (records, amplitudes)."""
@@ -255,27 +255,27 @@ def _mask_of_motions_in_rule_range(
     return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 
 
-def _check_survey_rule(
+def _check_jma_survey_rule(
     survey_rule: tuple[float, float, float, float, str],
     known_motions: BoolArray,
     fall_rates: FloatArray,
     jma_intensity: FloatArray,
     lacks_vertical: BoolArray,
     record_events: StrArray,
-) -> SurveyRuleCheck:
+) -> JmaSurveyRuleCheck:
     """Compare the JMA intensity that a survey rule infers with the intensity of the motions it covers.
 
     Arrays have shape (records, amplitudes); `lacks_vertical` and `record_events` have shape (records,).
     """
     low, high, least, most, text = survey_rule
-    selected = _mask_of_motions_in_rule_range(survey_rule, known_motions, fall_rates)
+    selected = _mask_of_motions_in_fall_rate_range_of_rule(survey_rule, known_motions, fall_rates)
     more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & (one >= a) & (one < b)
         for one, a, b in ((jma_intensity, least, most), (more, least, most), (jma_intensity, most, math.inf))
     )
     lacking = bool((selected & lacks_vertical[:, None]).any())
-    return SurveyRuleCheck(
+    return JmaSurveyRuleCheck(
         fall_rate_from=low,
         fall_rate_below=high if high < 1 else math.inf,
         inferred_jma_degree=text,

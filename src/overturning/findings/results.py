@@ -19,7 +19,7 @@ from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
 from overturning.statistics.falls import mean_fall_directions, overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
-from overturning.statistics.space import planar_agreement_counts
+from overturning.statistics.space import planar_model_agreement_counts
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
@@ -184,12 +184,14 @@ class StudyResults:
         )
 
     @cached_property
-    def fault_normal_alignment_by_rule(self) -> dict[str, list[alignment_by_rule.FallAlignmentUnderBlockRule]]:
+    def fault_normal_alignment_by_block_selection(
+        self,
+    ) -> dict[str, list[alignment_by_rule.FallAlignmentOfBlockSelection]]:
         """Alignment of falls with the fault normal, by name of the group of records.
 
         Each list has an entry for each rule that selects blocks.
         """
-        return alignment_by_rule.fault_normal_alignment_by_rule(self.cube)
+        return alignment_by_rule.fault_normal_alignment_by_block_selection(self.cube)
 
     @cached_property
     def fall_alignment_by_reference(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
@@ -210,12 +212,12 @@ class StudyResults:
         return fit_population_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 
     @cached_property
-    def planar_agreement_counts(self) -> xr.Dataset:
+    def planar_model_agreement_counts(self) -> xr.Dataset:
         """Numbers of cases in which the 2-D model in the face planes agrees with the 3-D model.
 
-        See `statistics.space.planar_agreement_counts`.
+        See `statistics.space.planar_model_agreement_counts`.
         """
-        return planar_agreement_counts(self.cube)
+        return planar_model_agreement_counts(self.cube)
 
     @property
     def has_known_fault_normal(self) -> bool:
@@ -228,7 +230,7 @@ class StudyResults:
         return self.model.one_component and self.share_overturned >= 1
 
     @property
-    def has_comparable_axis(self) -> bool:
+    def has_fall_axis_and_fault_normal(self) -> bool:
         """True if falls have an axis, and a known fault normal with which to compare it."""
         return (
             self.has_known_fault_normal
@@ -237,9 +239,9 @@ class StudyResults:
             and not self.every_case_overturns
         )
 
-    def reference_cube(self, variant: str) -> xr.Dataset:
+    def cube_of_size_reference_element(self, variant: str) -> xr.Dataset:
         """Return the cube of `variant`, for the reference element of its scene only."""
-        return _reference_cube(self.study, variant, self.cubes[variant])
+        return _select_size_reference_element(self.study, variant, self.cubes[variant])
 
 
 REPORT_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
@@ -249,7 +251,7 @@ B_OVER_H_RANGES = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
-def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
+def _select_size_reference_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     """Return the part of a variant's cube that belongs to the reference element of its scene."""
     return cube.sel(element=variant_scene(study, variant).default_output_element) if "element" in cube.dims else cube
 
@@ -289,7 +291,7 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
         asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
         yield StudyResults(
             study=study,
-            cube=_reference_cube(study, NOMINAL, cubes[NOMINAL]),
+            cube=_select_size_reference_element(study, NOMINAL, cubes[NOMINAL]),
             cubes=cubes,
             intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,

@@ -95,7 +95,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
     bound = upper_bound_of_annual_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
         years=survival.years,
-        doubts=_hazard_unit_doubts(survival),
+        doubts=_implausible_hazard_unit_texts(survival),
         classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
         without_curve=[
             StoneClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
@@ -105,7 +105,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
     )
 
 
-def _hazard_unit_doubts(survival: SurvivalByClass) -> list[str]:
+def _implausible_hazard_unit_texts(survival: SurvivalByClass) -> list[str]:
     """Return a text for each hazard curve whose levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of

@@ -10,7 +10,7 @@ from overturning.findings.processing import RecordProcessing, processing_by_reco
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.status import Status
-from overturning.statistics.by_record import record_groups
+from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_far_from_normal
 from overturning.units import CM, STANDARD_GRAVITY
@@ -181,7 +181,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
     """Return, for each record, its peaks and the mean direction and axis of the falls under it."""
     cube, intensity, found = results.cube, results.intensity, results.mean_fall_directions_by_record
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
-    shares, groups = overturned_shares_by_record(cube).to_numpy(), record_groups(cube)
+    shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
     at_rest = cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
     normals = cube["fault_normal"].to_numpy().astype(np.float64)

@@ -135,7 +135,7 @@ class SurveyFindings(Finding):
     """Assumed share of the stones that fall in a random direction."""
 
 
-class InferredStrength(Finding):
+class InferredMotionStrength(Finding):
     """Credible intervals of an intensity measure without the survey (prior) and with it (posterior)."""
 
     measure: str
@@ -182,7 +182,7 @@ class InferredMotion(Finding):
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
     velocity_axis_arc_deg: Number
     """Width of the arc of the axis of the largest velocity."""
-    strengths: list[InferredStrength]
+    strengths: list[InferredMotionStrength]
     """Interval of each intensity measure."""
     everything_fell: bool
     """True if every stone fell: then the survey shows no axis."""
@@ -231,7 +231,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     def counts_by_octant(octant_counts: list[float]) -> dict[str, Number]:
         return dict(zip(OCTANTS, octant_counts, strict=True))
 
-    def test_finding(test_attribute: str) -> StatisticalTestFinding:
+    def statistical_test_finding(test_attribute: str) -> StatisticalTestFinding:
         one = getattr(found, test_attribute)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
@@ -259,8 +259,8 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         predicted_by_octant=counts_by_octant(found.octant_predicted.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
-        fit_tests=[test_finding(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")],
-        uniformity_test=test_finding("uniform_octants"),
+        fit_tests=[statistical_test_finding(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")],
+        uniformity_test=statistical_test_finding("uniform_octants"),
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
         sides={} if confusion is None else dict(zip(SIDES, confusion.tolist(), strict=True)),
@@ -294,7 +294,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
-            InferredStrength(
+            InferredMotionStrength(
                 measure=name.split(", ")[0],
                 unit=name.split(", ")[1],
                 posterior_low=low,

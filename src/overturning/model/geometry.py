@@ -38,7 +38,7 @@ class SceneLayout(Protocol):
         """Materials by name."""
 
     @property
-    def reference_name(self) -> str:
+    def size_reference_element_name(self) -> str:
         """Name of the element whose height and B/H the study varies."""
 
 
@@ -117,7 +117,7 @@ def place_elements(
     never becomes narrower. `b_over_h` changes only the width of the reference element. Both refer to the reference
     element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
-    own = next(element for element in scene.elements if element.name == scene.reference_name)
+    own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
     own_width, own_height = own.unrotated_width_and_height
     scale, ground = 1.0 if height is None else height / own_height, ground_name(scene)
     placed: list[PlacedElement] = []
@@ -125,7 +125,7 @@ def place_elements(
         points = element.unrotated_vertices
         if element.name == ground:
             points[:, 0] *= max(1.0, 1.0 / scale)
-        if b_over_h is not None and element.name == scene.reference_name:
+        if b_over_h is not None and element.name == scene.size_reference_element_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # Rounded once, exactly as the width B/H · H of a single block.
             points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
@@ -168,10 +168,10 @@ def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
-def reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
+def size_reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
     """Return height (m) and B/H of a scene's reference element as given in the file, before its rotation."""
     width, height = next(
-        item.unrotated_width_and_height for item in scene.elements if item.name == scene.reference_name
+        item.unrotated_width_and_height for item in scene.elements if item.name == scene.size_reference_element_name
     )
     return height, width / height
 

@@ -16,7 +16,7 @@ from typing_extensions import override
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.edges import combined_fall_flag_and_azimuth
-from overturning.model.geometry import azimuth_period_of_outcome_deg, reference_height_and_b_over_h
+from overturning.model.geometry import azimuth_period_of_outcome_deg, size_reference_height_and_b_over_h
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes, values_at_cells
 from overturning.model.scene import Scene, gravestone
@@ -209,7 +209,7 @@ class PlanarModel(Model):
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
         """Return heights (m) and B/H; sizes that are None are those of the reference element of the scene."""
-        own_height, own_ratio = reference_height_and_b_over_h(self.scene)
+        own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
     @override

@@ -169,7 +169,7 @@ def _convex_pieces_of_polygon(
         vertex: piece
         for piece, loop in enumerate(loops)
         for vertex in loop
-        if _more_downward_side(vertices, vertex) in _vertex_index_pairs_of_loop(loop)
+        if _side_facing_more_downward(vertices, vertex) in _vertex_index_pairs_of_loop(loop)
     }
     shapes = []
     for piece, loop in enumerate(loops):
@@ -187,7 +187,7 @@ def _vertex_index_pairs_of_loop(vertex_loop: list[int]) -> list[tuple[int, int]]
     return list(zip(vertex_loop, vertex_loop[1:] + vertex_loop[:1], strict=True))
 
 
-def _more_downward_side(vertices: FloatArray, vertex_index: int) -> tuple[int, int]:
+def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple[int, int]:
     """Return, of the two sides at a vertex of an outline, the one whose outward normal points down more."""
     count = len(vertices)
     both = [((vertex_index - 1) % count, vertex_index), (vertex_index, (vertex_index + 1) % count)]

@@ -70,9 +70,9 @@ class Scene(StrictModel):
         """Raise an error if elements overlap or lack support, or the ground is the reference element."""
         check_scene_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
-        if self.is_single_block and self.reference_name not in self.free_element_names:
+        if self.is_single_block and self.size_reference_element_name not in self.free_element_names:
             raise ValueError(
-                f"reference: {self.reference_name} is the ground of a single block; leave it out, or name "
+                f"reference: {self.size_reference_element_name} is the ground of a single block; leave it out, or name "
                 f"{self.free_element_names[0]}"
             )
         return self
@@ -83,14 +83,18 @@ class Scene(StrictModel):
         return tuple(element.name for element in self.elements if element.kind == "free")
 
     @property
-    def reference_name(self) -> str:
+    def size_reference_element_name(self) -> str:
         """Name of the element whose height and B/H the study varies."""
         return self.reference or self.free_element_names[0]
 
     @property
     def default_output_element(self) -> str:
         """Name of the free element in outputs of a single element: the reference element if free, else the last."""
-        return self.reference_name if self.reference_name in self.free_element_names else self.free_element_names[-1]
+        return (
+            self.size_reference_element_name
+            if self.size_reference_element_name in self.free_element_names
+            else self.free_element_names[-1]
+        )
 
     @property
     def varies_friction(self) -> bool:

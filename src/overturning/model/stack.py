@@ -11,7 +11,7 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.body import SQUARE_PERIOD, Body
 from overturning.model.contact import VertexContact
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.grid import Grid
 from overturning.model.model import Model, StoneOutcomes
 from overturning.model.scene import Scene, gravestone
@@ -111,7 +111,7 @@ class Stack(Model):
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
         """Return heights (m) and B/H of the reference element; those of the scene replace sizes that are None."""
-        own_height, own_ratio = reference_height_and_b_over_h(self.scene)
+        own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
     @override

@@ -100,13 +100,13 @@ def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | No
     A change of B/H changes width and depth of the reference element in the same proportion.
     """
     placed = place_elements(scene, height, b_over_h)
-    own_width, own_height = scene.element(scene.reference_name).unrotated_width_and_height
+    own_width, own_height = scene.element(scene.size_reference_element_name).unrotated_width_and_height
     scale = 1.0 if height is None else height / own_height
     wider = 1.0 if b_over_h is None else b_over_h * own_height / own_width
     stones = []
     for below, item in zip(scene.elements, placed[1:], strict=False):
         element = item.element
-        depth = element.depth * scale * (wider if element.name == scene.reference_name else 1.0)
+        depth = element.depth * scale * (wider if element.name == scene.size_reference_element_name else 1.0)
         stones.append(_stone_of_element(item, depth, scene.contact_law(below, element), _density(scene, element)))
     return stones
 

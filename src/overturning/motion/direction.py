@@ -16,7 +16,7 @@ _FEW = 400  # samples; with fewer it is not worth selecting them for each group 
 _BLOCK = 4096
 
 
-def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
+def cosine_and_sine_of_azimuth(azimuth_deg: float) -> tuple[float, float]:
     """Return the cosine and sine of an azimuth φ, degrees clockwise from north.
 
     The motion along φ is ``north * cos + east * sin``.
@@ -50,7 +50,7 @@ def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
 
 def north_east_cosines_of_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     """Return the direction cosines towards north and east, shape (m, 2), of m azimuths in degrees."""
-    return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
+    return np.array([cosine_and_sine_of_azimuth(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
 
 def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:

@@ -7,9 +7,9 @@ import numpy as np
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, OverturningError, suggest_closest_keyword
-from overturning.motion.direction import direction_cosines
+from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
-from overturning.motion.plausible import implausible_amplitude_reason, recorded_axis_doubts
+from overturning.motion.plausible import implausible_amplitude_reason, reasons_to_doubt_recorded_axes
 from overturning.motion.streams import stream_accelerations_and_interval
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Accelerogram:
 
     def along(self, azimuth_deg: float) -> FloatArray:
         """Return the acceleration along an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
-        cosine, sine = direction_cosines(azimuth_deg)
+        cosine, sine = cosine_and_sine_of_azimuth(azimuth_deg)
         return self.north * cosine + self.east * sine
 
     if TYPE_CHECKING:
@@ -207,7 +207,7 @@ class Motion(Accelerogram):
         values, interval = stream_accelerations_and_interval(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
-        for why in recorded_axis_doubts(motion.components, ("north", "east", "up")):
+        for why in reasons_to_doubt_recorded_axes(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
             if speed[-1] > _DRIFTING * speed.max():
@@ -240,7 +240,7 @@ class Motion(Accelerogram):
             )
         time = sampling_interval * np.arange(round((2 * rest + cycles * period) / sampling_interval) + 1) - rest
         wave = np.where((time >= 0) & (time <= cycles * period), amplitude * np.sin(2 * np.pi * time / period), 0.0)
-        cosine, sine = direction_cosines(azimuth_deg)
+        cosine, sine = cosine_and_sine_of_azimuth(azimuth_deg)
         return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval)
 
 

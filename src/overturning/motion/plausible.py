@@ -92,7 +92,7 @@ def _unusual_sampling_interval_text(sampling_interval: float) -> str:
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
 
-def sampling_interval_doubts(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
+def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
     """Return doubts about a sampling interval, s: from its size, and from the duration and PGV/PGA that follow from it.
 
     A constant offset is removed before the integration to velocity.
@@ -141,7 +141,7 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
     return ""
 
 
-def recorded_axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
+def reasons_to_doubt_recorded_axes(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
     """Return texts on dead axes, axes with the same samples and clipped axes of a recorded motion.
 
     Parameters
@@ -220,13 +220,15 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
             continue
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
-            if run.size >= SHORTEST_RAIL and _is_clipped_run(sign * away, int(run[0]), int(run[-1]), 20.0 * resolution):
+            if run.size >= SHORTEST_RAIL and _is_clipped_sample_range(
+                sign * away, int(run[0]), int(run[-1]), 20.0 * resolution
+            ):
                 count += run.size
                 rail = max(rail, abs(float(samples[run[0]])))
     return count, rail
 
 
-def _is_clipped_run(samples: FloatArray, first_index: int, last_index: int, min_drop: float) -> bool:
+def _is_clipped_sample_range(samples: FloatArray, first_index: int, last_index: int, min_drop: float) -> bool:
     """Return True if samples drop by more than `min_drop` before and after a run of equal samples."""
     length = last_index + 1 - first_index
     sides = samples[max(first_index - length, 0) : first_index], samples[last_index + 1 : last_index + 1 + length]

@@ -9,7 +9,7 @@ from typing import Any
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.direction import direction_cosines
+from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.component import (
     MINIMUM_SINE,
@@ -43,8 +43,8 @@ def _rotate_samples_to_north_east(
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly
     perpendicular.
     """
-    c1, s1 = direction_cosines(first_azimuth_deg)
-    c2, s2 = direction_cosines(second_azimuth_deg)
+    c1, s1 = cosine_and_sine_of_azimuth(first_azimuth_deg)
+    c2, s2 = cosine_and_sine_of_azimuth(second_azimuth_deg)
     determinant = round(c1 * s2 - c2 * s1, 12)
     # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
     north = (first_samples * s2 - second_samples * s1) / determinant + 0.0
@@ -181,7 +181,7 @@ def _extra_record_properties(
         extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
     borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
-    extra["declared"] = [*extra.get("declared", ()), *declared_properties.axis_declaration_texts, *borehole]
+    extra["declared"] = [*extra.get("declared", ()), *declared_properties.texts_of_declared_axes, *borehole]
     return extra
 
 

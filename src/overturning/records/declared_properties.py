@@ -64,13 +64,13 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
         return self
 
     @property
-    def sample_declaration_texts(self) -> list[str]:
+    def texts_of_declared_sample_properties(self) -> list[str]:
         """Declarations about the samples, as texts for the report."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
         return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
     @property
-    def axis_declaration_texts(self) -> list[str]:
+    def texts_of_declared_axes(self) -> list[str]:
         """Declarations about the axes, as texts for the report."""
         words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
         words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []

@@ -11,7 +11,7 @@ from overturning.motion.plausible import (
     clipped_sample_count_and_level,
     dead_horizontal_axis_reason,
     longest_standstill_of_axis,
-    sampling_interval_doubts,
+    reasons_to_doubt_sampling_interval,
 )
 from overturning.records.component import RecordComponent
 
@@ -31,7 +31,7 @@ DOUBT_KINDS: Final = {
 """Phrase in the notes of `sample_quality_notes` by which the kind of a doubt is recognised, by its name."""
 
 
-def doubt_kinds(notes: Iterable[str]) -> list[str]:
+def kinds_of_data_doubts_in_notes(notes: Iterable[str]) -> list[str]:
     """Return the kinds of doubts about the samples of a record that its notes state, in the order of `DOUBT_KINDS`."""
     notes = list(notes)
     return [kind for kind, phrase in DOUBT_KINDS.items() if any(phrase in note for note in notes)]
@@ -111,7 +111,7 @@ def _doubtful_sampling_interval_notes(
 ) -> list[str]:
     """Return a note if there is one doubt about the sampling interval; report a contradiction if there are more."""
     first = components[0]
-    doubts = sampling_interval_doubts([c.samples for c in components[:2]], first.sampling_interval)
+    doubts = reasons_to_doubt_sampling_interval([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:
         return []
     why = f"{first.file}: sampling interval {first.sampling_interval:g} s {DOUBTFUL_INTERVAL}: {'; '.join(doubts)}"

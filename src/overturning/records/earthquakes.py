@@ -198,9 +198,9 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordEntry]) -> Ea
         tuple(_notes_on_earthquakes_with_several_names(found)),
         (
             *unclear,
-            *_doubts_on_names_of_several_earthquakes(found),
-            *_doubts_on_assignments_by_name(found),
-            *_doubts_on_separations_by_name(found),
+            *_texts_on_names_shared_by_earthquakes(found),
+            *_texts_on_records_of_uncertain_earthquake(found),
+            *_texts_on_earthquakes_that_may_be_one(found),
         ),
     )
 
@@ -229,7 +229,7 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
 
 
-def _doubts_on_assignments_by_name(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+def _texts_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a doubt on each earthquake with records that name none, or that share a name but start hours apart."""
     for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
@@ -247,7 +247,7 @@ def _doubts_on_assignments_by_name(earthquakes: list[_RecordsOfEarthquake]) -> I
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
 
 
-def _doubts_on_names_of_several_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+def _texts_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a sentence for each earthquake name that counts as several earthquakes because the origin times differ."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
@@ -267,7 +267,7 @@ def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
 
-def _doubts_on_separations_by_name(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a doubt on each pair of earthquakes that counts as two although names or record starts are alike."""
     named = [
         (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
-from overturning.motion.direction import direction_cosines
+from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.records.record import Record
 from overturning.units import GAL
 from overturning.validation import format_validation_error
@@ -210,7 +210,7 @@ def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
     inside = (time >= -1e-9 * interval) & (time <= pulse.duration + 1e-9 * interval)
     along = np.zeros(count)
     along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.duration))
-    cosine, sine = direction_cosines(pulse.azimuth_deg)
+    cosine, sine = cosine_and_sine_of_azimuth(pulse.azimuth_deg)
     given = pulse.model_dump(exclude={"shape"}).items()
     line = " ".join([pulse.shape, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in given)])
     return Record(

@@ -22,7 +22,7 @@ from overturning.figures.record import scene_and_element_title_line
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
-from overturning.figures.style import narrow_figures, project_style
+from overturning.figures.style import figures_for_phone, project_style
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save_figure_files
@@ -106,7 +106,7 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
     with project_style():
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
-        with narrow_figures():
+        with figures_for_phone():
             for name in sorted(STACKED & draw.keys()):
                 save_figure_files(draw[name](), folder / NARROW / f"{name}.svg")
             for name, drawn in _narrow_study_figures(results, found):

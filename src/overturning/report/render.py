@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from overturning.errors import ResultError
 from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
-from overturning.translation.texts import LANGUAGES, label, read_label_translations, translate
+from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_label
 
 CONTAINERS: Final = (
     "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
@@ -100,7 +100,7 @@ def environment(language: str) -> jinja2.Environment:
     )
     loaded.filters |= FILTERS
     loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
-    loaded.filters["label"] = partial(label, translation_table=labels)
+    loaded.filters["label"] = partial(translate_label, translation_table=labels)
     loaded.filters["translated"] = partial(translate, language=language)
     loaded.tests["infinite"] = math.isinf
     return loaded

@@ -18,10 +18,10 @@ from overturning.study.cube import open_cube, study_for_presentation
 from overturning.study.schema import Study
 from overturning.translation.texts import (
     check_language_is_known,
-    label,
     read_label_translations,
     translate,
-    use_visible_language,
+    translate_label,
+    translate_visible_texts_to,
 )
 
 FINDINGS = "findings.json"
@@ -88,7 +88,7 @@ def write_report(
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
         figures = translate_figures(figures, Path(drawings) / language, language)
-        with use_visible_language(language):
+        with translate_visible_texts_to(language):
             films = {
                 name: film_html_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))
                 for name, case in cases.items()
@@ -102,7 +102,7 @@ def write_report(
             posteriors=bool(opened.inferred_motions),
             rose="rose" in figures and bool(found.cases.share_overturned),
         )
-        title = label(found.study.title, read_label_translations(language))
+        title = translate_label(found.study.title, read_label_translations(language))
         tree = parse_markdown(render_markdown(found, language, media))
         with atomic_write(path) as part:
             page = report_page(tree, title, language, figures, films)

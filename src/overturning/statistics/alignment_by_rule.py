@@ -9,7 +9,7 @@ import xarray as xr
 
 from overturning.model.falls import model_of_cube
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
-from overturning.statistics.by_record import apply_to_record_batches, record_groups
+from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.falls import (
     BLOCK_RULES,
     BlockSelectionRule,
@@ -19,7 +19,7 @@ from overturning.statistics.falls import (
 
 
 @dataclass(frozen=True)
-class FallAlignmentUnderBlockRule:
+class FallAlignmentOfBlockSelection:
     """Alignment of falls with the fault normal, over the blocks that one rule selects.
 
     Attributes
@@ -40,9 +40,9 @@ class FallAlignmentUnderBlockRule:
     largest: float
 
 
-def fault_normal_alignment_by_rule(
+def fault_normal_alignment_by_block_selection(
     cube: xr.Dataset, block_rules: Sequence[BlockSelectionRule] = BLOCK_RULES, *, draws: int = 10_000
-) -> dict[str, list[FallAlignmentUnderBlockRule]]:
+) -> dict[str, list[FallAlignmentOfBlockSelection]]:
     """Compute, for each group of records and each rule, the alignment of falls with the fault normal.
 
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
@@ -65,14 +65,14 @@ def fault_normal_alignment_by_rule(
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"])
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
-    found = dict[str, list[FallAlignmentUnderBlockRule]]()
-    for group, members in record_groups(cube).items():
+    found = dict[str, list[FallAlignmentOfBlockSelection]]()
+    for group, members in record_masks_by_group(cube).items():
         found[group] = []
         for place, rule in enumerate(block_rules):
             own, most = (np.where(members, values[:, place], np.nan) for values in (cosine, lengths))
             alignment = mean_over_earthquakes(own, events, draws=draws)
             largest = mean_over_earthquakes(most, events, draws=1).value
-            found[group].append(FallAlignmentUnderBlockRule(rule, int(np.isfinite(own).sum()), alignment, largest))
+            found[group].append(FallAlignmentOfBlockSelection(rule, int(np.isfinite(own).sum()), alignment, largest))
     return found
 
 

@@ -14,7 +14,9 @@ CELLS_PER_READ: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
-def load_records(cube: xr.Dataset, record_indices: int | list[int], variables: Sequence[str] = ()) -> xr.Dataset:
+def load_records_of_cube(
+    cube: xr.Dataset, record_indices: int | list[int], variables: Sequence[str] = ()
+) -> xr.Dataset:
     """Load one or several records of a cube into memory with a single read.
 
     That is faster than many small dask graphs.
@@ -35,7 +37,7 @@ def load_records(cube: xr.Dataset, record_indices: int | list[int], variables: S
 def iterate_record_cubes(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
     """Yield a cube of each single record, in order, with the variables named in `variables`."""
     for record in range(cube.sizes["record"]):
-        yield load_records(cube, [record], variables)
+        yield load_records_of_cube(cube, [record], variables)
 
 
 def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
@@ -44,7 +46,7 @@ def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterat
     few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
-        yield places, load_records(cube, places, variables)
+        yield places, load_records_of_cube(cube, places, variables)
 
 
 def apply_to_record_batches(
@@ -53,7 +55,7 @@ def apply_to_record_batches(
     """Apply a function to successive batches of the records of a cube, and join its results by ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``variables`` (see `load_records`); all variables that it returns must have the dimension ``record``.
+    ``variables`` (see `load_records_of_cube`); all variables that it returns must have the dimension ``record``.
     """
     if "record" not in cube.dims:
         return function(cube)
@@ -61,7 +63,7 @@ def apply_to_record_batches(
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 
-def record_groups(
+def record_masks_by_group(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, NDArray[np.bool_]]:
     """Return, by name of the group, a Boolean mask of the records in each group, shape (records,).

@@ -26,7 +26,7 @@ from overturning.statistics.bootstrap import (
     statistic_of_bootstrap_samples,
     tail_share_of_expanded_interval,
 )
-from overturning.statistics.by_record import apply_to_record_batches, record_groups
+from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
 from overturning.statistics.falls import mean_cosine_and_sine_to_reference, sum_fall_vectors
 from overturning.units import EARTH_RADIUS_KM
@@ -96,11 +96,11 @@ def fall_axes_by_group(
 ) -> dict[str, xr.Dataset]:
     """Compute the mean fall axis of each earthquake, for each group of records, by name of the group.
 
-    For the arguments see `record_groups`; empty groups are left out.
+    For the arguments see `record_masks_by_group`; empty groups are left out.
     """
     return {
         name: fall_axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
-        for name, members in record_groups(cube, coordinate, edges).items()
+        for name, members in record_masks_by_group(cube, coordinate, edges).items()
         if members.any()
     }
 
@@ -292,7 +292,7 @@ def fall_alignment_with_references(
             ]
     return {
         group: _group_alignment_with_references(cosines, members, events)
-        for group, members in record_groups(cube).items()
+        for group, members in record_masks_by_group(cube).items()
     }
 
 

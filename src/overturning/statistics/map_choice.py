@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.statistics.by_record import record_groups
+from overturning.statistics.by_record import record_masks_by_group
 
 MOST_MAPS = 4
 """Largest number of maps."""
@@ -48,7 +48,7 @@ def choose_map_records(
     """
     if record_alignment.size <= MOST_MAPS:
         return [ChosenMapRecord(place, EVERY) for place in range(record_alignment.size)]
-    members = next(iter(record_groups(cube).values()))
+    members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
     by_alignment = _record_indices_by_descending_value(record_alignment, members)
     wanted: list[tuple[str, list[int]]] = []

@@ -12,7 +12,7 @@ from overturning.model.falls import model_of_cube
 from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, relative_weight_of_azimuths
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
-from overturning.statistics.by_record import iterate_record_cubes, record_groups
+from overturning.statistics.by_record import iterate_record_cubes, record_masks_by_group
 from overturning.statistics.circular import SECTORS, fall_shares_by_sector
 from overturning.statistics.falls import fall_counts_towards_azimuths, informative_block_mask
 
@@ -143,9 +143,9 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
 def fall_rose_by_group(cube: xr.Dataset) -> dict[str, FallRose]:
     """Compute a rose of falls for each group of records, by name of the group.
 
-    See `fall_rose_of_all_records` and `record_groups`.
+    See `fall_rose_of_all_records` and `record_masks_by_group`.
     """
-    groups = record_groups(cube)
+    groups = record_masks_by_group(cube)
     return {
         name: fall_rose_of_all_records(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()
     }

@@ -13,22 +13,22 @@ _SHARES: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
-"""Numerator and denominator, both of `planar_agreement_counts`, of each variable of `planar_agreement_shares`."""
+"""Counts that are numerator and denominator of each variable of `planar_model_agreement_shares`."""
 
 
-def planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
+def planar_model_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
     """Count, by record and B/H, the cases in which the 2-D model in the face planes gives the 3-D outcome.
 
     Cases in which the models differ are counted, too.
 
     ``axes_apart`` is the sum of the angles between the fall axes, degrees. Nominal outcomes are used, and the cube is
-    read in batches of records. The counts are the input of `planar_agreement_shares`.
+    read in batches of records. The counts are the input of `planar_model_agreement_shares`.
     """
     variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
-    return apply_to_record_batches(_planar_agreement_counts_of_batch, cube, variables)
+    return apply_to_record_batches(_planar_model_agreement_counts_of_batch, cube, variables)
 
 
-def _planar_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
+def _planar_model_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
     space, plane = cube["overturned"], cube["plane_overturned"]
     known = space.notnull() & plane.notnull()
     both = (space == 1) & (plane == 1)
@@ -49,10 +49,10 @@ def _planar_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
 
 
-def planar_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+def planar_model_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Compute the shares of cases in which the 2-D model in the face planes gives the outcome of the 3-D model.
 
-    The counts of `planar_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
+    The counts of `planar_model_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
 
     Returns
     -------

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
@@ -51,7 +51,7 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
 def _block_setting_warnings(study: Study) -> Iterator[str]:
     """Yield warnings about B/H, friction, amplitude and density of a study."""
     vertices = study.body is not None and study.body.vertices is not None
-    own = round(reference_height_and_b_over_h(study.scene)[1], 10)
+    own = round(size_reference_height_and_b_over_h(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (

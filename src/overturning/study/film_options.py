@@ -12,7 +12,7 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
 from overturning.study.scenes import (
-    SizeConversion,
+    StudyToSceneSizeConversion,
     variant_contact,
     variant_model,
     variant_settings,
@@ -40,9 +40,9 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
         empty: dict[str, Any] = {"options": [], "heights": [], "ratios": [], "friction": True, "pulses": {}}
         return {"missing": "the cube belongs to no study", **empty}
     study, variant = study_of_cube(cube), str(cube.attrs["variant"])
-    missing, options = _motion_obstacles_and_options(study, variant)
-    own_missing, own_options = _model_obstacles_and_options(study, variant)
-    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
+    missing, options = _unsupported_motion_reasons_and_options(study, variant)
+    own_missing, own_options = _unsupported_model_reasons_and_options(study, variant)
+    model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     height, ratio = (np.asarray(cube[name].to_numpy(), np.float64) for name in ("height", "b_over_h"))
     return {
         "missing": "; ".join(missing + own_missing),
@@ -54,7 +54,7 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
     }
 
 
-def _motion_obstacles_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return why `overturning one` cannot apply the motion of the cells, and options for this motion."""
     own = variant_settings(study, variant)
     missing = []
@@ -71,7 +71,7 @@ def _motion_obstacles_and_options(study: Study, variant: str) -> tuple[list[str]
     return missing, options
 
 
-def _model_obstacles_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return why `overturning one` cannot simulate the model of the cells, and options for this model."""
     contact = variant_contact(study, variant)
     ratio = contact.damping_ratio

@@ -24,7 +24,7 @@ from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_va
 from overturning.study.parts import open_sweep_part, record_and_variant_of_part
 from overturning.study.scenes import (
     NOMINAL,
-    SizeConversion,
+    StudyToSceneSizeConversion,
     variant_grid,
     variant_model,
     variant_size_note,
@@ -85,7 +85,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube[model.direction].setncatts(model.direction_coordinate_attributes)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
-    own = SizeConversion.for_variant(study, variant).own_ratio
+    own = StudyToSceneSizeConversion.for_variant(study, variant).own_ratio
     sized = grid if own is None else grid.replace_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
     if (critical := critical_angle_coordinate(model, sized)) is not None:

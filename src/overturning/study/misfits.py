@@ -36,11 +36,11 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     yield from _scene_conflicts(study, contacts)
     yield from _variant_conflicts(study)
     yield from _primary_statistic_conflicts(study)
-    yield from _question_conflicts(study)
+    yield from _research_question_conflicts(study)
     for key in ("height", "friction"):
         if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
             yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
-    yield from _observation_conflicts(study)
+    yield from _survey_and_published_value_conflicts(study)
 
 
 def _population_conflicts(study: Any) -> Iterator[str]:
@@ -62,7 +62,7 @@ def _variant_conflicts(study: Any) -> Iterator[str]:
         yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
 
 
-def _observation_conflicts(study: Any) -> Iterator[str]:
+def _survey_and_published_value_conflicts(study: Any) -> Iterator[str]:
     """Yield messages on settings that conflict with surveys or published values."""
     for row in study.published:
         if row.record not in study.records.use:
@@ -132,7 +132,7 @@ def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
         yield f"primary.against: {against!r} is none of the variants"
 
 
-def _question_conflicts(study: Any) -> Iterator[str]:
+def _research_question_conflicts(study: Any) -> Iterator[str]:
     """Yield messages on settings that conflict with the question of the study."""
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"

@@ -19,7 +19,7 @@ from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
 from overturning.study.load import record_table_rows
 from overturning.study.scenes import (
     NOMINAL,
-    SizeConversion,
+    StudyToSceneSizeConversion,
     numerics_of_study,
     variant_model,
     variant_names,
@@ -226,7 +226,7 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) ->
     if problems:
         raise ConfigError(_format_problems(problems))
     if records:
-        _check_outermost_cases(study, min(record.sampling_interval for record in records))
+        _check_cases_at_grid_limits(study, min(record.sampling_interval for record in records))
     return (*(f"earthquakes: {note}" for note in assign_records_to_earthquakes(records).notes), *notes)
 
 
@@ -251,7 +251,7 @@ def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry])
     )
 
 
-def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
+def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
     """Plan the outermost cells of a study as a run does; a ConfigError states why one cannot be simulated.
 
     Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `sampling_interval`, s.
@@ -264,7 +264,10 @@ def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
     )
     height, b_over_h, friction, aspect = np.array(list(product(*ends))).T
     for variant in variant_names(study):
-        sizes, of = SizeConversion.for_variant(study, variant), "" if variant == NOMINAL else f"variant {variant}: "
+        sizes, of = (
+            StudyToSceneSizeConversion.for_variant(study, variant),
+            "" if variant == NOMINAL else f"variant {variant}: ",
+        )
         try:
             ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0

@@ -58,7 +58,7 @@ def choose_random_cells(
     return order // len(cells), cells[order % len(cells)]
 
 
-def mask_of_cells_with_rigid_limit(study: Study) -> NDArray[np.bool_]:
+def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]:
     """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
     model, grid = variant_model(study), variant_grid(study)
     if not (isinstance(model, PlanarModel) and model.scene.is_single_block):
@@ -116,7 +116,7 @@ def read_cell_sample(
 
 def read_rigid_block_sample(cube: Path, study: Study) -> CellSample | None:
     """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
-    among = mask_of_cells_with_rigid_limit(study)
+    among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None

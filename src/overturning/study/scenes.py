@@ -13,7 +13,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -90,7 +90,7 @@ def integer_or_float_directions(directions_deg: Sequence[float]) -> NDArray[Any]
 
 
 @dataclass(frozen=True)
-class SizeConversion:
+class StudyToSceneSizeConversion:
     """Conversion of heights and B/H of a study to height and B/H of the reference element in a variant's scene."""
 
     factor: float = 1.0  # on the study's heights
@@ -98,14 +98,16 @@ class SizeConversion:
     digits: int | None = 12  # digits to which B/H is rounded; None for the default scene
 
     @classmethod
-    def for_variant(cls, study: Study, variant: str) -> "SizeConversion":
+    def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
         """Create the conversion for a variant, whose scene is scaled by the same factor as that of the study."""
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
-        own_height, own_ratio = reference_height_and_b_over_h(scene)
-        factor = own_height / reference_height_and_b_over_h(study.scene)[0]
-        return cls(factor, own_ratio if scene.reference_name != study.scene.reference_name else None)
+        own_height, own_ratio = size_reference_height_and_b_over_h(scene)
+        factor = own_height / size_reference_height_and_b_over_h(study.scene)[0]
+        return cls(
+            factor, own_ratio if scene.size_reference_element_name != study.scene.size_reference_element_name else None
+        )
 
     def to_scene_heights(self, height: FloatArray) -> FloatArray:
         """Convert heights of the study to those of the reference element of the scene, m."""
@@ -123,8 +125,8 @@ class SizeConversion:
 
 def variant_size_note(study: Study, variant: str) -> str:
     """Return a note on height and B/H of a variant whose stone differs from the study's; "" if it does not differ."""
-    sizes = SizeConversion.for_variant(study, variant)
-    own, stone = study.scene.reference_name, variant_scene(study, variant).reference_name
+    sizes = StudyToSceneSizeConversion.for_variant(study, variant)
+    own, stone = study.scene.size_reference_element_name, variant_scene(study, variant).size_reference_element_name
     said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
     said += [] if sizes.own_ratio is None else [f"a B/H of {sizes.own_ratio:.3g} whatever the {own} has"]
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""

@@ -192,7 +192,7 @@ class BodySettings(StrictModel):
 
 
 class OrientationRange(StrictModel):
-    """OrientationRange of a body or stack: from start by step, up to the rotation after which it looks the same."""
+    """Orientations of a body or stack: from start by step, up to the rotation after which it looks the same."""
 
     start: Degree = Field(
         default=0.0, ge=0, lt=360, description="first azimuth that the body faces, degrees clockwise from north"

@@ -21,7 +21,7 @@ from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, Runner, 
 from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_sweep_part
 from overturning.study.scenes import (
     NOMINAL,
-    SizeConversion,
+    StudyToSceneSizeConversion,
     motion_for_variant,
     numerics_of_study,
     variant_grid,
@@ -62,7 +62,7 @@ def simulate_variant(
     The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
     this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
     """
-    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
+    model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.replace_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.own_ratio is None:
         return simulate_grid_and_body_face_planes(model, motion, sized, numerics)
@@ -75,7 +75,7 @@ def simulate_variant(
 
 def member_case_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
     """Return a function that runs the member cases of a variant, given with heights and B/H of the study's stone."""
-    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
+    model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> CaseResults:
         """Run member cases, with sizes converted to those of the scene of the variant."""

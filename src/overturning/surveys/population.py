@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
 from overturning.model.model import StoneOutcomes
 from overturning.settings import StonePopulation, UniformRange
-from overturning.statistics.by_record import load_records
+from overturning.statistics.by_record import load_records_of_cube
 from overturning.statistics.circular import mean_angle_and_resultant, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 from overturning.study.ensemble import wilson_interval
@@ -213,7 +213,7 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     classes, reads = stones.stone_class_masks(), model_of_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
-        outcomes = outcomes_of_stones(load_records(cube, record, reads), stones)
+        outcomes = outcomes_of_stones(load_records_of_cube(cube, record, reads), stones)
         of_class = [
             outcome_rates_by_amplitude(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()
         ]

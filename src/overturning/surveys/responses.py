@@ -366,7 +366,7 @@ def _outcome_probabilities(
     # Without known outcomes the probabilities are uninformative.
     shares += 1e-6 * uninformed_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)
-    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_by_simulated_direction_probabilities()
+    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_direction_probabilities_by_simulated()
     return shares.astype(np.float32)
 
 
@@ -379,7 +379,7 @@ def uninformed_outcome_probabilities() -> FloatArray:
 
 
 @cache
-def observed_by_simulated_direction_probabilities() -> FloatArray:
+def observed_direction_probabilities_by_simulated() -> FloatArray:
     """Return the probability of each observed bin (columns) for each simulated one, shape (bins, bins).
 
     A bin is a direction bin of a fall.

@@ -308,7 +308,7 @@ def upper_bound_of_hazard_factor(
     if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
-    def excess_standing_share(log_hazard_factor: float) -> float:
+    def standing_share_minus_five_percent(log_hazard_factor: float) -> float:
         """Return the share that stands under exp(`log_hazard_factor`) times the hazard, minus 5 %."""
         return estimate_survival(fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)).share - (
             1 - BOUND_PROBABILITY
@@ -316,9 +316,13 @@ def upper_bound_of_hazard_factor(
 
     # Twice the time has the same effect as twice the hazard.
     first, last = math.log(fall_rate_bound / rate), math.log(LARGEST_FACTOR * max(1.0, fall_rate_bound / rate))
-    if math.isnan(excess_standing_share(first)) or excess_standing_share(first) <= 0:
+    if math.isnan(standing_share_minus_five_percent(first)) or standing_share_minus_five_percent(first) <= 0:
         return fall_rate_bound / rate
-    return math.exp(brentq(excess_standing_share, first, last)) if excess_standing_share(last) < 0 else math.nan
+    return (
+        math.exp(brentq(standing_share_minus_five_percent, first, last))
+        if standing_share_minus_five_percent(last) < 0
+        else math.nan
+    )
 
 
 def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:

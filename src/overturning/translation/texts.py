@@ -41,7 +41,7 @@ def check_language_is_known(language: str) -> None:
 
 
 @contextmanager
-def use_visible_language(language: str | None) -> Iterator[None]:
+def translate_visible_texts_to(language: str | None) -> Iterator[None]:
     """Translate visible texts into a language inside the block; None stands for English.
 
     Raises
@@ -83,7 +83,7 @@ def _label_and_figure_translations(language: str) -> dict[str, str]:
     return read_label_translations(language) | read_translation_table(language, "figures")
 
 
-def label(text: str, translation_table: Mapping[str, str]) -> str:
+def translate_label(text: str, translation_table: Mapping[str, str]) -> str:
     """Return the translation of a text that has an entry of its own in a table, or the text if it has none."""
     found = _entry_translation(text, tuple(translation_table.items()))
     return text if found is None else found
@@ -130,7 +130,7 @@ def check_font_is_installed(language: str, file_name: str) -> None:
         )
 
 
-class _EntryWithFields(NamedTuple):
+class _TranslationEntryWithFields(NamedTuple):
     """Entry of a translation table whose English text contains fields, such as ``{}`` or ``{name}``."""
 
     pattern: "re.Pattern[str]"
@@ -139,9 +139,9 @@ class _EntryWithFields(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _exact_and_field_entries(
+def _translation_entries_and_those_with_fields(
     table_entries: tuple[tuple[str, str], ...],
-) -> tuple[dict[str, str], list[_EntryWithFields]]:
+) -> tuple[dict[str, str], list[_TranslationEntryWithFields]]:
     """Return all entries of a table as a dictionary, and the list of those that contain fields, in their order."""
     found = []
     for english, translation in table_entries:
@@ -150,14 +150,14 @@ def _exact_and_field_entries(
             parts = [r"\s+".join(map(re.escape, re.split(r"\s+", part))) for part in fixed]
             fields = (f"(?P<{name}>[^;:]*?[^;:,])" if name else f"({_NUMBER})" for name in names)
             pattern = parts[0] + "".join(field + part for field, part in zip(fields, parts[1:], strict=True))
-            found.append(_EntryWithFields(re.compile(pattern), names, translation))
+            found.append(_TranslationEntryWithFields(re.compile(pattern), names, translation))
     return dict(table_entries), found
 
 
 @lru_cache(maxsize=4096)
 def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
     """Return the translation of a text by an entry of a table; None if there is no such entry."""
-    exact, entries = _exact_and_field_entries(table_entries)
+    exact, entries = _translation_entries_and_those_with_fields(table_entries)
     if text in exact:
         return exact[text]
     if (joined := " ".join(text.split("\n"))) in exact:  # a line that was broken

@@ -58,7 +58,7 @@ def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[
 
 
 @cache
-def create_centred_step_function(with_vertical: bool, with_friction: bool) -> Any:
+def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:
     """Return a compiled function that advances blocks by the centred scheme, for one variant of the kernel.
 
     The variants are those with or without vertical base motion, and with or without friction.
@@ -170,10 +170,10 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
 
 
 @cache
-def create_cundall_step_function(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
+def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
     """Return a compiled function that advances blocks by Cundall's scheme.
 
-    Parameters are those of `create_centred_step_function`.
+    Parameters are those of `create_centred_time_stepping_loop`.
 
     There is no variant without friction: tangential springs then carry no force.
     """
@@ -207,13 +207,13 @@ def create_cundall_step_function(with_vertical: bool, with_friction: bool) -> An
 
 
 SCHEMES: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
-    IntegrationScheme.CUNDALL: (CundallSchemeConstants(), create_cundall_step_function),
-    IntegrationScheme.CENTRED: (CentredSchemeConstants(), create_centred_step_function),
+    IntegrationScheme.CUNDALL: (CundallSchemeConstants(), create_cundall_time_stepping_loop),
+    IntegrationScheme.CENTRED: (CentredSchemeConstants(), create_centred_time_stepping_loop),
 }
 """Constants of each scheme and the function that makes its step function; the type of the constants selects it."""
 
 
-def select_step_function(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
     """Return the step function of a scheme, selected by the types of the arguments; callable from compiled code.
 
     `vertical_acceleration` and `with_friction` are None for the variants without vertical motion and without friction.
@@ -222,11 +222,11 @@ def select_step_function(scheme: Any, vertical_acceleration: Any, with_friction:
     return make(not isinstance(vertical_acceleration, types.NoneType), not isinstance(with_friction, types.NoneType))
 
 
-@overload(select_step_function)
-def _overload_select_step_function(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
-    step_function = select_step_function(scheme, vertical_acceleration, with_friction)
+@overload(select_time_stepping_loop)
+def _overload_select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+    step_function = select_time_stepping_loop(scheme, vertical_acceleration, with_friction)
 
-    def return_step_function(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:  # noqa: ARG001
+    def return_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:  # noqa: ARG001
         return step_function
 
-    return return_step_function
+    return return_time_stepping_loop

@@ -18,7 +18,7 @@ from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.plan import evaluate_rounded, motion_rows_and_base_accelerations
+from overturning.dem.plan import evaluate_and_round_results, motion_rows_and_base_accelerations
 from overturning.dem.time_step import rocking_time_constant
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
@@ -43,7 +43,7 @@ NEWTON: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
 
 
-class RigidCaseColumns(NamedTuple):
+class RigidCaseTableColumns(NamedTuple):
     """Columns of the table of cases of the rigid rocking block."""
 
     sine: float
@@ -70,7 +70,7 @@ class RigidCaseColumns(NamedTuple):
     """Cosine of α − |θ₀|."""
 
 
-CASE: Final = table_dtype_of_named_tuples(RigidCaseColumns)
+CASE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
 
 
 class LinearBaseMotion(NamedTuple):
@@ -376,7 +376,7 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
     row, ground = motion_rows_and_base_accelerations(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
-    diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_rounded(np.arctan, ratio)
+    diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)
     table = np.zeros(cases.case_count, CASE)
     columns = {
         "sine": ratio / diagonal,
@@ -388,8 +388,8 @@ def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRoc
         "after": motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,
-        "tilt_sine": evaluate_rounded(np.sin, alpha - np.abs(tilt)),
-        "tilt_cosine": evaluate_rounded(np.cos, alpha - np.abs(tilt)),
+        "tilt_sine": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),
+        "tilt_cosine": evaluate_and_round_results(np.cos, alpha - np.abs(tilt)),
     }
     for name, values in columns.items():
         table[name] = values

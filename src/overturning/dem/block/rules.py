@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.dem.block.ending import block_energy_per_mass, case_status, record_block_motion, write_case_results
-from overturning.dem.block.loops import select_step_function
+from overturning.dem.block.loops import select_time_stepping_loop
 from overturning.dem.block.state import (
     COLUMNS,
     ROWS,
@@ -246,7 +246,7 @@ def advance_one_sample(
     settings, scheme, state = kernel_input.settings, kernel_input.scheme, workspace.state
     up, with_friction = kernel_input.ground.up, kernel_input.with_friction
     step, ticks, steps_per_check = (
-        select_step_function(scheme, up, with_friction),
+        select_time_stepping_loop(scheme, up, with_friction),
         settings.ticks,
         settings.steps_per_check,
     )

@@ -6,7 +6,7 @@ from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
-class BlockCaseColumns(NamedTuple):
+class BlockCaseTableColumns(NamedTuple):
     """Columns of the block kernel's table of cases, followed by those of `CaseStepControl`."""
 
     width: float
@@ -43,7 +43,7 @@ class BlockCaseColumns(NamedTuple):
     """Horizontal acceleration over g up to which the block stays at rest."""
 
 
-class BlockResultColumns(NamedTuple):
+class BlockResultTableColumns(NamedTuple):
     """Columns of the block kernel's table of results."""
 
     status: float
@@ -68,7 +68,7 @@ class BlockResultColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-class BlockTrajectoryColumns(NamedTuple):
+class BlockTrajectoryTableColumns(NamedTuple):
     """Columns of the trajectory of a block."""
 
     time: float
@@ -89,6 +89,6 @@ class BlockTrajectoryColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE: Final = table_dtype_of_named_tuples(BlockCaseColumns, CaseStepControl)
-RESULT: Final = table_dtype_of_named_tuples(BlockResultColumns)
-ROW: Final = table_dtype_of_named_tuples(BlockTrajectoryColumns)
+CASE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepControl)
+RESULT: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
+ROW: Final = table_dtype_of_named_tuples(BlockTrajectoryTableColumns)

@@ -96,7 +96,9 @@ def base_lands_flat(base_contact: BaseContactState) -> bool:
 
 
 @njit(**INLINE)
-def longest_landing_time_with_point(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
+def longest_landing_time_including_point(
+    longest_time: float, point_landing_time: float, point_penetration: float
+) -> float:
     """Return the larger of `longest_time` and, if the point is in contact, `point_landing_time` (both in s)."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
@@ -171,8 +173,10 @@ def update_base_contacts(
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = longest_landing_time_with_point(
-                longest_landing_time_with_point(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
+            longest = longest_landing_time_including_point(
+                longest_landing_time_including_point(IN_THE_AIR, ahead.landing, ahead.depth),
+                behind.landing,
+                behind.depth,
             )
             tilting = 0.0 if body.friction * body.foot <= body.radius else 1.0
             store_base_contact(state, j, BaseContactState(
@@ -193,7 +197,7 @@ def update_base_contacts(
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
             state[LONGEST + j] = (
-                longest_landing_time_with_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
+                longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
             )
     if any_base_lands_flat(state, lane_count):
         mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)

@@ -288,12 +288,12 @@ def store_accepted_point_histories(state: Any, point_rows: Any, lane_count: int)
 def build_sample_step_loop(has_rim: bool) -> Any:
     """Return the compiled function that computes the steps of a sample, for bodies with a rim (`has_rim`) or vertices.
 
-    The type of its argument `loop_selector` makes the compiled names of the two variants differ.
+    The type of its argument `base_shape_loop_tag` makes the compiled names of the two variants differ.
     """
 
     @njit(**INNER)
     def compute_sample_steps(
-        loop_selector: Any,  # noqa: ARG001
+        base_shape_loop_tag: Any,  # noqa: ARG001
         state: Any,
         vertex_rows: Any,
         vertex_count: int,

@@ -205,7 +205,7 @@ def vector_length(vector: Vector) -> float:
 def write_case_results(
     state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_sectors: Any
 ) -> None:
-    """Write the results of the case in a lane into `result_row` (columns: `BodyResultColumns`)."""
+    """Write the results of the case in a lane into `result_row` (columns: `BodyResultTableColumns`)."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)

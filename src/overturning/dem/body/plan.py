@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables
-from overturning.dem.body.rules import BodyKernelInput, RimLoopSelector, VertexLoopSelector
+from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
     largest_unit_spring_eigenvalue,
@@ -36,7 +36,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
 from overturning.model.solid import RigidSolid
 from overturning.model.tipping import FALL_SHARE
-from overturning.motion.direction import direction_cosines
+from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -67,9 +67,9 @@ class BodySimulationPlan(SimulationPlan):
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 
     @property
-    def loop_selector(self) -> Any:
-        """Tuple whose type selects the compiled loops: `RimLoopSelector` for round bases, else `VertexLoopSelector`."""
-        return RimLoopSelector() if self.solids[0].radius > 0 else VertexLoopSelector()
+    def base_shape_loop_tag(self) -> Any:
+        """Tuple whose type selects the compiled loops: `RoundBaseLoopTag` or `PolygonalBaseLoopTag`."""
+        return RoundBaseLoopTag() if self.solids[0].radius > 0 else PolygonalBaseLoopTag()
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
@@ -88,7 +88,7 @@ class BodySimulationPlan(SimulationPlan):
         queued["cases"]["settled"] *= step_divisor
         return BodyKernelInput(
             **queued,
-            loop_selector=self.loop_selector,
+            base_shape_loop_tag=self.base_shape_loop_tag,
             bodies=self.bodies,
             points=self.points,
             base=self.solids[0].base,
@@ -285,7 +285,7 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
     """
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.sample_count + 3))
-    cosines = np.array([direction_cosines(float(value)) for value in distinct])
+    cosines = np.array([cosine_and_sine_of_azimuth(float(value)) for value in distinct])
     for index, orientation in enumerate(distinct):
         along[index, 0, : motion.sample_count] = motion.along(float(orientation))
         along[index, 1, : motion.sample_count] = motion.along(float(orientation) - 90.0)

@@ -63,19 +63,19 @@ from overturning.dem.kernel.queue import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-class VertexLoopSelector(NamedTuple):
+class PolygonalBaseLoopTag(NamedTuple):
     """Type that makes the compiler choose the loops for bodies whose base has vertices (see `LOOPS`)."""
 
     round: bool = False
 
 
-class RimLoopSelector(NamedTuple):
+class RoundBaseLoopTag(NamedTuple):
     """Type that makes the compiler choose the loops for bodies whose base has a round rim (see `LOOPS`)."""
 
     round: bool = True
 
 
-LOOPS: Final = {VertexLoopSelector: build_sample_step_loop(False), RimLoopSelector: build_sample_step_loop(True)}
+LOOPS: Final = {PolygonalBaseLoopTag: build_sample_step_loop(False), RoundBaseLoopTag: build_sample_step_loop(True)}
 """Function that computes the steps of a sample, by the type of the selector."""
 
 
@@ -89,7 +89,7 @@ class BodyKernelInput(NamedTuple):
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT`, shape (n,)."""
     ground: GroundMotion
-    loop_selector: Any
+    base_shape_loop_tag: Any
     """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
     """Constants of the bodies, of type `BODY`, shape (bodies,)."""
@@ -204,7 +204,7 @@ def advance_one_sample(
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, marker, count, base = (
         kernel_input.settings,
-        kernel_input.loop_selector,
+        kernel_input.base_shape_loop_tag,
         kernel_input.points.shape[1],
         kernel_input.base,
     )

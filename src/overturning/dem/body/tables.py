@@ -8,7 +8,7 @@ from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
-class BodyStartColumns(NamedTuple):
+class BodyInitialStateTableColumns(NamedTuple):
     """Columns of the initial pose and velocities of a body; x points to the orientation, z up, y to the left of x."""
 
     x: float
@@ -32,7 +32,7 @@ class BodyStartColumns(NamedTuple):
     wz: float
 
 
-class BodyCaseColumns(NamedTuple):
+class BodyCaseTableColumns(NamedTuple):
     """Columns of the body kernel's table of cases: the parameters of a case. `CASE` has more columns."""
 
     stiffness: float
@@ -57,7 +57,7 @@ class BodyCaseColumns(NamedTuple):
     """Sample at which the case ends as undecided."""
 
 
-class BodyConstantColumns(NamedTuple):
+class BodyConstantTableColumns(NamedTuple):
     """Columns of the body kernel's table of bodies: constants of a solid, one row per size of the body."""
 
     ixx: float
@@ -90,7 +90,7 @@ class BodyConstantColumns(NamedTuple):
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
 
 
-class BodyResultColumns(NamedTuple):
+class BodyResultTableColumns(NamedTuple):
     """Columns of the body kernel's table of results: one row per case."""
 
     status: float
@@ -123,18 +123,20 @@ class BodyResultColumns(NamedTuple):
     qz: float
 
 
-class GroundAccelerationColumns(NamedTuple):
-    """Columns of the base acceleration (m/s²) in a row of a trajectory, along the axes of `BodyStartColumns`."""
+class GroundAccelerationTableColumns(NamedTuple):
+    """Columns of the base acceleration, m/s², in a row of a trajectory; axes as in `BodyInitialStateTableColumns`."""
 
     ground_x: float
     ground_y: float
     ground_z: float
 
 
-START: Final = table_dtype_of_named_tuples(BodyStartColumns)
+START: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
 CASE: Final = np.dtype(
-    [("body", "i8"), *table_dtype_of_named_tuples(BodyCaseColumns, CaseStepControl).descr, ("start", START)]
+    [("body", "i8"), *table_dtype_of_named_tuples(BodyCaseTableColumns, CaseStepControl).descr, ("start", START)]
 )
-BODY: Final = table_dtype_of_named_tuples(BodyConstantColumns)
-RESULT: Final = table_dtype_of_named_tuples(BodyResultColumns)
-ROW: Final = np.dtype([("time", "f8"), *table_dtype_of_named_tuples(BodyStartColumns, GroundAccelerationColumns).descr])
+BODY: Final = table_dtype_of_named_tuples(BodyConstantTableColumns)
+RESULT: Final = table_dtype_of_named_tuples(BodyResultTableColumns)
+ROW: Final = np.dtype(
+    [("time", "f8"), *table_dtype_of_named_tuples(BodyInitialStateTableColumns, GroundAccelerationTableColumns).descr]
+)

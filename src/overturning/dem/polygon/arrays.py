@@ -16,7 +16,7 @@ from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
 from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_segment_ends, placed_pieces_of_pairs
 
 
-class SceneCaseColumns(NamedTuple):
+class SceneCaseTableColumns(NamedTuple):
     """Columns of the scene kernel's table of cases: parameters of a case; those of `CaseStepControl` follow."""
 
     amplitude: float
@@ -37,7 +37,7 @@ class SceneCaseColumns(NamedTuple):
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
-class ElementRuleColumns(NamedTuple):
+class ElementTerminationTableColumns(NamedTuple):
     """Columns of the scene kernel's table of elements: rotations, support and energy that decide about falls."""
 
     is_free: float
@@ -58,7 +58,7 @@ class ElementRuleColumns(NamedTuple):
     """Energy needed to overturn the element, J."""
 
 
-class SceneLimitColumns(NamedTuple):
+class SceneTerminationLimitColumns(NamedTuple):
     """Columns of the limits of a scene variant: penetration at which a case fails, and energies that decide its end."""
 
     deepest: float
@@ -71,7 +71,7 @@ class SceneLimitColumns(NamedTuple):
     """Smallest energy to which an energy error refers, J."""
 
 
-class SceneResultColumns(NamedTuple):
+class SceneResultTableColumns(NamedTuple):
     """Columns of the scene kernel's table of case results: one row per case."""
 
     status: float
@@ -86,7 +86,7 @@ class SceneResultColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-class ElementResultColumns(NamedTuple):
+class ElementResultTableColumns(NamedTuple):
     """Columns of the scene kernel's table of element results: one row per case and element."""
 
     overturned: float
@@ -101,11 +101,11 @@ class ElementResultColumns(NamedTuple):
     """Slip of the base at the end, m."""
 
 
-CASE: Final = table_dtype_of_named_tuples(SceneCaseColumns, CaseStepControl)
-ELEMENT: Final = table_dtype_of_named_tuples(ElementRuleColumns)
-LIMITS: Final = table_dtype_of_named_tuples(SceneLimitColumns)
-RESULT: Final = table_dtype_of_named_tuples(SceneResultColumns)
-ELEMENT_RESULT: Final = table_dtype_of_named_tuples(ElementResultColumns)
+CASE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
+ELEMENT: Final = table_dtype_of_named_tuples(ElementTerminationTableColumns)
+LIMITS: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
+RESULT: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
+ELEMENT_RESULT: Final = table_dtype_of_named_tuples(ElementResultTableColumns)
 
 CALM_KINETIC: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
@@ -149,7 +149,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
         for index, part in enumerate(part for item in prepared.placed for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_table
     return SceneArrays(
-        initial=np.stack([initial_state_column(item) for item in prepared_scenes]),
+        initial=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
         layout=np.array(layout, np.int64).reshape(-1, 4),
         parts=one.parts,
         sizes=sizes,
@@ -160,7 +160,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     )
 
 
-def initial_state_column(prepared_scene: PreparedScene) -> FloatArray:
+def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     """Return a lane's column of the state array, shape (rows,), for the prepared scene at rest."""
     placed, laws, still = prepared_scene.placed, prepared_scene.laws, k.PlanarVector(0.0, 0.0, 0.0)
     elements = []

@@ -21,8 +21,8 @@ from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add
 from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
+    contact_ends_with_flat_landing_levers,
     correct_slip_for_friction_work,
-    ends_with_flat_landing_levers,
     flat_landing_slip_and_friction,
     pair_lands_flat,
 )
@@ -197,7 +197,7 @@ def add_pair_to_equations(
             velocity_of_a_relative_to_b(first.trial.end, second.trial.end), first.inertia, second.inertia
         )
         kind = (fine, pair_lands_flat(law, old, ends, both))
-        end_1, end_2 = ends_with_flat_landing_levers(law, ends, both, kind[1])
+        end_1, end_2 = contact_ends_with_flat_landing_levers(law, ends, both, kind[1])
         g1 = predict_contact_end(law, old.one, pair.slid_one, ends.one, ends, both, kind)
         g2 = predict_contact_end(law, old.two, pair.slid_two, ends.two, ends, both, kind)
         p1, f1, slid_1 = contact_end_equation_terms(law, half, end_1, g1, g2)
@@ -319,7 +319,7 @@ def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_ro
         solved = PairMotionAndInertia(
             PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b
         )
-        end_1, end_2 = ends_with_flat_landing_levers(law, ends, solved, kind[1])
+        end_1, end_2 = contact_ends_with_flat_landing_levers(law, ends, solved, kind[1])
         s1 = solved_contact_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
         s2 = solved_contact_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
         on_a, on_b = add_pair_force_to_elements(

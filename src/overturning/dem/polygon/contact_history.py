@@ -34,9 +34,9 @@ def transfer_contact_history(
             continue
         mine = old.carrier != THEIRS
         if mine:
-            target = replacement_end_number(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = face_end_that_takes_over_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = replacement_end_number(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = face_end_that_takes_over_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = normal_force_direction_on_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
@@ -52,7 +52,9 @@ def transfer_contact_history(
 
 
 @njit(**INNER)
-def replacement_end_number(faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int) -> int:
+def face_end_that_takes_over_vertex(
+    faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
+) -> int:
     """Return which end (0 or 1) of a new face takes over the contact of the vertex with index `vertex_index`.
 
     This is the end at the same vertex, else the nearer one. Vertex indices are taken modulo the number of vertices.

@@ -14,8 +14,8 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
+    contact_ends_with_flat_landing_levers,
     correct_slip_for_friction_work,
-    ends_with_flat_landing_levers,
     flat_landing_slip_and_friction,
     pair_lands_flat,
 )
@@ -85,7 +85,9 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         ends = find_shared_segment(pair, first.pose, second.pose)
         u, own_a, own_b = velocity_of_a_relative_to_b(first.velocity, second.velocity), first.inertia, second.inertia
         held = pair_lands_flat(pair.law, old, ends, PairMotionAndInertia(u, own_a, own_b))
-        end_1, end_2 = ends_with_flat_landing_levers(pair.law, ends, PairMotionAndInertia(u, own_a, own_b), held)
+        end_1, end_2 = contact_ends_with_flat_landing_levers(
+            pair.law, ends, PairMotionAndInertia(u, own_a, own_b), held
+        )
         flat_one = (held, *flat_landing_slip_and_friction(pair.law, ends.one, u, own_a, own_b, held))
         flat_two = (held, *flat_landing_slip_and_friction(pair.law, ends.two, u, own_a, own_b, held))
         one = compute_contact_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)

@@ -336,7 +336,7 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
 
 
 @njit(inline="always", **INNER)
-def submatrix_or_spare(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
+def free_submatrix_or_placeholder(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
     """Return submatrix (`row`, `column`), or a spare one if one of its two elements moves with the base."""
     return of_submatrix(
         matrix,
@@ -358,12 +358,12 @@ def pair_submatrices(
         mark_submatrix_nonzero(nonzero_pattern, element_a, element_b)
         mark_submatrix_nonzero(nonzero_pattern, element_b, element_a)
     aa, ab = (
-        submatrix_or_spare(matrix, equation_flags, element_a, element_a, 0),
-        submatrix_or_spare(matrix, equation_flags, element_a, element_b, 1),
+        free_submatrix_or_placeholder(matrix, equation_flags, element_a, element_a, 0),
+        free_submatrix_or_placeholder(matrix, equation_flags, element_a, element_b, 1),
     )
     return PairSubmatrices(
         aa,
         ab,
-        submatrix_or_spare(matrix, equation_flags, element_b, element_a, 2),
-        submatrix_or_spare(matrix, equation_flags, element_b, element_b, 3),
+        free_submatrix_or_placeholder(matrix, equation_flags, element_b, element_a, 2),
+        free_submatrix_or_placeholder(matrix, equation_flags, element_b, element_b, 3),
     ), fresh

@@ -93,7 +93,7 @@ def shorten_tangential_levers(contact_end: ContactEnd, lever_reduction: float) -
 
 
 @njit(**INLINE)
-def ends_with_flat_landing_levers(
+def contact_ends_with_flat_landing_levers(
     contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
 ) -> tuple[ContactEnd, ContactEnd]:
     """Return both contact ends of a pair with the lever arms that their forces have in a flat landing.
@@ -123,7 +123,7 @@ def correct_slip_for_friction_work(
 ) -> tuple[ContactEndResult, ContactEndResult]:
     """Return the results of both ends, with slips corrected to the lever arms of a flat landing.
 
-    With these slips, friction does its work at the lever arms of `ends_with_flat_landing_levers`.
+    With these slips, friction does its work at the lever arms of `contact_ends_with_flat_landing_levers`.
     """
     (end_1, end_2), (r1, r2), apart = landing_ends, end_results, shared_segment.one.a.n - shared_segment.two.a.n
     sunk = (r1.depth - shared_segment.one.before) - (r2.depth - shared_segment.two.before)

@@ -89,7 +89,7 @@ class PolygonSimulationPlan(SimulationPlan):
         edge = np.array([item.slip_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
-        every["peak_rotation"] /= np.stack([item.peak_rotation_units for item in self.variants])[variant]
+        every["peak_rotation"] /= np.stack([item.unit_of_peak_rotation_by_element for item in self.variants])[variant]
         free = self.variants[0].free_element_indices
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}

@@ -80,7 +80,7 @@ class PreparedScene:
         return np.where(np.isfinite(self.tips), self.tips, self.critical[:, None])
 
     @property
-    def peak_rotation_units(self) -> FloatArray:
+    def unit_of_peak_rotation_by_element(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its α, or one degree if it has no α."""
         return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical)
 

@@ -42,7 +42,7 @@ from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces_to_tra
 from overturning.dem.polygon.resting import all_elements_at_rest
 from overturning.dem.polygon.start import CHECK_INTERVAL, initialise_case_in_lane, initialise_pairs_in_lane
 from overturning.dem.polygon.state import Pose
-from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs_up_to_motion
+from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs_that_may_touch
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import Status
 
@@ -139,7 +139,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load case number `case` into a lane: the scene at rest, with friction, damping and amplitude of the case."""
     state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
     ticks, interval = kernel_input.settings.ticks, kernel_input.settings.interval
-    resume_pairs_up_to_motion(state, scene, workspace.pairs, np.inf)
+    resume_pairs_that_may_touch(state, scene, workspace.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
     initialise_case_in_lane(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)

@@ -151,7 +151,7 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
 
 
 @njit(**APART)
-def advance_accepted_clocks(case_rows: Any) -> None:
+def advance_clocks_of_accepted_steps(case_rows: Any) -> None:
     """Advance the time in each lane whose step is accepted; in all lanes, set the next step attempt."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
@@ -213,4 +213,4 @@ def compute_step(
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(state, scene, p)
             store_accepted_pair_history(q, state)
-    advance_accepted_clocks(state)
+    advance_clocks_of_accepted_steps(state)

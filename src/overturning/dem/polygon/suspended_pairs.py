@@ -109,7 +109,7 @@ def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> Non
 
 
 @njit(**INNER)
-def motion_before_contact(pair_rows: Any) -> tuple[float, float]:
+def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
     """Return the motion (m) after which a pair could touch in a lane, and its longest lever arm (m); 0, 0 if close."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
@@ -122,7 +122,7 @@ def motion_before_contact(pair_rows: Any) -> tuple[float, float]:
 
 
 @njit(**INNER)
-def resume_pairs_up_to_motion(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
+def resume_pairs_that_may_touch(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
     """Resume the suspended pairs that could touch after `summed_motion` (m); infinity resumes all pairs."""
     count, following = 0, np.inf
     for p in range(active_pairs.resumes_at.size):
@@ -161,7 +161,7 @@ def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, ele
     active_pairs.travel[TRAVEL] += 2.0 * last
     travel = active_pairs.travel[TRAVEL] + 4.0 * ahead
     if not travel < active_pairs.travel[NEXT]:
-        resume_pairs_up_to_motion(state, scene, active_pairs, travel)
+        resume_pairs_that_may_touch(state, scene, active_pairs, travel)
     for i in range(element_count):
         add_last_step_to_summed_motion(rows.of_element(state, i))
 
@@ -171,7 +171,7 @@ def suspend_pair_if_distant(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
 ) -> bool:
     """Suspend a pair that is too far apart to touch soon; return True if the pair stays active."""
-    slack, lever = motion_before_contact(pair_rows)
+    slack, lever = motion_needed_for_contact(pair_rows)
     if slack <= 0.0:
         return True
     suspend_pair(pair_rows, element_a_rows, element_b_rows)

@@ -10,7 +10,7 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import longest_landing_time_with_point
+from overturning.dem.body.base_contact import longest_landing_time_including_point
 from overturning.dem.body.centred import friction_share_of_holding_force
 from overturning.dem.body.state import IN_THE_AIR
 from overturning.dem.body.vectors import Matrix, Vector
@@ -46,7 +46,7 @@ def joint_landing(landing: JointLanding, point: PointHistory) -> JointLanding:
     """Return the landing of a joint with one more point."""
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
-    longest = longest_landing_time_with_point(landing.longest, point.landing, point.depth)
+    longest = longest_landing_time_including_point(landing.longest, point.landing, point.depth)
     return JointLanding(left, longest if counts else landing.longest)
 
 

@@ -4,7 +4,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from overturning.dem.body.tables import BodyStartColumns, GroundAccelerationColumns
+from overturning.dem.body.tables import BodyInitialStateTableColumns, GroundAccelerationTableColumns
 from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.stack.joint_state import JointConstants
@@ -70,7 +70,7 @@ class StackResultColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-START: Final = table_dtype_of_named_tuples(BodyStartColumns)
+START: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
 CASE: Final = np.dtype([("stack", "i8"), *table_dtype_of_named_tuples(StackCaseColumns, CaseStepControl).descr])
 STONE: Final = np.dtype([(name, "f8") for name in (
     "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz",
@@ -79,4 +79,6 @@ STONE: Final = np.dtype([(name, "f8") for name in (
 JOINT: Final = table_dtype_of_named_tuples(JointConstants)
 RESULT: Final = table_dtype_of_named_tuples(StackResultColumns)
 STONE_RESULT: Final = table_dtype_of_named_tuples(StoneResultColumns)
-ROW: Final = np.dtype([("time", "f8"), *table_dtype_of_named_tuples(BodyStartColumns, GroundAccelerationColumns).descr])
+ROW: Final = np.dtype(
+    [("time", "f8"), *table_dtype_of_named_tuples(BodyInitialStateTableColumns, GroundAccelerationTableColumns).descr]
+)

@@ -19,7 +19,7 @@ from overturning.records.formats.stationxml import (
     acceleration_unit_in_m_s2,
     find_channel_epoch,
     is_velocity_unit,
-    normalise_filter_sums,
+    normalise_filter_coefficient_sums,
     read_stationxml_inventory,
 )
 from overturning.records.source import SourceFile
@@ -113,7 +113,7 @@ def _trace_component(
         if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
-        response, changed = normalise_filter_sums(epoch.channel.response, channel)
+        response, changed = normalise_filter_coefficient_sums(epoch.channel.response, channel)
         samples, removed = _acceleration_from_velocity_trace(trace, response, source_file.name), "response"
         notes += changed
     return RecordComponent.from_file(

@@ -104,7 +104,8 @@ def _trace_component(
         location=trace.stats.location,
         processed=bool(declared_properties.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": declared_properties.sample_declaration_texts} | places,
+        extra={"network": trace.stats.network, "declared": declared_properties.texts_of_declared_sample_properties}
+        | places,
         notes=notes,
     )
 

@@ -241,7 +241,7 @@ def _gain_ratio(stage: Any, frequency: float | None) -> float:
     return float(here / stated) if np.isfinite([here, stated]).all() and here > 0 and stated > 0 else 1.0
 
 
-def normalise_filter_sums(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
+def normalise_filter_coefficient_sums(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
     """Return a response whose digital filters (FIR) have coefficients with the sum 1, and a note for each changed one.
 
     evalresp changes the same filters, and prints a line on the terminal for each. Symmetric filters, of which half is

@@ -338,7 +338,7 @@ def _simulate_rigid_blocks(
 ) -> None:
     """Simulate n rigid blocks; fill `outcomes_out`, shape (n, 2), with side of the fall and largest angle (rad)."""
     series = np.zeros((6, series_order + 1))
-    for k in range(cases.case_count):
+    for k in range(cases.size):
         outcomes_out[k, 0], outcomes_out[k, 1] = _simulate_rigid_block(
             horizontal_acceleration[motion_rows[k]], vertical_acceleration, cases[k], series
         )

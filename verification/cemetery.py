@@ -37,7 +37,7 @@ from overturning.study.cube import open_cube
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_for_variant
 from overturning.study.sweep import scale_motion
-from overturning.surveys.population import draw_stones
+from overturning.surveys.population import sample_stones
 from verification.tables import (
     RESULTS,
     ROOT,
@@ -187,7 +187,7 @@ def simulate_each_stone(results: StudyResults) -> str:
     """Compare the rates from the cube with those of stones that are simulated with their own height, B/H and µ."""
     found, population_ = results.populations[NOMINAL], results.study.population
     assert population_ is not None
-    stones, rates = draw_stones(population_), []
+    stones, rates = sample_stones(population_), []
     planes = np.concatenate([stones.face, stones.face + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_names:

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.statistics.boundary import (
     easiest_overturning_axis,
-    largest_b_over_h_with_even_chance,
+    largest_b_over_h_at_half_probability,
     overturning_boundary_by_azimuth,
 )
 
@@ -26,7 +26,7 @@ from overturning.statistics.boundary import (
     ],
 )
 def test_the_last_crossing(probability: list[float], crossing: float, falls: bool) -> None:
-    found = largest_b_over_h_with_even_chance(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    found = largest_b_over_h_at_half_probability(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 

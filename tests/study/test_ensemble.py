@@ -28,8 +28,8 @@ from overturning.study.ensemble import (
     BATCH,
     EnsembleMembers,
     EnsembleRunner,
-    draw_member_changes,
     fall_probabilities_converged,
+    sample_member_changes,
     select_ensemble_cells,
     wilson_interval,
 )
@@ -69,7 +69,7 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
     settings = EnsembleSettings(members=64, initial_tilt=0.01)
-    members = draw_member_changes(settings)
+    members = sample_member_changes(settings)
     assert members.member_count == 64
     for name in ("amplitude", "b_over_h", "friction", "damping"):
         width, factor = getattr(settings, name), getattr(members, name)
@@ -84,9 +84,9 @@ def test_members_fill_their_neighbourhood_and_no_more() -> None:
 
 def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        draw_member_changes(EnsembleSettings(seed=seed)).write_csv(tmp_path / name)
+        sample_member_changes(EnsembleSettings(seed=seed)).write_csv(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
-    members, again = draw_member_changes(EnsembleSettings()), EnsembleMembers.read_csv(tmp_path / "a")
+    members, again = sample_member_changes(EnsembleSettings()), EnsembleMembers.read_csv(tmp_path / "a")
     for name in ("scramble", "amplitude", "azimuth_deg", "initial_tilt"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
@@ -133,7 +133,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
     azimuth = np.full(grid.shape, 40.0, np.float32)
     azimuth[:, :, 1] = 260.0
     nominal = {"overturned": np.ones(grid.shape, np.int8), "repeated": np.zeros(grid.shape, np.int8)}
-    members = draw_member_changes(EnsembleSettings(members=8, b_over_h=0.0))
+    members = sample_member_changes(EnsembleSettings(members=8, b_over_h=0.0))
 
     def falls(cases: Cases, _: Progress | None) -> Any:
         shape = np.asarray(cases.b_over_h)
@@ -176,7 +176,7 @@ def test_weight_of_a_fall_is_the_resultant_of_its_members() -> None:
 
 
 def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_member_changes(
+    members = sample_member_changes(
         EnsembleSettings(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0)
     )
     found = run(motion, nominal, members)
@@ -187,7 +187,7 @@ def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, n
 
 
 def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_member_changes(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1))
+    members = sample_member_changes(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1))
     found = run(motion, nominal, members)
     cell = (1, 0, 2, 1)
     flags = [
@@ -213,7 +213,7 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
     grid = GRID.replace_values(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
-    members = draw_member_changes(EnsembleSettings(members=8))
+    members = sample_member_changes(EnsembleSettings(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
 
@@ -230,7 +230,7 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
 
 
 def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_member_changes(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
+    members = sample_member_changes(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
     found = run(motion, nominal, members)
     assert nominal["mirrored"][3:].all()
     for name in ("probability", "scramble_difference"):
@@ -240,14 +240,14 @@ def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np
 
 
 def test_members_are_run_in_batches_of_both_scrambles() -> None:
-    members = draw_member_changes(EnsembleSettings())
+    members = sample_member_changes(EnsembleSettings())
     batches = members.member_number_batches(BATCH)
     assert [batch.size for batch in batches] == [8, 8, 8]
     assert sorted(np.concatenate(batches)) == list(range(24))
     for batch in batches:
         assert members.select_members(batch).scramble.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
     # Fewer members are the first of more, so that a larger number only adds to them.
-    few, size = draw_member_changes(EnsembleSettings(members=16)), 16
+    few, size = sample_member_changes(EnsembleSettings(members=16)), 16
     assert np.array_equal(
         few.amplitude[np.concatenate(few.member_number_batches(BATCH))],
         members.amplitude[np.concatenate(batches)[:size]],
@@ -271,7 +271,7 @@ def test_a_cell_is_settled_by_its_own_flags() -> None:
 
 
 def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_member_changes(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
+    members = sample_member_changes(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
     every, some = run(motion, nominal, members), run(motion, nominal, members, widest=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
@@ -355,7 +355,7 @@ def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
 
 
 def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
-    members = draw_member_changes(EnsembleSettings(members=4))
+    members = sample_member_changes(EnsembleSettings(members=4))
     found = run(motion, nominal, members, everywhere=False)
     chosen = select_ensemble_cells(nominal["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
@@ -366,7 +366,7 @@ def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np
 def test_the_same_in_any_portion(
     motion: Motion, nominal: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    members = draw_member_changes(EnsembleSettings(members=4, amplitude=0.1))
+    members = sample_member_changes(EnsembleSettings(members=4, amplitude=0.1))
     whole = run(motion, nominal, members)
     monkeypatch.setattr("overturning.study.ensemble.MAX_MOTION_SAMPLES", 1)
     reports: list[tuple[int, int]] = []

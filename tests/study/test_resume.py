@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleMembers, draw_member_changes
+from overturning.study.ensemble import EnsembleMembers, sample_member_changes
 from overturning.study.resume import (
     backup_cubes,
     lock_folder,
@@ -48,7 +48,7 @@ def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
 
 def test_members_are_checked_too(tmp_path: Path) -> None:
     path = tmp_path / "members.csv"
-    drawn = draw_member_changes(EnsembleSettings(members=16))
+    drawn = sample_member_changes(EnsembleSettings(members=16))
     drawn.write_csv(path)
     np.testing.assert_array_equal(EnsembleMembers.read_csv(path).friction, drawn.friction)
     text = path.read_text(encoding="utf-8")

@@ -23,7 +23,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones, mean_fall_contrast
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import draw_member_changes
+from overturning.study.ensemble import sample_member_changes
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
 from overturning.study.scenes import variant_scene
@@ -218,7 +218,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         ensemble={"members": 8, "where": "everywhere", "amplitude": 0.2},
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
-    record, members = _record(), draw_member_changes(study.ensemble)
+    record, members = _record(), sample_member_changes(study.ensemble)
     path = cube_of(study, [record], tmp_path, variant)
     with open_cube(path, element=None) as cube:
         towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))

@@ -21,7 +21,7 @@ from overturning.study.answers import (
 )
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
-from overturning.study.ensemble import draw_member_changes
+from overturning.study.ensemble import sample_member_changes
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
 from overturning.study.recheck import recheck
@@ -129,7 +129,7 @@ def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, mot
 
 
 def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, motion: Motion) -> None:
-    members = draw_member_changes(settings.ensemble)
+    members = sample_member_changes(settings.ensemble)
     angles, falls = [], []
     for i in range(members.member_count):
         scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)

@@ -15,13 +15,13 @@ from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
 from overturning.settings import StonePopulation, UniformRange
 from overturning.surveys.population import (
-    DrawnStones,
-    draw_stones,
+    SampledStones,
     fit_population_fragility_curves,
     outcome_rates_by_amplitude,
     outcomes_of_stones,
     population_rates_by_record,
     random_neighbour_grid_indices,
+    sample_stones,
 )
 from overturning.units import STANDARD_GRAVITY
 
@@ -38,7 +38,7 @@ def pulse(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
 
 def test_stones_are_those_of_the_population() -> None:
     population = StonePopulation(face=90, face_spread=5, stones=512)
-    stones = draw_stones(population)
+    stones = sample_stones(population)
     assert stones.height.mean() == pytest.approx(0.75, abs=0.002)
     width = stones.height * stones.b_over_h
     assert (width.min() >= 0.3, width.max() <= 0.4) == (True, True)
@@ -68,7 +68,7 @@ def test_rate_matches_stones_simulated_one_by_one() -> None:
     """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
     population = StonePopulation(width=UniformRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
     motion = pulse(4.0, 0.8)
-    stones = draw_stones(population)
+    stones = sample_stones(population)
     cells = simulate(
         motion,
         azimuth_deg=[0, 90, 180, 270],
@@ -120,10 +120,10 @@ def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
     return xr.Dataset({name: (tuple(grid), values) for name in ("overturned", "overturning_time")}, grid)
 
 
-def stones_of(*size: float, count: int = 1) -> DrawnStones:
+def stones_of(*size: float, count: int = 1) -> SampledStones:
     """Return equal stones of a height, B/H, µ and face, with evenly spaced random numbers."""
     lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
-    return DrawnStones(*(np.full(count, value) for value in size), lot)
+    return SampledStones(*(np.full(count, value) for value in size), lot)
 
 
 def test_rocking_stone_uses_no_sliding_cell() -> None:
@@ -177,7 +177,7 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_rates_by_record(both, population)
     alone = outcome_rates_by_amplitude(
-        outcomes_of_stones(cube(motion.scaled_by(2.0), **axes), draw_stones(population)), population
+        outcomes_of_stones(cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
     )
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()

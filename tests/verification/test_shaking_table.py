@@ -21,8 +21,8 @@ from verification.shaking_table.clouds import (
     RECTANGLES,
     SimulatedStones,
     StoneDistribution,
-    draw_stones,
     in_any_neighbourhood,
+    sample_stones,
     simulate_stones,
 )
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
@@ -75,7 +75,7 @@ def test_a_bin_in_which_nothing_fell_has_an_exact_bound() -> None:
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
 def test_stones_lie_within_their_bounds(kind: StoneDistribution) -> None:
-    rows = draw_stones(kind, 256)
+    rows = sample_stones(kind, 256)
     for name, (low, high) in kind.bounds.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
         assert high * 0.95 < rows[name].max() <= high
@@ -83,7 +83,7 @@ def test_stones_lie_within_their_bounds(kind: StoneDistribution) -> None:
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
 def test_stones_outside_all_neighbourhoods_change_no_share(kind: StoneDistribution) -> None:
-    rows = draw_stones(kind, 256)
+    rows = sample_stones(kind, 256)
     near, fell = in_any_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
     whole = SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
     part = SimulatedStones(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
@@ -116,7 +116,7 @@ def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
     """Return 300 tests of twelve records on a rectangle of B/H 0.15 and height 0.8 m, and the cloud."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
-    rows = draw_stones(RECTANGLES, 4096)
+    rows = sample_stones(RECTANGLES, 4096)
     fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
     threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
     tests = ShakingTableTests(

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from overturning.study.ensemble import draw_member_changes
+from overturning.study.ensemble import sample_member_changes
 from verification.scale.made import (
     synthetic_study,
     write_study,
@@ -59,7 +59,7 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study(own, folder / "own.json")
     run_subcommand("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
-    draw_member_changes(study.ensemble).write_csv(folder / "members.csv")
+    sample_member_changes(study.ensemble).write_csv(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunks}.nc"
     took = run_subcommand(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
@@ -106,7 +106,7 @@ def measure_lazily(
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     write_synthetic_cube(study, folder / "cube.nc", different=min(2, records))
-    draw_member_changes(study.ensemble).write_csv(folder / "members.csv")
+    sample_member_changes(study.ensemble).write_csv(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
     found = [

@@ -98,7 +98,7 @@ _EVEN: Final = ("friction", "orientation")
 """Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
-def draw_stones(distribution: StoneDistribution, stone_count: int) -> Rows:
+def sample_stones(distribution: StoneDistribution, stone_count: int) -> Rows:
     """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
     unit = qmc.Sobol(len(distribution.bounds), seed=SEED).random(stone_count).T
     return {
@@ -140,7 +140,7 @@ def simulate_stones(
         Number of stones to draw (default: that of the kind), and of tests to run at the same time.
     """
     stone_count = stone_count or distribution.stones
-    rows = draw_stones(distribution, stone_count)
+    rows = sample_stones(distribution, stone_count)
     chosen = in_any_neighbourhood(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
     key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())

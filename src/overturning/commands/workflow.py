@@ -123,14 +123,14 @@ def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -
     write_intensity_measures(*_load_study_and_processed_motions(study, motions), output)
 
 
-def draw_ensemble_members(
+def sample_ensemble_members(
     study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random members of the study's ensemble, once for all jobs."""
-    from overturning.study.ensemble import draw_member_changes
+    from overturning.study.ensemble import sample_member_changes
     from overturning.study.load import load_study_from_file_or_json
 
-    draw_member_changes(load_study_from_file_or_json(study).ensemble).write_csv(output)
+    sample_member_changes(load_study_from_file_or_json(study).ensemble).write_csv(output)
 
 
 def simulate_cases_of_record(
@@ -313,7 +313,7 @@ STEPS: dict[str, Callable[..., None]] = {
     "surface": compute_surface_motions,
     "describe": add_record_labels,
     "rotate": compute_intensity_measures,
-    "members": draw_ensemble_members,
+    "members": sample_ensemble_members,
     "sweep": simulate_cases_of_record,
     "gather": merge_parts_into_cube,
     "check-convergence": run_convergence_check,

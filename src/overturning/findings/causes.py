@@ -39,7 +39,7 @@ class LogisticCoefficient(Finding):
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class ProbabilityAfterDoubling(Finding):
+class FallProbabilityAfterDoubling(Finding):
     """Fall probability after a quantity, such as PGV, has doubled, if it was 0.5 before."""
 
     doubled: str
@@ -58,7 +58,7 @@ class LogisticFitFindings(Finding):
     """Number of earthquakes."""
     level: float
     """Probability of the intervals."""
-    even_chance: list[ProbabilityAfterDoubling]
+    even_chance: list[FallProbabilityAfterDoubling]
     """Factors on the odds as probabilities, for the predictors with a narrow interval."""
     note: str
     """Reason why there is no fit or no interval; otherwise empty."""
@@ -155,7 +155,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
         )
     fitted = {} if fit.note.startswith("no fit") else {rows[place].predictor: name for place, name in DOUBLED.items()}
     chances = [
-        ProbabilityAfterDoubling(
+        FallProbabilityAfterDoubling(
             doubled=fitted[one.predictor],
             even_chance_becomes=one.odds_factor_per_doubling / (1.0 + one.odds_factor_per_doubling),
         )

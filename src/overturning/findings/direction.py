@@ -15,7 +15,7 @@ from overturning.statistics.space import planar_model_agreement_shares
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
 
-class EarthquakeAxis(Finding):
+class EarthquakeFallAxis(Finding):
     """Mean axis of the falls of one earthquake, and their alignment with the fault normal."""
 
     event: str
@@ -66,7 +66,7 @@ class GroupFallDirection(Finding):
     """Number of `earthquakes_with_axis` whose axis lies within 45° of the fault normal."""
     axis_resultant_within_record: Estimate
     """Resultant of the doubled fall axes of one record, mean over earthquakes."""
-    by_earthquake: list[EarthquakeAxis]
+    by_earthquake: list[EarthquakeFallAxis]
     """Falls of each earthquake relative to its fault normal."""
     by_rule: list[BlockSelectionAlignment]
     """Alignment under each rule that selects blocks."""
@@ -207,7 +207,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
                     agreement, "resultant of the doubled fall axes of one record"
                 ),
                 by_earthquake=[
-                    EarthquakeAxis(event=str(event), alignment=mean, resultant=length, axis_from_normal_deg=axis)
+                    EarthquakeFallAxis(event=str(event), alignment=mean, resultant=length, axis_from_normal_deg=axis)
                     for event, mean, length, axis in rows
                 ],
                 by_rule=rules,

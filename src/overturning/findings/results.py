@@ -93,12 +93,12 @@ class StudyResults:
         return len(set(self.record_events))
 
     @cached_property
-    def applied_vertical_count(self) -> int:
+    def count_of_records_with_applied_vertical(self) -> int:
         """Number of records whose vertical motion the study applies."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
     @property
-    def unused_vertical_count(self) -> int:
+    def count_of_records_with_unused_vertical(self) -> int:
         """Number of records whose vertical component the study does not apply."""
         return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 

@@ -46,7 +46,7 @@ class StoneClassSurvival(Finding):
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
-class StoneClassWithoutCurve(Finding):
+class StoneClassWithoutFragilityCurve(Finding):
     """Class of stones whose survival is unknown, because its fragility curve has no known median."""
 
     stones: str
@@ -77,7 +77,7 @@ class SurvivalFindings(Finding):
     doubts: list[str]
     """Doubts about the units of the hazard curves."""
     classes: list[StoneClassSurvival]
-    without_curve: list[StoneClassWithoutCurve]
+    without_curve: list[StoneClassWithoutFragilityCurve]
     survey: StandingStones | None
 
 
@@ -98,7 +98,9 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
         doubts=_implausible_hazard_unit_texts(survival),
         classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
         without_curve=[
-            StoneClassWithoutCurve(stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median))
+            StoneClassWithoutFragilityCurve(
+                stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median)
+            )
             for row in survival.without_curve
         ],
         survey=None if survey_stones is None else _standing_stones_of_survey(stood, fell, bound),

@@ -158,7 +158,7 @@ def study_facts(results: StudyResults) -> StudyFacts:
         directions=int(cube.sizes[results.model.direction]),
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
-        vertical_motion=bool(results.applied_vertical_count),
+        vertical_motion=bool(results.count_of_records_with_applied_vertical),
     )
 
 

@@ -73,7 +73,11 @@ class PlacedElement:
     def fallen_rotations_rad(self) -> tuple[float, float]:
         """Rotations to −x and +x at which the element counts as fallen, rad: as its scene states, or by its shape."""
         asked = self.element.fallen_rotation_deg
-        return self.shape.least_resting_rotations_rad if asked is None else (round(float(np.radians(asked)), 12),) * 2
+        return (
+            self.shape.smallest_rotations_to_another_rest_rad
+            if asked is None
+            else (round(float(np.radians(asked)), 12),) * 2
+        )
 
     @property
     def is_driven_or_held(self) -> bool:

@@ -56,7 +56,7 @@ class Polygon:
         return float(np.ptp(self.vertices[:, 1]))
 
     @cached_property
-    def least_resting_rotations_rad(self) -> tuple[float, float]:
+    def smallest_rotations_to_another_rest_rad(self) -> tuple[float, float]:
         """Least rotations to −x and to +x at which the polygon can rest on another face, rad; π if there is none.
 
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the

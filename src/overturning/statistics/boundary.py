@@ -21,7 +21,7 @@ from overturning.statistics.circular import mean_angle_and_resultant
 HALF = 0.5
 
 
-def largest_b_over_h_with_even_chance(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
+def largest_b_over_h_at_half_probability(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
     """Return the largest B/H where the fall probability crosses 1/2, and whether the last known block falls.
 
     Parameters
@@ -70,7 +70,8 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
             fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
         )
         found: tuple[xr.DataArray, xr.DataArray] = xr.apply_ufunc(
-            largest_b_over_h_with_even_chance, lazy, fall_probabilities["b_over_h"], input_core_dims=[["b_over_h"]] * 2,
+            largest_b_over_h_at_half_probability, lazy, fall_probabilities["b_over_h"],
+            input_core_dims=[["b_over_h"]] * 2,
             output_core_dims=[[], []], vectorize=True, dask="parallelized", output_dtypes=[np.float64, np.bool_],
         )  # fmt: skip
         return found

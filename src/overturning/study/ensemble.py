@@ -122,7 +122,7 @@ COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
 _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...)))  # type: ignore[call-overload]
 
 
-def draw_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
+def sample_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
     """Draw the parameter changes of all members from two differently scrambled Sobol sequences (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.

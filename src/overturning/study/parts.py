@@ -90,7 +90,7 @@ def write_sweep_part(
         file.setncatts(attributes)
 
 
-class OpenSweepPart(NamedTuple):
+class OpenedSweepPartFile(NamedTuple):
     """Open file with a part of a sweep, whose cells belong to the grid of the study."""
 
     file: Any  # netCDF4 dataset without masking and scaling
@@ -112,15 +112,15 @@ def record_and_variant_of_part(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def open_sweep_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenSweepPart]:
+def open_sweep_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
     """Open a part and check that its cells belong to a grid; raise a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
-            yield OpenSweepPart(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
+            yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return
         if wrong := _first_mismatch_with_grid(file, grid, variables):
             raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
-        yield OpenSweepPart(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
+        yield OpenedSweepPartFile(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
 
 
 def _first_mismatch_with_grid(file: Any, grid: Grid, variables: Sequence[OutcomeVariable]) -> str:

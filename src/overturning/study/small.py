@@ -15,7 +15,7 @@ from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
 from overturning.records.store import round_to_stored_precision
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import draw_member_changes
+from overturning.study.ensemble import sample_member_changes
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import record_table_rows, study_from_content
 from overturning.study.scenes import numerics_of_study
@@ -119,7 +119,7 @@ def run_study(
     used = _read_and_process_records(given, study)
     refuse_duplicate_records(used)
     numerics = numerics_of_study(study, threads, client=client)
-    members = draw_member_changes(study.ensemble) if study.ensemble.members else None
+    members = sample_member_changes(study.ensemble) if study.ensemble.members else None
     with tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):

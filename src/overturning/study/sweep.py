@@ -17,7 +17,13 @@ from overturning.model.results import COUNTS, CaseResults
 from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, Runner, draw_member_changes, progress_of_subtask
+from overturning.study.ensemble import (
+    EnsembleMembers,
+    EnsembleRunner,
+    Runner,
+    progress_of_subtask,
+    sample_member_changes,
+)
 from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_sweep_part
 from overturning.study.scenes import (
     NOMINAL,
@@ -50,7 +56,7 @@ def create_cell_ensemble(
     settings = study.ensemble
     run_all_cells = run_all_cells or settings.where == "everywhere"
     return EnsembleRunner(
-        variant_model(study, variant), members or draw_member_changes(settings), run_all_cells, settings.half_width
+        variant_model(study, variant), members or sample_member_changes(settings), run_all_cells, settings.half_width
     )
 
 

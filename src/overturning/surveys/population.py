@@ -43,7 +43,7 @@ MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 
 
 @dataclass(frozen=True)
-class DrawnStones:
+class SampledStones:
     """Stones drawn from a population; arrays have one entry per stone, shape (n,).
 
     Attributes
@@ -76,7 +76,7 @@ class DrawnStones:
         return {name: own for name, own in classes.items() if own.any()}
 
 
-def draw_stones(population: StonePopulation) -> DrawnStones:
+def sample_stones(population: StonePopulation) -> SampledStones:
     """Draw the sizes, frictions and face azimuths of random stones of a population.
 
     The random numbers are scrambled Sobol points (Owen 1998, ACM TOMACS 8).
@@ -91,7 +91,7 @@ def draw_stones(population: StonePopulation) -> DrawnStones:
     width, height = scale_to_range(population.width, unit[0]), scale_to_range(population.height, unit[1])
     about = population.face_spread * (2 * unit[3] - 1)
     face = 360 * unit[3] if population.face is None else population.face + about
-    return DrawnStones(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
+    return SampledStones(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
 
 
 def random_neighbour_grid_indices(
@@ -109,7 +109,7 @@ def random_neighbour_grid_indices(
     return (below + (uniform_numbers < where - below)).astype(np.intp)
 
 
-def share_of_stones_outside_grid(cube: xr.Dataset, stones: DrawnStones) -> float:
+def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> float:
     """Return the share of stones whose height, B/H or friction lies outside the range of the cube."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
@@ -118,7 +118,7 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: DrawnStones) -> float
     return float(beyond.mean())
 
 
-def outcomes_of_stones(record_cube: xr.Dataset, stones: DrawnStones) -> StoneOutcomes:
+def outcomes_of_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomes:
     """Return the outcomes of drawn stones under the record of a cube: those of neighbouring cells.
 
     `record_cube` is the cube of this record, with or without amplitudes.
@@ -205,11 +205,11 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     -------
     Dataset
         Results of `outcome_rates_by_amplitude` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for
-        `DrawnStones.stone_class_masks`. The attribute ``outside`` is the share of stones outside the grid, which take
+        `SampledStones.stone_class_masks`. The attribute ``outside`` is the share of stones outside the grid, which take
         its nearest value; ``members`` are
         numbers of stones.
     """
-    stones = draw_stones(population)
+    stones = sample_stones(population)
     classes, reads = stones.stone_class_masks(), model_of_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):

@@ -12,7 +12,7 @@ from overturning.dem.block.state import (
     BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
-    BlockPeaks,
+    BlockPeakValues,
     BlockState,
     BlockVelocityChange,
     CornerState,
@@ -211,7 +211,7 @@ def complete_block_step(
     )
     springs = block.tangential * (left.let_go + right.let_go) + block.stiffness * (left.cut + right.cut)
     lost = account.lost + ((half * (account.loss + loss) + (pl * left.loss + pr * right.loss)) + 0.5 * springs)
-    peaks = BlockPeaks(
+    peaks = BlockPeakValues(
         updated_maximum(peaks.angle, abs(angle)),
         updated_maximum(peaks.slip, abs(base_displacement(block, x, sn))),
         updated_maximum(

@@ -10,7 +10,7 @@ from overturning.dem.block.state import (
     BlockConstants,
     BlockEnergyAccount,
     BlockInertialAccelerations,
-    BlockPeaks,
+    BlockPeakValues,
     BlockState,
     CornerState,
     base_displacement,
@@ -100,11 +100,11 @@ def corner_dissipation_power(corner_force: CornerContactForce, vx: float, vz: fl
 def advance_block_one_step(
     block: BlockConstants,
     state: BlockState,
-    peaks: BlockPeaks,
+    peaks: BlockPeakValues,
     energy_account: BlockEnergyAccount,
     inertial_accelerations: BlockInertialAccelerations,
     with_vertical: bool,
-) -> tuple[BlockState, BlockPeaks, BlockEnergyAccount]:
+) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
     dt = block.step * WHOLE
     push, lift = (
@@ -145,7 +145,7 @@ def advance_block_one_step(
     turn, tick = dt * vw, state.tick + WHOLE
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
-    peaks = BlockPeaks(
+    peaks = BlockPeakValues(
         updated_maximum(peaks.angle, abs(angle)),
         updated_maximum(peaks.slip, abs(base_displacement(block, x, sn))),
         updated_maximum(

@@ -11,7 +11,7 @@ from overturning.dem.block.state import (
     BlockConstants,
     BlockEnergyAccount,
     BlockInertialAccelerations,
-    BlockPeaks,
+    BlockPeakValues,
     BlockState,
     base_displacement,
 )
@@ -20,7 +20,7 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BlockConstants, BlockState, BlockPeaks))
+load_block, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BlockConstants, BlockState, BlockPeakValues))
 load_account, load_course = ROWS.lane_access(BlockEnergyAccount).load, ROWS.lane_access(CaseProgress).load
 load_inertial_accelerations = ROWS.lane_access(BlockInertialAccelerations).load
 

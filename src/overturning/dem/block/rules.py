@@ -20,7 +20,7 @@ from overturning.dem.block.state import (
     AssumedSlipDirections,
     BlockConstants,
     BlockInertialAccelerations,
-    BlockPeaks,
+    BlockPeakValues,
     BlockState,
     CornerState,
     corner_position,
@@ -71,7 +71,7 @@ class BlockWorkspace(NamedTuple):
 
 load_block, store_block, _ = ROWS.lane_access(BlockConstants)
 load_state, store_state, _ = ROWS.lane_access(BlockState)
-load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeaks)
+load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeakValues)
 load_course, store_course, _ = ROWS.lane_access(CaseProgress)
 store_attempt, store_assumed_slip, store_step_control = (
     ROWS.lane_access(of).store for of in (StepAttempt, AssumedSlipDirections, CaseStepControl)
@@ -84,7 +84,7 @@ store_push, store_lift = (
 NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     ROWS.row_start(BlockState, "cos"), ROWS.row_start(BlockState, "sin"), ROWS.row_start(BlockState, "tick"),
-    ROWS.row_start(BlockPeaks, "last_upright"),
+    ROWS.row_start(BlockPeakValues, "last_upright"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
     ROWS.row_start(StepAttempt, "length"),
@@ -168,7 +168,7 @@ def initialise_lane(
     store_state(state, lane, at_rest)
     store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
     store_assumed_slip(state, lane, AssumedSlipDirections(0.0, 0.0))
-    store_peaks(state, lane, BlockPeaks(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
+    store_peaks(state, lane, BlockPeakValues(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
     state[REST_LIMIT + lane], course = (
         case_parameters.rest_limit,

@@ -133,7 +133,7 @@ class AssumedSlipDirections(NamedTuple):
     right: float
 
 
-class BlockPeaks(NamedTuple):
+class BlockPeakValues(NamedTuple):
     """Largest rotation (rad), slip of the base (m) and penetration (m) so far; last tick with |θ| < α, or −1."""
 
     angle: float
@@ -305,12 +305,12 @@ class BlockAfterStep(NamedTuple):
     """State, peaks and energy account of a block after a step; they become valid if the step is accepted."""
 
     state: BlockState
-    peaks: BlockPeaks
+    peaks: BlockPeakValues
     account: BlockEnergyAccount
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BlockConstants, CaseStepControl, BlockState, StepAttempt, AssumedSlipDirections, BlockPeaks,
+    COLUMNS, BlockConstants, CaseStepControl, BlockState, StepAttempt, AssumedSlipDirections, BlockPeakValues,
     BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityChange, CaseRestState,
 )  # fmt: skip
 

@@ -218,11 +218,11 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
         law = k.ContactLaw(
             laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
         )
-        ends = [k.ContactEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+        ends = [k.SegmentEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
         for end in prepared_scene.loaded:
             if end.pair == index:
                 carrier = k.MINE if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.THEIRS
-                ends[end.side] = k.ContactEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
+                ends[end.side] = k.SegmentEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.PairHistory(
             k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
         )

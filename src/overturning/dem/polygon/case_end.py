@@ -20,7 +20,7 @@ from overturning.dem.polygon.resting import (
     all_elements_in_place,
     any_element_airborne,
     any_element_will_slide_noticeably,
-    count_touching_ends,
+    count_touching_segment_ends,
     element_has_tipped,
     element_has_tipped_or_dropped,
     last_support_time,
@@ -65,7 +65,7 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
     # and every standing element has at least two loaded ends.
     if (
         moving < limits.rest_energy
-        and count_touching_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
+        and count_touching_segment_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
     ):
         return Status.SIMULATED
     if case.sample < last_sample:
@@ -215,14 +215,14 @@ def deepest_pair_penetration(state: Any, lane: int, scene: Any) -> float:
 
 
 @njit(**INNER)
-def count_touching_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
-    """Count the touching contact ends of the standing free elements; an end between two of these counts twice."""
+def count_touching_segment_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
+    """Count the touching segment ends of the standing free elements; an end between two of these counts twice."""
     total = 0
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         for e, i in ((a, scene.layout[p, 0]), (b, scene.layout[p, 1])):
             if element_rules[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
-                total += count_touching_ends(rows.load_pair(q, lane))
+                total += count_touching_segment_ends(rows.load_pair(q, lane))
     return total
 
 
@@ -331,7 +331,7 @@ def record_support_time(
     """Store the present time as support time of the upper element of a pair, if it touches the lower one."""
     for j in range(rows.COLUMNS):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
-        touches = count_touching_ends(pair) > 0
+        touches = count_touching_segment_ends(pair) > 0
         now = (case.sample + case.shaking.tick * samples_per_tick) * sampling_interval
         element_a_rows[rows.CARRIED_UNTIL + j] = select(
             touches & (pair.stands > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]

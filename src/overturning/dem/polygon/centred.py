@@ -18,35 +18,35 @@ from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
-from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
+from overturning.dem.polygon.faces import SegmentEnd, SharedSegment, find_shared_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_ends_with_flat_landing_levers,
     correct_slip_for_friction_work,
     flat_landing_slip_and_friction,
     pair_lands_flat,
+    segment_ends_with_flat_landing_levers,
 )
 from overturning.dem.polygon.mechanics import (
-    AssumedEndSlip,
-    ContactEndForce,
-    ContactEndResult,
+    AssumedSegmentEndSlip,
     PairRelativeVector,
     PairVelocityToForceMatrix,
+    SegmentEndForce,
+    SegmentEndResult,
     add_pair_force_to_elements,
     contact_vertex_owner_code,
     limit_friction_force,
     opening_and_slip_rates,
     pair_history_after_step,
-    sum_contact_end_forces,
+    sum_segment_end_forces,
     tangential_spring_stretch,
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.state import (
     OPEN,
     CaseState,
-    ContactEndHistory,
     ContactLaw,
     FaceVertexPositions,
+    SegmentEndHistory,
     StoredStepContactChanges,
     VertexPositionAtFace,
 )
@@ -57,8 +57,8 @@ LEAST_FREEDOM: Final = 0.25
 """Least effect of a normal force on a sliding end, as a share of its effect on free particles; below it, it sticks."""
 
 
-class PredictedContactEnd(NamedTuple):
-    """Predicted forces and contact state of a contact end, from which the terms of the equations of a step follow."""
+class PredictedSegmentEnd(NamedTuple):
+    """Predicted forces and contact state of a segment end, from which the terms of the equations of a step follow."""
 
     n: float
     """Predicted normal force, N."""
@@ -80,39 +80,39 @@ plus = tuple_arithmetic(PairVelocityToForceMatrix).plus
 
 
 @njit(**INLINE)
-def predict_contact_end(
+def predict_segment_end(
     contact_law: ContactLaw,
-    end_history: ContactEndHistory,
+    end_history: SegmentEndHistory,
     signed_friction: float,
-    contact_end: ContactEnd,
+    segment_end: SegmentEnd,
     shared_segment: SharedSegment,
     pair_motion: PairMotionAndInertia,
     fine_step_and_flat_landing: tuple[bool, bool],
-) -> PredictedContactEnd:
-    """Predict the state of a contact end: in a fine step from predicted forces, else from its state in the last step.
+) -> PredictedSegmentEnd:
+    """Predict the state of a segment end: in a fine step from predicted forces, else from its state in the last step.
 
     In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
     would rotate an element further in instead (Painlevé's paradox), the end sticks. `fine_step_and_flat_landing` holds
     whether the step is fine, and whether the pair is held in a flat landing.
     """
     (fine, held), a, b = fine_step_and_flat_landing, pair_motion.a, pair_motion.b
-    opening, slipping = opening_and_slip_rates(contact_end, pair_motion.velocity)
-    n, drag = contact_law.normal * contact_end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
-    stretch = tangential_spring_stretch(end_history, contact_end, shared_segment, contact_law.compliance, drag)
+    opening, slipping = opening_and_slip_rates(segment_end, pair_motion.velocity)
+    n, drag = contact_law.normal * segment_end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
+    stretch = tangential_spring_stretch(end_history, segment_end, shared_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
-    pressed = (held | (n > 0.0)) & (contact_end.closed > 0.0)
-    on = (pressed | ((not fine) & (end_history.normal != 0.0))) & (contact_end.faces > 0.0)
+    pressed = (held | (n > 0.0)) & (segment_end.closed > 0.0)
+    on = (pressed | ((not fine) & (end_history.normal != 0.0))) & (segment_end.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_slip_and_friction(contact_law, contact_end, pair_motion.velocity, a, b, held)
+    drifts, drift = flat_landing_slip_and_friction(contact_law, segment_end, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
-    along = a.inverse_inertia * (contact_end.a.n * (contact_end.a.n + signed_friction * contact_end.a.t))
+    along = a.inverse_inertia * (segment_end.a.n * (segment_end.a.n + signed_friction * segment_end.a.t))
     freedom = particles + (
-        along + b.inverse_inertia * (contact_end.b.n * (contact_end.b.n + signed_friction * contact_end.b.t))
+        along + b.inverse_inertia * (segment_end.b.n * (segment_end.b.n + signed_friction * segment_end.b.t))
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
-    return PredictedContactEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
+    return PredictedSegmentEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
 
 
 @njit(**INLINE)
@@ -134,14 +134,14 @@ def matrix_of_force_per_velocity(
 
 
 @njit(**INLINE)
-def contact_end_equation_terms(
+def segment_end_equation_terms(
     contact_law: ContactLaw,
     half_step_time: float,
-    contact_end: ContactEnd,
-    predicted_end: PredictedContactEnd,
-    other_predicted_end: PredictedContactEnd,
-) -> tuple[PairVelocityToForceMatrix, ContactEndForce, float]:
-    """Return the matrix of a contact end for the equations, the predicted forces, and ±μ if the end slides (else 0).
+    segment_end: SegmentEnd,
+    predicted_end: PredictedSegmentEnd,
+    other_predicted_end: PredictedSegmentEnd,
+) -> tuple[PairVelocityToForceMatrix, SegmentEndForce, float]:
+    """Return the matrix of a segment end for the equations, the predicted forces, and ±μ if the end slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """
@@ -155,8 +155,8 @@ def contact_end_equation_terms(
     t = slid * n if slides else predicted_end.t
     t = t if predicted_end.on else 0.0
     along, across = (
-        PairRelativeVector(contact_end.nx, contact_end.nz, contact_end.a.n, contact_end.b.n),
-        PairRelativeVector(contact_end.nz, -contact_end.nx, contact_end.a.t, contact_end.b.t),
+        PairRelativeVector(segment_end.nx, segment_end.nz, segment_end.a.n, segment_end.b.n),
+        PairRelativeVector(segment_end.nz, -segment_end.nx, segment_end.a.t, segment_end.b.t),
     )
     # The force of a sliding end is inclined by the friction angle.
     inclined = PairRelativeVector(
@@ -166,7 +166,7 @@ def contact_end_equation_terms(
         matrix_of_force_per_velocity(press, inclined, along),
         matrix_of_force_per_velocity(stick, across, across),
     )
-    return plus(normal, tangent), ContactEndForce(n, t, predicted_end.stretch), slid
+    return plus(normal, tangent), SegmentEndForce(n, t, predicted_end.stretch), slid
 
 
 @njit(**INLINE)
@@ -197,24 +197,24 @@ def add_pair_to_equations(
             velocity_of_a_relative_to_b(first.trial.end, second.trial.end), first.inertia, second.inertia
         )
         kind = (fine, pair_lands_flat(law, old, ends, both))
-        end_1, end_2 = contact_ends_with_flat_landing_levers(law, ends, both, kind[1])
-        g1 = predict_contact_end(law, old.one, pair.slid_one, ends.one, ends, both, kind)
-        g2 = predict_contact_end(law, old.two, pair.slid_two, ends.two, ends, both, kind)
-        p1, f1, slid_1 = contact_end_equation_terms(law, half, end_1, g1, g2)
-        p2, f2, slid_2 = contact_end_equation_terms(law, half, end_2, g2, g1)
-        rows.store_predicted_one(pair_rows, j, AssumedEndSlip(g1.stretch, slid_1))
-        rows.store_predicted_two(pair_rows, j, AssumedEndSlip(g2.stretch, slid_2))
+        end_1, end_2 = segment_ends_with_flat_landing_levers(law, ends, both, kind[1])
+        g1 = predict_segment_end(law, old.one, pair.slid_one, ends.one, ends, both, kind)
+        g2 = predict_segment_end(law, old.two, pair.slid_two, ends.two, ends, both, kind)
+        p1, f1, slid_1 = segment_end_equation_terms(law, half, end_1, g1, g2)
+        p2, f2, slid_2 = segment_end_equation_terms(law, half, end_2, g2, g1)
+        rows.store_predicted_one(pair_rows, j, AssumedSegmentEndSlip(g1.stretch, slid_1))
+        rows.store_predicted_two(pair_rows, j, AssumedSegmentEndSlip(g2.stretch, slid_2))
         add_pair_matrix_to_submatrices(submatrices, empty_flags, j, plus(p1, p2), half, first.inertia, second.inertia)
-        action, on, by = sum_contact_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
+        action, on, by = sum_segment_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
         on, by = add_pair_force_to_right_sides(on, by, action, half, first.inertia, second.inertia)
         rows.store_change(element_a_rows, j, on)
         rows.store_change(element_b_rows, j, by)
 
 
-class SolvedContactEnd(NamedTuple):
-    """State of a contact end after the equations of a step are solved, and findings on it for the step control."""
+class SolvedSegmentEnd(NamedTuple):
+    """State of a segment end after the equations of a step are solved, and findings on it for the step control."""
 
-    now: ContactEndResult
+    now: SegmentEndResult
     further: float
     """Slip added by the solution, m."""
     found: float
@@ -230,16 +230,16 @@ class SolvedContactEnd(NamedTuple):
 
 
 @njit(**INLINE)
-def solved_contact_end(
+def solved_segment_end(
     contact_law: ContactLaw,
-    end_history: ContactEndHistory,
-    contact_end: ContactEnd,
-    assumed_slip: AssumedEndSlip,
+    end_history: SegmentEndHistory,
+    segment_end: SegmentEnd,
+    assumed_slip: AssumedSegmentEndSlip,
     motion_and_change: tuple[PairMotionAndInertia, PairRelativeVector],
     half_step_time: float,
     fine_step_and_flat_landing: tuple[bool, bool],
-) -> SolvedContactEnd:
-    """Return the state of a contact end from the solved velocities, with forces limited by contact and friction.
+) -> SolvedSegmentEnd:
+    """Return the state of a segment end from the solved velocities, with forces limited by contact and friction.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity
     corrections act on the poses over half a step. The spring of a slipping end is shortened to the force that friction
@@ -248,18 +248,18 @@ def solved_contact_end(
     is held in a flat landing.
     """
     ((u, a, b), d), (fine, held) = motion_and_change, fine_step_and_flat_landing
-    opening, slipping = opening_and_slip_rates(contact_end, u)
-    more_open, more_slip = opening_and_slip_rates(contact_end, d)
+    opening, slipping = opening_and_slip_rates(segment_end, u)
+    more_open, more_slip = opening_and_slip_rates(segment_end, d)
     opening, slipping = opening + more_open, slipping + more_slip
-    depth, stretch = contact_end.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
-    touches, was = contact_end.faces > 0.0, end_history.carrier != OPEN
+    depth, stretch = segment_end.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
+    touches, was = segment_end.faces > 0.0, end_history.carrier != OPEN
     inside = (depth > 0.0) & touches
     n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
     whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, contact_end, whole, a, b, held), most > 0.0
+    (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, segment_end, whole, a, b, held), most > 0.0
     force, holds, slips = limit_friction_force(t, n, contact_law, (held, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
@@ -267,14 +267,14 @@ def solved_contact_end(
     assumed = 0.0 if fine else assumed_slip.slid
     changed = (
         (inside != was)
-        | ((not was) & (touches & (contact_end.depth > 0.0)))
-        | (was & (end_history.carrier != contact_vertex_owner_code(contact_end)))
+        | ((not was) & (touches & (segment_end.depth > 0.0)))
+        | (was & (end_history.carrier != contact_vertex_owner_code(segment_end)))
     )
     wrong, back = (found != assumed) & loaded, (found * end_history.tangent < 0.0) & loaded
-    now = ContactEndResult(
-        ContactEndForce(n, force, spring), depth, contact_end.slip + half_step_time * more_slip, inside
+    now = SegmentEndResult(
+        SegmentEndForce(n, force, spring), depth, segment_end.slip + half_step_time * more_slip, inside
     )
-    return SolvedContactEnd(
+    return SolvedSegmentEnd(
         now, half_step_time * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back
     )
 
@@ -283,11 +283,11 @@ def solved_contact_end(
 def solved_vertex_positions(
     vertex_a: VertexPositionAtFace,
     vertex_b: VertexPositionAtFace,
-    contact_end: ContactEnd,
-    end_solution: SolvedContactEnd,
+    segment_end: SegmentEnd,
+    end_solution: SolvedSegmentEnd,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
-    """Return the positions of both vertices at a contact end; the solution has corrected that of the contact vertex."""
-    mine, depth = contact_end.mine > 0.0, end_solution.now.depth
+    """Return the positions of both vertices at a segment end; the solution has corrected that of the contact vertex."""
+    mine, depth = segment_end.mine > 0.0, end_solution.now.depth
     return (
         VertexPositionAtFace(
             depth if mine else vertex_a.depth, vertex_a.place - end_solution.further if mine else vertex_a.place
@@ -319,11 +319,11 @@ def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_ro
         solved = PairMotionAndInertia(
             PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b
         )
-        end_1, end_2 = contact_ends_with_flat_landing_levers(law, ends, solved, kind[1])
-        s1 = solved_contact_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
-        s2 = solved_contact_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
+        end_1, end_2 = segment_ends_with_flat_landing_levers(law, ends, solved, kind[1])
+        s1 = solved_segment_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
+        s2 = solved_segment_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
         on_a, on_b = add_pair_force_to_elements(
-            first.force, second.force, sum_contact_end_forces(end_1, end_2, s1.now.force, s2.now.force)
+            first.force, second.force, sum_segment_end_forces(end_1, end_2, s1.now.force, s2.now.force)
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)

@@ -7,21 +7,21 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ContactEndHistory, ElementFace, PairState, Pose
+from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ElementFace, PairState, Pose, SegmentEndHistory
 
 
 @njit(**INNER)
 def reset_contact_history(pair_rows: Any, lane: int) -> None:
-    """Reset the history of both contact ends of a pair in a lane: no contact, no force."""
-    rows.store_memory(pair_rows, lane, ContactEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
-    rows.store_memory(pair_rows, lane + rows.SECOND, ContactEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    """Reset the history of both segment ends of a pair in a lane: no contact, no force."""
+    rows.store_memory(pair_rows, lane, SegmentEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_rows, lane + rows.SECOND, SegmentEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
 
 
 @njit(**INNER)
 def transfer_contact_history(
     pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
-    """Transfer the history of each loaded contact end of a pair's old faces to an end of the pair's new nearest faces.
+    """Transfer the history of each loaded segment end of a pair's old faces to an end of the pair's new nearest faces.
 
     The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
     """
@@ -47,7 +47,7 @@ def transfer_contact_history(
         there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
             rows.store_memory(
-                pair_rows, lane + target * rows.SECOND, ContactEndHistory(old.spring, TRANSFERRED, n, t, 0.0)
+                pair_rows, lane + target * rows.SECOND, SegmentEndHistory(old.spring, TRANSFERRED, n, t, 0.0)
             )
 
 
@@ -114,5 +114,5 @@ def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
             n = max(pair.law.normal * contact_vertex_position(old, end, pair.history.before).depth, 0.0)
             t = -pair.law.tangential * old.spring
             rows.store_memory(
-                pair_rows, lane + end * rows.SECOND, ContactEndHistory(old.spring, old.carrier, n, t, 0.0)
+                pair_rows, lane + end * rows.SECOND, SegmentEndHistory(old.spring, old.carrier, n, t, 0.0)
             )

@@ -11,17 +11,17 @@ from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import ContactEnd, SharedSegment, find_shared_segment
+from overturning.dem.polygon.faces import SegmentEnd, SharedSegment, find_shared_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_ends_with_flat_landing_levers,
     correct_slip_for_friction_work,
     flat_landing_slip_and_friction,
     pair_lands_flat,
+    segment_ends_with_flat_landing_levers,
 )
 from overturning.dem.polygon.mechanics import (
-    ContactEndForce,
-    ContactEndResult,
+    SegmentEndForce,
+    SegmentEndResult,
     add_pair_force_to_elements,
     element_acceleration,
     extrapolate_pose,
@@ -29,12 +29,12 @@ from overturning.dem.polygon.mechanics import (
     limit_friction_force,
     pair_history_after_step,
     power_against_inertial_and_holding_forces,
-    sum_contact_end_forces,
+    sum_segment_end_forces,
     tangential_spring_stretch,
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.search import update_nearest_faces_in_lanes
-from overturning.dem.polygon.state import ContactEndHistory, ContactLaw, ElementStepTotals, PlanarVector
+from overturning.dem.polygon.state import ContactLaw, ElementStepTotals, PlanarVector, SegmentEndHistory
 from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_pair_if_distant
 
 
@@ -48,28 +48,28 @@ class CundallSchemeConstants(NamedTuple):
 
 
 @njit(**INLINE)
-def compute_contact_end_force(
+def compute_segment_end_force(
     contact_law: ContactLaw,
-    end_history: ContactEndHistory,
-    contact_end: ContactEnd,
+    end_history: SegmentEndHistory,
+    segment_end: SegmentEnd,
     shared_segment: SharedSegment,
     steps_per_second: float,
     flat_landing_state: tuple[bool, bool, float],
-) -> ContactEndResult:
-    """Return force, penetration and slip of a contact end in a step, from its spring, dashpot and friction.
+) -> SegmentEndResult:
+    """Return force, penetration and slip of a segment end in a step, from its spring, dashpot and friction.
 
     See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
     """
     fade = contact_law.dashpot * steps_per_second
-    n = contact_law.normal * contact_end.depth + fade * (contact_end.depth - contact_end.before)
-    n = n if contact_end.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
-    drag = fade * contact_end.slip
-    stretch = tangential_spring_stretch(end_history, contact_end, shared_segment, contact_law.compliance, drag)
+    n = contact_law.normal * segment_end.depth + fade * (segment_end.depth - segment_end.before)
+    n = n if segment_end.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
+    drag = fade * segment_end.slip
+    stretch = tangential_spring_stretch(end_history, segment_end, shared_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
     # The spring of a slipping end is shortened to the force that friction can hold.
     force, holds, slips = limit_friction_force(t, n, contact_law, flat_landing_state)
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
-    return ContactEndResult(ContactEndForce(n, force, spring), contact_end.depth, contact_end.slip, contact_end.closed)
+    return SegmentEndResult(SegmentEndForce(n, force, spring), segment_end.depth, segment_end.slip, segment_end.closed)
 
 
 @njit(**APART)
@@ -85,15 +85,15 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         ends = find_shared_segment(pair, first.pose, second.pose)
         u, own_a, own_b = velocity_of_a_relative_to_b(first.velocity, second.velocity), first.inertia, second.inertia
         held = pair_lands_flat(pair.law, old, ends, PairMotionAndInertia(u, own_a, own_b))
-        end_1, end_2 = contact_ends_with_flat_landing_levers(
+        end_1, end_2 = segment_ends_with_flat_landing_levers(
             pair.law, ends, PairMotionAndInertia(u, own_a, own_b), held
         )
         flat_one = (held, *flat_landing_slip_and_friction(pair.law, ends.one, u, own_a, own_b, held))
         flat_two = (held, *flat_landing_slip_and_friction(pair.law, ends.two, u, own_a, own_b, held))
-        one = compute_contact_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
-        two = compute_contact_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
+        one = compute_segment_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
+        two = compute_segment_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
         on_a, on_b = add_pair_force_to_elements(
-            first.force, second.force, sum_contact_end_forces(end_1, end_2, one.force, two.force)
+            first.force, second.force, sum_segment_end_forces(end_1, end_2, one.force, two.force)
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)

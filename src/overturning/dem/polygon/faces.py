@@ -1,4 +1,4 @@
-"""Relative position of the nearest faces of a pair: depths and places of their four vertices, and both contact ends."""
+"""Relative position of the nearest faces of a pair: depths and places of their four vertices, and both segment ends."""
 
 from typing import Any, NamedTuple
 
@@ -8,12 +8,12 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
     THEIRS,
-    ContactEndHistory,
     ElementFace,
     ElementState,
     FaceVertexPositions,
     PairState,
     Pose,
+    SegmentEndHistory,
     VertexPositionAtFace,
 )
 
@@ -25,8 +25,8 @@ class ForceLeverArms(NamedTuple):
     t: float
 
 
-class ContactEnd(NamedTuple):
-    """Contact end: one end of the segment that two faces share, with penetration, slip and lever arms."""
+class SegmentEnd(NamedTuple):
+    """Segment end: one end of the segment that two faces share, with penetration, slip and lever arms."""
 
     mine: bool
     """True if the contact vertex of this end belongs to a, False if to b."""
@@ -58,8 +58,8 @@ class SharedSegment(NamedTuple):
 
     turn_q: float
     turn_r: float
-    one: ContactEnd
-    two: ContactEnd
+    one: SegmentEnd
+    two: SegmentEnd
     now: FaceVertexPositions
 
 
@@ -221,16 +221,16 @@ def locate_face_vertices(
 
 
 @njit(**INLINE)
-def build_contact_end(
+def build_segment_end(
     vertex_is_of_a: bool,
     vertex_is_opposite: bool,
     relative_position: RelativeFacePosition,
     vertex_a: LocatedVertex,
     vertex_b: LocatedVertex,
-) -> ContactEnd:
-    """Return a contact end of two faces: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
+) -> SegmentEnd:
+    """Return a segment end of two faces: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
     depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
-    return ContactEnd(
+    return SegmentEnd(
         mine=vertex_is_of_a,
         faces=vertex_is_opposite,
         closed=vertex_is_opposite & (depth > 0.0),
@@ -272,8 +272,8 @@ def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, ma
         (not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= to.two_b)
     )
     one, two = (
-        build_contact_end(mine_1, in_1 & may_touch, f, a1, b2),
-        build_contact_end(mine_2, in_2 & may_touch, f, a2, b1),
+        build_segment_end(mine_1, in_1 & may_touch, f, a1, b2),
+        build_segment_end(mine_2, in_2 & may_touch, f, a2, b1),
     )
     return SharedSegment(f.turn_q, f.turn_r, one, two, FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
 
@@ -305,7 +305,7 @@ def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
 
 @njit(**INNER)
 def contact_vertex_position(
-    end_history: ContactEndHistory, end_number: int, vertex_positions: FaceVertexPositions
+    end_history: SegmentEndHistory, end_number: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
     """Return, from `vertex_positions`, that of the vertex which carries end `end_number` (0 or 1) of a pair."""
     if end_history.carrier != THEIRS:

@@ -7,9 +7,9 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
-from overturning.dem.polygon.faces import ContactEnd, ForceLeverArms, SharedSegment
-from overturning.dem.polygon.mechanics import ContactEndResult, PairRelativeVector, opening_and_slip_rates
-from overturning.dem.polygon.state import OPEN, ContactEndHistory, ContactLaw, ElementConstants, PairHistory
+from overturning.dem.polygon.faces import ForceLeverArms, SegmentEnd, SharedSegment
+from overturning.dem.polygon.mechanics import PairRelativeVector, SegmentEndResult, opening_and_slip_rates
+from overturning.dem.polygon.state import OPEN, ContactLaw, ElementConstants, PairHistory, SegmentEndHistory
 
 
 class PairMotionAndInertia(NamedTuple):
@@ -21,20 +21,20 @@ class PairMotionAndInertia(NamedTuple):
 
 
 @njit(**INLINE)
-def contact_end_lands_now(
-    contact_law: ContactLaw, end_history: ContactEndHistory, contact_end: ContactEnd, pair_motion: PairMotionAndInertia
+def segment_end_lands_now(
+    contact_law: ContactLaw, end_history: SegmentEndHistory, segment_end: SegmentEnd, pair_motion: PairMotionAndInertia
 ) -> bool:
-    """True if a contact end is landing, touches in this step, or will touch as part of the same impact.
+    """True if a segment end is landing, touches in this step, or will touch as part of the same impact.
 
     The time until it touches is at most `dem.kernel.mechanics.max_touch_delay_of_one_impact`, in products here.
     """
-    opening, _ = opening_and_slip_rates(contact_end, pair_motion.velocity)
+    opening, _ = opening_and_slip_rates(segment_end, pair_motion.velocity)
     sinking = opening if opening < 0.0 else 0.0
     rate = contact_law.dashpot * (pair_motion.a.inverse_mass + pair_motion.b.inverse_mass)
-    soon = (rate * contact_end.depth > sinking) & (
-        contact_law.normal * contact_end.depth > contact_law.dashpot * sinking
+    soon = (rate * segment_end.depth > sinking) & (
+        contact_law.normal * segment_end.depth > contact_law.dashpot * sinking
     )
-    return (end_history.landing > 0.0) | ((end_history.carrier == OPEN) & (contact_end.faces > 0.0) & soon)
+    return (end_history.landing > 0.0) | ((end_history.carrier == OPEN) & (segment_end.faces > 0.0) & soon)
 
 
 @njit(**INLINE)
@@ -42,24 +42,24 @@ def pair_lands_flat(
     contact_law: ContactLaw, pair_history: PairHistory, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia
 ) -> bool:
     """True if both ends of a pair land in one impact, so that a dashpot may pull while its end is in contact."""
-    one = contact_end_lands_now(contact_law, pair_history.one, shared_segment.one, pair_motion)
+    one = segment_end_lands_now(contact_law, pair_history.one, shared_segment.one, pair_motion)
     return (
         (contact_law.landing > 0.0)
         & one
-        & contact_end_lands_now(contact_law, pair_history.two, shared_segment.two, pair_motion)
+        & segment_end_lands_now(contact_law, pair_history.two, shared_segment.two, pair_motion)
     )
 
 
 @njit(**INLINE)
 def flat_landing_slip_and_friction(
     contact_law: ContactLaw,
-    contact_end: ContactEnd,
+    segment_end: SegmentEnd,
     velocity: PairRelativeVector,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return whether a contact end slides in a flat landing, and ±μ, where the sign is that of its friction force.
+    """Return whether a segment end slides in a flat landing, and ±μ, where the sign is that of its friction force.
 
     The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """
@@ -67,7 +67,7 @@ def flat_landing_slip_and_friction(
     w = (velocity.a * inertia_b.inverse_inertia + velocity.b * inertia_a.inverse_inertia) / (
         total if total > 0.0 else 1.0
     )
-    opening, slipping = opening_and_slip_rates(contact_end, PairRelativeVector(velocity.x, velocity.z, w, w))
+    opening, slipping = opening_and_slip_rates(segment_end, PairRelativeVector(velocity.x, velocity.z, w, w))
     return lands_flat & base_slides_in_flat_landing(contact_law.friction, slipping, opening), -math.copysign(
         contact_law.friction, slipping
     )
@@ -83,20 +83,20 @@ def relative_rotation_lever(
 
 
 @njit(**INLINE)
-def shorten_tangential_levers(contact_end: ContactEnd, lever_reduction: float) -> ContactEnd:
-    """Return a contact end with both lever arms (m) of its tangential force, about a and b, less `lever_reduction`."""
-    end = contact_end
-    return ContactEnd(
+def shorten_tangential_levers(segment_end: SegmentEnd, lever_reduction: float) -> SegmentEnd:
+    """Return a segment end with both lever arms (m) of its tangential force, about a and b, less `lever_reduction`."""
+    end = segment_end
+    return SegmentEnd(
         end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
         ForceLeverArms(end.a.n, end.a.t - lever_reduction), ForceLeverArms(end.b.n, end.b.t - lever_reduction),
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def contact_ends_with_flat_landing_levers(
+def segment_ends_with_flat_landing_levers(
     contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
-) -> tuple[ContactEnd, ContactEnd]:
-    """Return both contact ends of a pair with the lever arms that their forces have in a flat landing.
+) -> tuple[SegmentEnd, SegmentEnd]:
+    """Return both segment ends of a pair with the lever arms that their forces have in a flat landing.
 
     The resultant impulse of a base that slides is inclined by μ. If it passes through the base, the normal impulses
     balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts
@@ -118,18 +118,18 @@ def contact_ends_with_flat_landing_levers(
 @njit(**INLINE)
 def correct_slip_for_friction_work(
     shared_segment: SharedSegment,
-    landing_ends: tuple[ContactEnd, ContactEnd],
-    end_results: tuple[ContactEndResult, ContactEndResult],
-) -> tuple[ContactEndResult, ContactEndResult]:
+    landing_ends: tuple[SegmentEnd, SegmentEnd],
+    end_results: tuple[SegmentEndResult, SegmentEndResult],
+) -> tuple[SegmentEndResult, SegmentEndResult]:
     """Return the results of both ends, with slips corrected to the lever arms of a flat landing.
 
-    With these slips, friction does its work at the lever arms of `contact_ends_with_flat_landing_levers`.
+    With these slips, friction does its work at the lever arms of `segment_ends_with_flat_landing_levers`.
     """
     (end_1, end_2), (r1, r2), apart = landing_ends, end_results, shared_segment.one.a.n - shared_segment.two.a.n
     sunk = (r1.depth - shared_segment.one.before) - (r2.depth - shared_segment.two.before)
     turn = -sunk / (apart if apart != 0.0 else 1.0)
     slip_1, slip_2 = (shared_segment.one.a.t - end_1.a.t) * turn, (shared_segment.two.a.t - end_2.a.t) * turn
     return (
-        ContactEndResult(r1.force, r1.depth, r1.slip - slip_1, r1.inside),
-        ContactEndResult(r2.force, r2.depth, r2.slip - slip_2, r2.inside),
+        SegmentEndResult(r1.force, r1.depth, r1.slip - slip_1, r1.inside),
+        SegmentEndResult(r2.force, r2.depth, r2.slip - slip_2, r2.inside),
     )

@@ -1,4 +1,4 @@
-"""Mechanics shared by both schemes: motion of an element, tangential spring, friction, forces of a contact end.
+"""Mechanics shared by both schemes: motion of an element, tangential spring, friction, forces of a segment end.
 
 An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, and the opposite on the second, b.
 """
@@ -9,24 +9,24 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
-from overturning.dem.polygon.faces import ContactEnd, SharedSegment
+from overturning.dem.polygon.faces import SegmentEnd, SharedSegment
 from overturning.dem.polygon.state import (
     MINE,
     OPEN,
     THEIRS,
     TRANSFERRED,
-    ContactEndHistory,
     ContactLaw,
     ElementState,
     FaceVertexPositions,
     PairHistory,
     PlanarVector,
     Pose,
+    SegmentEndHistory,
 )
 
 
-class ContactEndForce(NamedTuple):
-    """Normal and tangential force of a contact end, and the stretch of its spring."""
+class SegmentEndForce(NamedTuple):
+    """Normal and tangential force of a segment end, and the stretch of its spring."""
 
     n: float
     """Normal force, N."""
@@ -36,10 +36,10 @@ class ContactEndForce(NamedTuple):
     """Stretch of the tangential spring after slip, m."""
 
 
-class ContactEndResult(NamedTuple):
-    """Force, penetration and slip of a contact end at the end of a step."""
+class SegmentEndResult(NamedTuple):
+    """Force, penetration and slip of a segment end at the end of a step."""
 
-    force: ContactEndForce
+    force: SegmentEndForce
     depth: float
     """Penetration, m."""
     slip: float
@@ -61,8 +61,8 @@ class PairForce(NamedTuple):
     """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
-class AssumedEndSlip(NamedTuple):
-    """Spring stretch and sliding direction of a contact end that the equations of a step assume."""
+class AssumedSegmentEndSlip(NamedTuple):
+    """Spring stretch and sliding direction of a segment end that the equations of a step assume."""
 
     stretch: float
     """Predicted stretch of the tangential spring, m."""
@@ -156,35 +156,35 @@ def power_against_inertial_and_holding_forces(
 
 
 @njit(**INLINE)
-def contact_vertex_owner_code(contact_end: ContactEnd) -> float:
+def contact_vertex_owner_code(segment_end: SegmentEnd) -> float:
     """Return `MINE` if the contact vertex of an end belongs to element a of the pair, `THEIRS` if to b."""
-    return MINE if contact_end.mine > 0.0 else THEIRS
+    return MINE if segment_end.mine > 0.0 else THEIRS
 
 
 @njit(**INLINE)
 def tangential_spring_stretch(
-    end_history: ContactEndHistory,
-    contact_end: ContactEnd,
+    end_history: SegmentEndHistory,
+    segment_end: SegmentEnd,
     shared_segment: SharedSegment,
     compliance: float,
     damping_force: float,
 ) -> float:
-    """Return the stretch (m) of a contact end's tangential spring, before friction limits it.
+    """Return the stretch (m) of a segment end's tangential spring, before friction limits it.
 
     The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
     not change. A new contact starts with 0.
     """
-    carrier = contact_vertex_owner_code(contact_end)
+    carrier = contact_vertex_owner_code(segment_end)
     share = -((carrier * shared_segment.turn_r) * end_history.normal) - end_history.tangent * shared_segment.turn_q
     share = end_history.tangent if end_history.carrier == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
-    stretch = end_history.spring + contact_end.slip if end_history.carrier == carrier else equivalent
+    stretch = end_history.spring + segment_end.slip if end_history.carrier == carrier else equivalent
     return stretch if end_history.carrier != OPEN else 0.0
 
 
 @njit(**INLINE)
-def sum_contact_end_forces(
-    end_1: ContactEnd, end_2: ContactEnd, force_1: ContactEndForce, force_2: ContactEndForce
+def sum_segment_end_forces(
+    end_1: SegmentEnd, end_2: SegmentEnd, force_1: SegmentEndForce, force_2: SegmentEndForce
 ) -> PairForce:
     """Return the sum of a pair's contact forces `force_1` at `end_1` and `force_2` at `end_2`, with moments."""
     return PairForce(
@@ -213,13 +213,13 @@ def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVect
 
 
 @njit(**INLINE)
-def opening_and_slip_rates(contact_end: ContactEnd, velocity: PairRelativeVector) -> tuple[float, float]:
-    """Return the rates (m/s) at which the faces of a contact end open and slip, from `velocity` of a relative to b."""
-    opening = (contact_end.nx * velocity.x + contact_end.nz * velocity.z) + (
-        velocity.a * contact_end.a.n - velocity.b * contact_end.b.n
+def opening_and_slip_rates(segment_end: SegmentEnd, velocity: PairRelativeVector) -> tuple[float, float]:
+    """Return the rates (m/s) at which the faces of a segment end open and slip, from `velocity` of a relative to b."""
+    opening = (segment_end.nx * velocity.x + segment_end.nz * velocity.z) + (
+        velocity.a * segment_end.a.n - velocity.b * segment_end.b.n
     )
-    return opening, (contact_end.nz * velocity.x - contact_end.nx * velocity.z) + (
-        velocity.a * contact_end.a.t - velocity.b * contact_end.b.t
+    return opening, (segment_end.nz * velocity.x - segment_end.nx * velocity.z) + (
+        velocity.a * segment_end.a.t - velocity.b * segment_end.b.t
     )
 
 
@@ -227,7 +227,7 @@ def opening_and_slip_rates(contact_end: ContactEnd, velocity: PairRelativeVector
 def limit_friction_force(
     trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
-    """Return a contact end's friction force (N), the largest force its spring may keep (N), and whether the end slips.
+    """Return a segment end's friction force (N), the largest force its spring may keep (N), and whether the end slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
     `flat_landing_state` holds whether the end is held in a flat landing, and both results of
@@ -240,32 +240,32 @@ def limit_friction_force(
 
 
 @njit(**INLINE)
-def contact_end_history_after_step(
-    end_history: ContactEndHistory,
-    other_end_history: ContactEndHistory,
-    contact_end: ContactEnd,
-    end_result: ContactEndResult,
+def segment_end_history_after_step(
+    end_history: SegmentEndHistory,
+    other_end_history: SegmentEndHistory,
+    segment_end: SegmentEnd,
+    end_result: SegmentEndResult,
     contact_law: ContactLaw,
     elapsed_time: float,
-) -> ContactEndHistory:
-    """Return the history of a contact end after a step of `elapsed_time` s; `other_end_history` is of the other end.
+) -> SegmentEndHistory:
+    """Return the history of a segment end after a step of `elapsed_time` s; `other_end_history` is of the other end.
 
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
     begun = contact_law.landing if other_end_history.carrier == OPEN else other_end_history.landing - elapsed_time
     left = end_history.landing - elapsed_time if end_history.carrier != OPEN else begun
-    carrier = contact_vertex_owner_code(contact_end) if end_result.inside else OPEN
-    return ContactEndHistory(
+    carrier = contact_vertex_owner_code(segment_end) if end_result.inside else OPEN
+    return SegmentEndHistory(
         end_result.force.spring, carrier, end_result.force.n, end_result.force.t, left if end_result.inside else 0.0
     )
 
 
 @njit(**INLINE)
-def twice_energy_absorbed_by_end(
-    end_history: ContactEndHistory, contact_end: ContactEnd, end_result: ContactEndResult
+def twice_energy_absorbed_by_segment_end(
+    end_history: SegmentEndHistory, segment_end: SegmentEnd, end_result: SegmentEndResult
 ) -> float:
-    """Return twice the energy (J) that a contact end absorbed in a step: twice the mean force × displacement."""
-    value = (end_history.normal + end_result.force.n) * (end_result.depth - contact_end.before) - (
+    """Return twice the energy (J) that a segment end absorbed in a step: twice the mean force × displacement."""
+    value = (end_history.normal + end_result.force.n) * (end_result.depth - segment_end.before) - (
         end_history.tangent + end_result.force.t
     ) * end_result.slip
     return value if (end_history.carrier != OPEN) | end_result.inside else 0.0
@@ -276,7 +276,7 @@ def pair_history_after_step(
     pair_history: PairHistory,
     shared_segment: SharedSegment,
     vertex_positions: FaceVertexPositions,
-    end_results: tuple[ContactEndResult, ContactEndResult],
+    end_results: tuple[SegmentEndResult, SegmentEndResult],
     contact_law: ContactLaw,
     elapsed_time: float,
 ) -> PairHistory:
@@ -285,15 +285,15 @@ def pair_history_after_step(
     deepest = updated_maximum(pair_history.deepest, s1.depth if s1.inside else 0.0)
     deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
     absorbed = 0.5 * (
-        twice_energy_absorbed_by_end(pair_history.one, shared_segment.one, s1)
-        + twice_energy_absorbed_by_end(pair_history.two, shared_segment.two, s2)
+        twice_energy_absorbed_by_segment_end(pair_history.one, shared_segment.one, s1)
+        + twice_energy_absorbed_by_segment_end(pair_history.two, shared_segment.two, s2)
     )
     return PairHistory(
         vertex_positions,
-        contact_end_history_after_step(
+        segment_end_history_after_step(
             pair_history.one, pair_history.two, shared_segment.one, s1, contact_law, elapsed_time
         ),
-        contact_end_history_after_step(
+        segment_end_history_after_step(
             pair_history.two, pair_history.one, shared_segment.two, s2, contact_law, elapsed_time
         ),
         deepest,

@@ -158,7 +158,7 @@ def plan_scene_simulation(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
     # 20/p with p = √(3g/4R).
-    slowest = np.sqrt(np.array([item.half_diagonal for item in variants]) / (0.75 * scene.gravity))[variant]
+    slowest = np.sqrt(np.array([item.half_diagonal_of_scene for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.case_count, t.CASE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"] = np.inf

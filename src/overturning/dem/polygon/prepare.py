@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.limits import exceeds_penetration_limit
 from overturning.dem.polygon.statics import (
-    LoadedContactEnd,
+    LoadedSegmentEnd,
     PairContactLaws,
     compute_pair_contact_laws,
     largest_spring_and_dashpot_eigenvalues,
     smallest_spring_eigenvalue,
     static_equilibrium,
-    supporting_contact_ends,
-    touching_ends_at_rest,
+    supporting_segment_ends,
+    touching_segment_ends_at_rest,
 )
 from overturning.model.geometry import (
     ContactSegmentEnd,
@@ -40,7 +40,7 @@ class PreparedScene:
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
     laws: PairContactLaws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
-    loaded: list[LoadedContactEnd]  # ends that carry load at rest
+    loaded: list[LoadedSegmentEnd]  # ends that carry load at rest
     at_rest: bool  # True if the scene has a static equilibrium
     square: float  # largest eigenvalue of the springs, 1/s²
     rate: float  # largest eigenvalue of the dashpots, 1/s
@@ -112,7 +112,7 @@ class PreparedScene:
         return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property
-    def half_diagonal(self) -> float:
+    def half_diagonal_of_scene(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
         wide = max(self.placed[k].shape.width for k in self.free_element_indices)
@@ -156,11 +156,11 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     """Prepare a scene, with the height (m) and B/H of its reference element, by default those of the scene file."""
     placed = place_elements(scene, height, b_over_h)
     pairs = convex_piece_pairs_that_can_touch(placed)
-    joints = touching_ends_at_rest(placed, pairs)
+    joints = touching_segment_ends_at_rest(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
-    bearing = supporting_contact_ends(scene, placed, pairs, joints, loaded)
+    bearing = supporting_segment_ends(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
     threshold, parts, safe = _rocking_onset_accelerations(placed, stands)
     # A held element moves relative to the others.
@@ -216,8 +216,8 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedContactEnd]) -> Supports:
-    """Return, by index of each free element, the elements that carry it at rest, with the loaded contact ends."""
+def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedSegmentEnd]) -> Supports:
+    """Return, by index of each free element, the elements that carry it at rest, with the loaded segment ends."""
     result: Supports = {}
     for index, _, end, _, _ in loaded_ends:
         i, j = pairs[index][:2]
@@ -228,7 +228,7 @@ def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends
 
 
 def _find_freely_standing_elements(
-    elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedContactEnd]
+    elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedSegmentEnd]
 ) -> NDArray[np.bool_]:
     """Return a mask, shape (elements,): True if the contacts that load an element at rest all have parallel normals.
 

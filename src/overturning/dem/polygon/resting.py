@@ -9,14 +9,14 @@ from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, body_is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_shared_segment_at_poses
-from overturning.dem.polygon.state import OPEN, ContactEndHistory, ElementState, PairState
+from overturning.dem.polygon.state import OPEN, ElementState, PairState, SegmentEndHistory
 
 IN_PLACE: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
 nearly their original load."""
 
 ENDS_PER_JOINT: Final = 2
-"""Number of contact ends of a joint."""
+"""Number of segment ends of a joint."""
 
 SLIDING_SHARE: Final = 1.0 - 1e-9
 """An end slides if its friction force is at least this share of µ × normal force."""
@@ -35,8 +35,8 @@ def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> 
 
 
 @njit(**INLINE)
-def count_touching_ends(pair: PairState) -> int:
-    """Count the contact ends of a pair that touch, 0 to 2."""
+def count_touching_segment_ends(pair: PairState) -> int:
+    """Count the segment ends of a pair that touch, 0 to 2."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
@@ -91,14 +91,14 @@ def any_element_airborne(state: Any, lane: int, scene: Any, element_rules: Any, 
         for p in range(scene.layout.shape[0]):
             if scene.layout[p, 0] == i or scene.layout[p, 1] == i:
                 q, _, _ = rows.pair_and_element_rows(state, scene, p)
-                touching += count_touching_ends(rows.load_pair(q, lane))
+                touching += count_touching_segment_ends(rows.load_pair(q, lane))
         if touching == 0 and last_support_time(state, lane, scene, i, max_gap) < np.inf:
             return True
     return False
 
 
 @njit(**INLINE)
-def contact_end_is_sliding(pair: PairState, end_history: ContactEndHistory) -> bool:
+def segment_end_is_sliding(pair: PairState, end_history: SegmentEndHistory) -> bool:
     """True if a touching end of a pair slides: its friction force has reached the limit."""
     return bool(
         end_history.carrier != OPEN
@@ -119,7 +119,7 @@ def any_element_will_slide_noticeably(state: Any, lane: int, scene: Any) -> bool
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         if pair.stands == 0.0 or not (
-            contact_end_is_sliding(pair, pair.history.one) or contact_end_is_sliding(pair, pair.history.two)
+            segment_end_is_sliding(pair, pair.history.one) or segment_end_is_sliding(pair, pair.history.two)
         ):
             continue
         upper, lower = (a, b) if pair.stands > 0.0 else (b, a)
@@ -157,7 +157,7 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         slides = pair.slid_one != 0.0 or pair.slid_two != 0.0  # an open end may be marked as sliding
-        if count_touching_ends(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (
+        if count_touching_segment_ends(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (
             pair.stands != 0.0 and slides
         ):
             return False

@@ -220,7 +220,7 @@ class ElementFace(NamedTuple):
 
 
 class ContactLaw(NamedTuple):
-    """Contact law at a contact end: springs, dashpot and friction."""
+    """Contact law at a segment end: springs, dashpot and friction."""
 
     normal: float
     """Normal stiffness K, N/m."""
@@ -289,8 +289,8 @@ class FaceVertexPositions(NamedTuple):
     b2: VertexPositionAtFace
 
 
-class ContactEndHistory(NamedTuple):
-    """State of a contact end after the last step: spring stretch, carrying vertex, forces, and landing time."""
+class SegmentEndHistory(NamedTuple):
+    """State of a segment end after the last step: spring stretch, carrying vertex, forces, and landing time."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -305,17 +305,17 @@ class ContactEndHistory(NamedTuple):
 
 
 OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
-"""Values of `ContactEndHistory.carrier`: no contact, a's vertex, b's vertex, contact transferred from other faces."""
+"""Values of `SegmentEndHistory.carrier`: no contact, a's vertex, b's vertex, contact transferred from other faces."""
 
 
 class PairHistory(NamedTuple):
-    """Contact state of a pair after the last step: vertex positions, both contact ends, and absorbed energy."""
+    """Contact state of a pair after the last step: vertex positions, both segment ends, and absorbed energy."""
 
     before: FaceVertexPositions
     """Positions of the vertices at the last step."""
-    one: ContactEndHistory
+    one: SegmentEndHistory
     """History of end 1."""
-    two: ContactEndHistory
+    two: SegmentEndHistory
     """History of end 2."""
     deepest: float
     """Largest penetration so far, m."""

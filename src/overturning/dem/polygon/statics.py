@@ -22,11 +22,11 @@ MAX_FLUSH_LEAN: Final = np.radians(0.1)
 """Lean up to which an element counts as standing flush on its face when its tipping angle is computed, rad."""
 
 ENDS_PER_FACE: Final = 2
-"""Number of contact ends of a face that stands flush."""
+"""Number of segment ends of a face that stands flush."""
 
 
-class LoadedContactEnd(NamedTuple):
-    """Contact end that carries load at rest: pair index, end number (0 or 1), and stretches of its springs (m)."""
+class LoadedSegmentEnd(NamedTuple):
+    """Segment end that carries load at rest: pair index, end number (0 or 1), and stretches of its springs (m)."""
 
     pair: int
     side: int
@@ -35,8 +35,8 @@ class LoadedContactEnd(NamedTuple):
     slip: float
 
 
-class TouchingEndDerivatives(NamedTuple):
-    """Contact end that touches at rest, with the derivatives of its approach and slip by all displacements."""
+class TouchingSegmentEndDerivatives(NamedTuple):
+    """Segment end that touches at rest, with the derivatives of its approach and slip by all displacements."""
 
     touch: TouchingSegmentEnd
     approach: FloatArray
@@ -47,7 +47,7 @@ class TouchingEndDerivatives(NamedTuple):
 
 @dataclass(frozen=True)
 class PairContactLaws:
-    """Contact constants of each pair of elements, arrays of shape (pairs,), the same for both contact ends."""
+    """Contact constants of each pair of elements, arrays of shape (pairs,), the same for both segment ends."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m
@@ -62,36 +62,38 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def touching_ends_at_rest(
+def touching_segment_ends_at_rest(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
-) -> list[TouchingEndDerivatives]:
-    """Return the contact ends that touch at rest, with a lean of up to `max_lean` (rad), and their derivatives."""
+) -> list[TouchingSegmentEndDerivatives]:
+    """Return the segment ends that touch at rest, with a lean of up to `max_lean` (rad), and their derivatives."""
     return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 
 def _add_displacement_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingSegmentEnd]
-) -> list[TouchingEndDerivatives]:
-    """Return contact ends with the derivatives of their approach and slip by the displacements of all elements."""
+) -> list[TouchingSegmentEndDerivatives]:
+    """Return segment ends with the derivatives of their approach and slip by the displacements of all elements."""
     return [
-        TouchingEndDerivatives(touch, *_end_displacement_derivatives(elements, pairs[touch.pair], touch.end))
+        TouchingSegmentEndDerivatives(
+            touch, *_segment_end_displacement_derivatives(elements, pairs[touch.pair], touch.end)
+        )
         for touch in ends
     ]
 
 
-def supporting_contact_ends(
+def supporting_segment_ends(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
-    end_derivatives: list[TouchingEndDerivatives],
-    loaded_ends: list[LoadedContactEnd],
-) -> list[LoadedContactEnd]:
-    """Return the loaded contact ends on which elements stand; a lean below `MAX_FLUSH_LEAN` counts as none.
+    end_derivatives: list[TouchingSegmentEndDerivatives],
+    loaded_ends: list[LoadedSegmentEnd],
+) -> list[LoadedSegmentEnd]:
+    """Return the loaded segment ends on which elements stand; a lean below `MAX_FLUSH_LEAN` counts as none.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = touching_ends_at_rest(elements, pairs, MAX_FLUSH_LEAN)
+    flush = touching_segment_ends_at_rest(elements, pairs, MAX_FLUSH_LEAN)
     if len(flush) == len(end_derivatives) and (loaded_ends or not end_derivatives):
         return loaded_ends
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
@@ -115,7 +117,7 @@ def supporting_contact_ends(
     return []
 
 
-def _end_displacement_derivatives(
+def _segment_end_displacement_derivatives(
     elements: list[PlacedElement], pair: ConvexPiecePair, shared_end: ContactSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of approach and slip of an end by all displacements, shapes (3 · free elements,)."""
@@ -131,7 +133,7 @@ def _end_displacement_derivatives(
 
 def _contact_stiffness_matrix(
     displacement_count: int,
-    end_derivatives: list[TouchingEndDerivatives],
+    end_derivatives: list[TouchingSegmentEndDerivatives],
     normal_stiffness: FloatArray,
     tangential_stiffness: FloatArray,
 ) -> FloatArray:
@@ -147,15 +149,15 @@ def _contact_stiffness_matrix(
 def static_equilibrium(
     scene: Scene,
     elements: list[PlacedElement],
-    end_derivatives: list[TouchingEndDerivatives],
+    end_derivatives: list[TouchingSegmentEndDerivatives],
     normal_stiffness: FloatArray,
     tangential_stiffness: FloatArray,
-) -> tuple[FloatArray, list[LoadedContactEnd]] | None:
-    """Return displacements and loaded contact ends of a scene at rest on its contact springs, without tension.
+) -> tuple[FloatArray, list[LoadedSegmentEnd]] | None:
+    """Return displacements and loaded segment ends of a scene at rest on its contact springs, without tension.
 
     Returns
     -------
-    tuple of ndarray and list of LoadedContactEnd, or None
+    tuple of ndarray and list of LoadedSegmentEnd, or None
         Displacements of the elements, shape (elements, 3), m and rad, and the ends that carry load. None without
         equilibrium: an element slides off or falls by itself.
     """
@@ -170,7 +172,7 @@ def static_equilibrium(
         if solution is None:
             return None
         ends = [
-            LoadedContactEnd(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
+            LoadedSegmentEnd(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
             for touch, approach, slip in end_derivatives
         ]
         least = min(ends, key=lambda end: end.approach)
@@ -187,7 +189,7 @@ def compute_pair_contact_laws(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
-    end_derivatives: list[TouchingEndDerivatives],
+    end_derivatives: list[TouchingSegmentEndDerivatives],
 ) -> PairContactLaws:
     """Return springs, dashpots and friction of all pairs; a stiffness "auto" follows from the load of the pair at rest.
 
@@ -239,7 +241,7 @@ def compute_pair_contact_laws(
 def largest_spring_and_dashpot_eigenvalues(
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
-    end_derivatives: list[TouchingEndDerivatives],
+    end_derivatives: list[TouchingSegmentEndDerivatives],
     pair_laws: PairContactLaws,
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
@@ -262,7 +264,7 @@ def largest_spring_and_dashpot_eigenvalues(
 
 
 def smallest_spring_eigenvalue(
-    elements: list[PlacedElement], end_derivatives: list[TouchingEndDerivatives], pair_laws: PairContactLaws
+    elements: list[PlacedElement], end_derivatives: list[TouchingSegmentEndDerivatives], pair_laws: PairContactLaws
 ) -> float:
     """Return the smallest eigenvalue ω² of a scene on its springs at rest, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)

@@ -22,7 +22,7 @@ from overturning.dem.block.state import (
     BlockConstants,
     BlockEnergyAccount,
     BlockInertialAccelerations,
-    BlockPeaks,
+    BlockPeakValues,
     BlockState,
     BlockVelocityChange,
     PredictedBlock,
@@ -122,7 +122,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
     store_assumed_slip = ROWS.lane_access(
         AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
     ).store
-    load_peaks, _, store_peaks = ROWS.lane_access(BlockPeaks)
+    load_peaks, _, store_peaks = ROWS.lane_access(BlockPeakValues)
     load_account, _, store_account = ROWS.lane_access(BlockEnergyAccount)
     load_predicted = ROWS.lane_access(PredictedBlock, unused_fields=unused).load
     load_change = ROWS.lane_access(BlockVelocityChange, unused_fields=unused).load
@@ -182,7 +182,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         ROWS.lane_access(BlockInertialAccelerations).load,
     )
     load_state, store_state, _ = ROWS.lane_access(BlockState, unused_fields=["normal"])
-    load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeaks)
+    load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeakValues)
     load_account, store_account, _ = ROWS.lane_access(BlockEnergyAccount, unused_fields=["power", "loss"])
 
     @njit(**INNER)

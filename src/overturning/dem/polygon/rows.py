@@ -14,7 +14,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_window_slicer, tuple_arithmetic
 from overturning.dem.polygon.faces import SharedSegment
-from overturning.dem.polygon.mechanics import AssumedEndSlip
+from overturning.dem.polygon.mechanics import AssumedSegmentEndSlip
 from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredStepContactChanges
 
 COLUMNS: Final = 8
@@ -25,8 +25,8 @@ class PairStepResults(NamedTuple):
     """Intermediate results for a pair of elements in a step of the centred scheme."""
 
     ends: SharedSegment
-    one: AssumedEndSlip
-    two: AssumedEndSlip
+    one: AssumedSegmentEndSlip
+    two: AssumedSegmentEndSlip
     corrected: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 

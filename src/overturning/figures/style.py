@@ -173,7 +173,7 @@ def create_panel_grid(
 def add_panel_grid(
     figure: "Figure", row_count: int, column_count: int, visible_count: int | None = None, **more: Any
 ) -> Any:
-    """Add a grid of panels to a figure, also inside `figures_for_phone`; return an array, shape (row_count, column_count).
+    """Add a grid of panels to a figure, also in `figures_for_phone`; return an array, shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.

@@ -11,7 +11,7 @@ import pandas as pd
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.model.cases import Cases
-from overturning.model.geometry import reference_height_and_b_over_h
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import Status
 from overturning.study.ensemble import wilson_interval
@@ -52,7 +52,7 @@ def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str
     An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
     """
     model, cases = Stack(scene_of_stack(case.stack)), len(factors)
-    height, b_over_h = reference_height_and_b_over_h(model.scene)
+    height, b_over_h = size_reference_height_and_b_over_h(model.scene)
     grid = Cases(case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(factors))
     found = run(model, case.motion, grid, Numerics())
     fell = found.overturned[:, -1] == 1

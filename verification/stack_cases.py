@@ -59,7 +59,7 @@ def draw_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
     records, found = sorted(read_default_motions()), list[StackCase]()
     while len(found) < count:
         case = _draw_case(generator, records, 2 + len(found) % 2)
-        if np.hypot(*case.motion.horizontal).max() > onset_acceleration(case.stack):
+        if np.hypot(*case.motion.horizontal_components).max() > onset_acceleration(case.stack):
             found.append(case)
     return found
 

@@ -75,7 +75,7 @@ StackEngine = Callable[[BoxStack, Motion, float, float], Iterator[StonePoses]]
 
 def accelerations_along_axes(motion: Motion, orientation_deg: float) -> list[FloatArray]:
     """Return the accelerations of the ground along x, y and z, m/s²."""
-    up = np.zeros(motion.samples) if motion.up is None else motion.up
+    up = np.zeros(motion.sample_count) if motion.up is None else motion.up
     return [motion.along(orientation_deg), motion.along(orientation_deg - 90.0), up]
 
 
@@ -149,7 +149,7 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
         solver.set_drvdof(1, axis, [0.0, 1e3, 0.0, 0.0], True, True)
     solver.close_before_computing()
     each = round(CHECK_INTERVAL / time_step)
-    steps = int((motion.samples * interval + REST_TIME) / time_step)
+    steps = int((motion.sample_count * interval + REST_TIME) / time_step)
     # The rows of a frame are the principal axes of inertia, whose order is the solver's choice.
     initial = [np.reshape(frame, (3, 3)) for frame in solver.get_initial_state().init_body_frames]
     origin = np.array([0.0, 0.0, 0.5 * _BASE[2]])
@@ -196,7 +196,7 @@ def topmost_outcome(
     lowest = [z - FALLEN_DROP * height for z, height in zip(stack.centres, heights, strict=True)]
     largest = [fallen_tilt(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
-    end = motion.samples * motion.sampling_interval
+    end = motion.sample_count * motion.sampling_interval
     for number, poses in enumerate(engine(stack, motion, orientation_deg, time_step), start=1):
         tilts = [math.acos(max(-1.0, min(1.0, turn[2, 2]))) for _, turn in poses]
         for stone, (place, _) in enumerate(poses):

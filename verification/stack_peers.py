@@ -33,7 +33,7 @@ def perturbed_runs(case: StackCase, time_step: float) -> Iterator[tuple[str, Mot
     yield "", case.motion, time_step
     yield "half the step", case.motion, 0.5 * time_step
     for factor in (1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION):
-        yield f"amplitude × {factor:g}", case.motion.times(factor), time_step
+        yield f"amplitude × {factor:g}", case.motion.scaled_by(factor), time_step
 
 
 def peer_row(engine_name: str, case: StackCase) -> dict[str, Any]:

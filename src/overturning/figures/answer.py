@@ -88,7 +88,7 @@ def sorted_fall_alignment_figure(
         )
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
         _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
-        gap = "\n" if draws_for_phone() else ", "
+        gap = "\n" if is_drawing_for_phone() else ", "
         heading = f"{group}{gap}{_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}"
         axes.set_title(heading, fontsize=8.5, parse_math=False)
     figure.supxlabel("alignment of the falls with the fault normal", fontsize=8)
@@ -130,11 +130,11 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
         count = max((dot.n for dot in of_group.values()), default=0)
         (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquake_count_label(count)}")
         marks.append(mark)
-    shown = [fill(name, 12) for name in names] if draws_for_phone() else names
+    shown = [fill(name, 12) for name in names] if is_drawing_for_phone() else names
     axes.set_yticks(range(len(names)), shown, fontsize=8.5, parse_math=False)
     axes.set_ylim(len(names) - 0.5, -0.5)
     _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
-    if draws_for_phone():
+    if is_drawing_for_phone():
         axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=TEXT)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)

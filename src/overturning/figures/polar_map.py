@@ -127,7 +127,7 @@ def azimuth_map_figure(
         bar.ax.tick_params(labelsize=8)
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
     # A line that is broken at its end could not be translated.
-    heading = ("\n" if style.draws_for_phone() else "; ").join(filter(None, [common, "radius: slenderness B/H"]))
+    heading = ("\n" if style.is_drawing_for_phone() else "; ").join(filter(None, [common, "radius: slenderness B/H"]))
     style.add_title_and_legend(
         figure,
         f"{title}\n{heading}",

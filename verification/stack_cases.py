@@ -35,7 +35,7 @@ class StackCase(NamedTuple):
 
         The limit is half of the least acceleration that opens a joint or lets it slide.
         """
-        motion = _strong_motions()[self.record].times(self.amplitude)
+        motion = _strong_motions()[self.record].scaled_by(self.amplitude)
         limit = 0.5 * onset_acceleration(self.stack)
         strong = np.flatnonzero(np.hypot(motion.north, motion.east) > limit)
         if strong.size == 0:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from overturning.model.cases import Cases
     from overturning.model.contact import Contact, VertexContact
     from overturning.model.scene import Scene, gravestone, load_scene
+    from overturning.model.stack import Stack
     from overturning.motion.motion import Motion
     from overturning.records.read import read
     from overturning.records.record import Record
@@ -39,6 +40,7 @@ __all__ = [
     "Motion",
     "Record",
     "Scene",
+    "Stack",
     "VertexContact",
     "findings",
     "gravestone",
@@ -61,6 +63,7 @@ _MODULES = {
     "Motion": "overturning.motion.motion",
     "Record": "overturning.records.record",
     "Scene": "overturning.model.scene",
+    "Stack": "overturning.model.stack",
     "VertexContact": "overturning.model.contact",
     "gravestone": "overturning.model.scene",
     "load_scene": "overturning.model.scene",

@@ -215,6 +215,19 @@ def test_a_body(tmp_path: Path) -> None:
     assert "tilt of the axis" in figure.read_text(encoding="utf-8")
 
 
+def test_a_stack(tmp_path: Path) -> None:
+    page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
+    given = ("--record", "rinaldi", "--scene", "three-tier", "--orientation", "20", "--friction", "0.6")
+    text = run(*given, "--animate", page, "--response", figure)
+    assert "A shaft on two bases in 3-D" in text
+    assert "facing N20°E: " in text
+    assert page.read_text(encoding="utf-8").count('"faces":[[') == 3
+    assert "tilt of the axis" in figure.read_text(encoding="utf-8")
+    refused = run(*given, "--azimuth", "0", status=1)
+    assert "--scene with --orientation simulates a stack in 3-D; leave out azimuth" in refused
+    assert "no stack" in run(*given[:3], "against-a-wall", *given[4:6], status=1)
+
+
 def test_all_elements_of_a_falling_gate_are_counted(tmp_path: Path) -> None:
     """Both pillars of 0.3 m x 2.2 m lie, the lintel on them."""
     scene = tmp_path / "gate.yaml"

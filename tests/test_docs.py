@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from overturning.cli import main
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import BODY_VARIABLES, FACE_VARIABLES, VARIABLES
 from tests.expect import lacking
 
@@ -140,7 +140,7 @@ def test_the_places_to_add_something_exist(row):
 def test_the_method_explains_each_status_and_the_glossary_each_variable():
     method, glossary = ((DOCS / name).read_text(encoding="utf-8") for name in ("method.md", "glossary.md"))
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
-    assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in Status]
+    assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in CaseStatus]
     assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []
     in_space = (*BODY_VARIABLES, *FACE_VARIABLES)
     assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []

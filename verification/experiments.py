@@ -26,7 +26,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import RectangularPrism
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from verification.inputs import (
     NO_SLIDING,
@@ -315,7 +315,7 @@ def most_friction(thin: ThinnedStudy) -> Bodies:
             first = found if first is None else first
             steps = found.block_steps.sum() / first.block_steps.sum()
             far = compare_results(found, first).counts
-            unbalanced = percentage((found.status == Status.UNSTABLE).sum(), found.status.size)
+            unbalanced = percentage((found.status == CaseStatus.UNSTABLE).sum(), found.status.size)
             lines.append(
                 (f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in error_shares(far)))
             )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.model.results import CaseResults
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences
 from verification.inputs import CaseGroup
 from verification.timing import TimedResults, time_run
@@ -108,15 +108,15 @@ def compare_results(
     """Compare results with reference results; `grid_shape` is the shape of the grid, and one size may be -1."""
     right, flags = reference_results.overturned, results.overturned
     firm = neighbours_agree(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
-    moves = reference_results.status != Status.AT_REST
+    moves = reference_results.status != CaseStatus.AT_REST
     return ResultDifference(
         count_outcome_differences(right, flags),
         count_outcome_differences(right[firm], flags[firm]),
         count_outcome_differences(right[moves], flags[moves]),
         peak_rotation_errors(flags, results.peak_rotation, right, reference_results.peak_rotation),
-        int((results.status == Status.UNSTABLE).sum()),
+        int((results.status == CaseStatus.UNSTABLE).sum()),
         int(results.block_steps.sum()),
-        float(results.energy_error[results.status == Status.SIMULATED].max(initial=0.0)),
+        float(results.energy_error[results.status == CaseStatus.SIMULATED].max(initial=0.0)),
     )
 
 

@@ -23,7 +23,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import RectangularPrism
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
@@ -116,8 +116,8 @@ def prism_outcomes(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_simulation(Body(RectangularPrism()), motion, cases, numerics)
     found: Outcome = {}
-    for group in np.unique(plan.queue_numbers):
-        chosen = np.flatnonzero(plan.queue_numbers == group)
+    for group in np.unique(plan.queue_number_by_case):
+        chosen = np.flatnonzero(plan.queue_number_by_case == group)
         computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.case_count, np.nan))[chosen] = values
@@ -179,10 +179,10 @@ def measure_study() -> Iterator[MeasuredFigure]:
     yield MeasuredFigure(f"{about}: cases", status.size)
     yield MeasuredFigure(f"{about}: processor time of two cores", seconds, "s")
     yield MeasuredFigure(f"{about}: cases computed again because their energy did not balance", sum(again))
-    yield MeasuredFigure(f"{about}: cases marked unstable", int((status == Status.UNSTABLE).sum()))
-    yield MeasuredFigure(f"{about}: cases undecided", int((status == Status.UNDECIDED).sum()))
+    yield MeasuredFigure(f"{about}: cases marked unstable", int((status == CaseStatus.UNSTABLE).sum()))
+    yield MeasuredFigure(f"{about}: cases undecided", int((status == CaseStatus.UNDECIDED).sum()))
     for name in ("energy_error", "angular_momentum_error"):
-        worst = float(found[name][status == Status.SIMULATED].max())
+        worst = float(found[name][status == CaseStatus.SIMULATED].max())
         yield MeasuredFigure(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
 
 

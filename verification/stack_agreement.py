@@ -13,7 +13,7 @@ from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.stack import Stack
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.study.ensemble import wilson_interval
 from verification.stack_cases import StackCase, case_row, draw_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, critical_angle
@@ -63,7 +63,7 @@ def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str
 
 def has_outcome(outcome: dict[str, Any]) -> bool:
     """True if this program states whether the topmost stone falls."""
-    return outcome["status"] in (Status.SIMULATED, Status.AT_REST)
+    return outcome["status"] in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
 
 
 def program_row(case: StackCase) -> dict[str, Any]:
@@ -180,7 +180,7 @@ def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
     other = next(name for name in PEER_TABLES if name != peer)
     causes = []
     if outcome_text(row, PROGRAM) == NO_OUTCOME:
-        causes.append(f"no outcome ({Status(int(row[f'{PROGRAM} status'])).name.lower()})")
+        causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM} status'])).name.lower()})")
     elif row[f"{PROGRAM} robust"] != 1:
         causes.append(f"marginal here ({row[f'{PROGRAM} changed_by']})")
     elif np.isfinite(change := amplitude_change_to(case, row[f"{peer} fall_azimuth_deg"])):

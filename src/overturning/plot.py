@@ -7,7 +7,7 @@ the cube. An `ArgumentError` is raised, with the reason, if a figure would be em
 """
 
 from collections.abc import Callable, Sequence
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
@@ -54,18 +54,12 @@ def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
     return cast(DrawFunction, draw_with_project_style)
 
 
-def _register_cube_figure(kind: str) -> Callable[[DrawFunction], DrawFunction]:
-    """Return a decorator that registers a function as the one that draws a kind of figure of a cube."""
-
-    def register(draw_figure: DrawFunction) -> DrawFunction:
-        """Register a function under `kind`, with the project style."""
-        KINDS[kind] = _with_project_style(draw_figure)
-        return cast(DrawFunction, KINDS[kind])
-
-    return register
+def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
+    """Register a function, with the project style, as the one that draws a kind of figure of a cube; return it."""
+    return cast(DrawFunction, KINDS.setdefault(kind, _with_project_style(draw_figure)))
 
 
-@_register_cube_figure("polar")
+@partial(_register_cube_figure, "polar")
 def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the map of falls of the block that a study shows first, under one record.
 
@@ -78,7 +72,7 @@ def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, titl
     return _draw_fall_map("polar", cube.sel(first_shown_height_and_friction(cube)), record, title)
 
 
-@_register_cube_figure("blocks")
+@partial(_register_cube_figure, "blocks")
 def fall_maps_by_block(
     cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None
 ) -> "Figure":
@@ -86,9 +80,7 @@ def fall_maps_by_block(
     return _draw_fall_map("blocks", cube, record, title)
 
 
-def _draw_fall_map(
-    figure_kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None
-) -> "Figure":
+def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None) -> "Figure":
     """Draw maps of falls under one record, or of one block under several records on one scale."""
     from overturning.figures.content import check_has_outcomes
     from overturning.figures.maps import fall_map_figure
@@ -97,7 +89,7 @@ def _draw_fall_map(
     names = [record] if record is None or isinstance(record, str) else list(record)
     several = [_select_record(cube, name) for name in names]
     for one in several:
-        check_has_outcomes(one, figure_kind)
+        check_has_outcomes(one, kind)
     first = several[0]
     if len(several) == 1:
         return fall_map_figure(
@@ -105,7 +97,7 @@ def _draw_fall_map(
             _record_title(first) + _scene_and_element_line(first) if title is None else title,
             _peak_velocity_by_azimuth(first),
         )
-    _check_has_direction(cube, "azimuth", f"{figure_kind} of several records")
+    _check_has_direction(cube, "azimuth", f"{kind} of several records")
     own = (_record_title(first, ()) + _scene_and_element_line(first)).strip() if title is None else title
     return azimuth_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
 
@@ -125,7 +117,7 @@ def _scene_and_element_line(cube: "xr.Dataset") -> str:
     return scene_and_element_title_line(cube) if "study" in cube.attrs else ""
 
 
-@_register_cube_figure("boundary")
+@partial(_register_cube_figure, "boundary")
 def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw the largest B/H that falls under one record, by azimuth of the motion (2-D cubes only)."""
     from overturning.figures.boundary import overturning_boundary_figure
@@ -142,7 +134,7 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
     )
 
 
-@_register_cube_figure("rose")
+@partial(_register_cube_figure, "rose")
 def fall_rose(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
     from overturning.figures.content import check_has_falls
@@ -158,7 +150,7 @@ def fall_rose(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_fall_rose)
 
 
-@_register_cube_figure("earthquakes")
+@partial(_register_cube_figure, "earthquakes")
 def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall directions, from north, for each earthquake."""
     from overturning.figures.content import check_has_falls
@@ -171,7 +163,7 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_earthquake_roses)
 
 
-@_register_cube_figure("axes")
+@partial(_register_cube_figure, "axes")
 def alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import fall_alignment_by_earthquake_figure
@@ -187,7 +179,7 @@ def alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_alignment_by_earthquake)
 
 
-@_register_cube_figure("follow")
+@partial(_register_cube_figure, "follow")
 def alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion against B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
@@ -204,7 +196,7 @@ def alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_alignment_by_b_over_h)
 
 
-@_register_cube_figure("plane")
+@partial(_register_cube_figure, "plane")
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
@@ -224,7 +216,7 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
-@_register_cube_figure("intensity")
+@partial(_register_cube_figure, "intensity")
 def pga_and_pgv_by_azimuth(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw PGA and PGV of a record by azimuth."""
     from overturning.figures.content import check_ground_moves
@@ -236,7 +228,7 @@ def pga_and_pgv_by_azimuth(cube: "xr.Dataset", record: str | None = None) -> "Fi
     return pga_and_pgv_figure(measures, float(one["fault_normal"]), _record_title(one))
 
 
-@_register_cube_figure("hodograph")
+@partial(_register_cube_figure, "hodograph")
 def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw hodographs of acceleration, velocity and displacement of a record."""
     from overturning.figures.ground import hodograph_figure
@@ -248,7 +240,7 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
-@_register_cube_figure("history")
+@partial(_register_cube_figure, "history")
 def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "Figure":
     """Draw time histories and spectra of a motion or record, or of a cube's record before and after processing."""
     import xarray as xr
@@ -265,9 +257,7 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
             read_unprocessed_record_from_motion_file(path) or used, _check_motion_not_zero(used, "history")
         )
     if record is not None:
-        raise ArgumentError(
-            f"record: {record!r}; it chooses a record of a cube, not of a motion or record: leave it out"
-        )
+        raise ArgumentError(f"record: {record!r}; it chooses a record of a cube, not of a motion or record: omit it")
     one = _check_motion_not_zero(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
     return record_history_figure(one, one)
 

@@ -17,7 +17,7 @@ from overturning.model.contact import Contact, VertexContact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import check_scene, gravestone
 from overturning.model.shapes import RectangularPrism
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
 from tests.expect import refused
@@ -120,7 +120,7 @@ def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
         gravestone(Contact(static_penetration=0.1)),
         time_step="1 stable",
     )
-    marked = soft.status == Status.UNSTABLE
+    marked = soft.status == CaseStatus.UNSTABLE
     assert marked.any()
     assert (soft.overturned[marked] == -128).all()
     assert np.isnan(soft.overturning_time[marked]).all()
@@ -128,7 +128,7 @@ def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
 
 def test_a_case_over_its_budget_is_marked() -> None:
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=500)
-    assert found.status.tolist() == [Status.OVER_BUDGET]
+    assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.overturned.tolist() == [-128]
 
 
@@ -137,7 +137,7 @@ def test_the_budget_of_a_case_covers_its_reruns(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=round(8 * once))
-    assert found.status.tolist() == [Status.OVER_BUDGET]
+    assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert 7 * once < found.block_steps.item() < 9 * once
 
 
@@ -150,7 +150,7 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
         run(scene, MOTION, cases, numerics),
         plan_simulation(PlanarModel(scene), MOTION, cases, numerics).steps.item(),
     )
-    assert stones.status.tolist() == [Status.OVER_BUDGET]
+    assert stones.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
     assert budget / ELEMENT_STEP <= stones.block_steps.item() < budget / ELEMENT_STEP + 3 * steps
     body = Cases(20.0, 0.6, 0.3, 1.0)
@@ -158,7 +158,7 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
         run(RectangularPrism(), MOTION, body, numerics),
         plan_simulation(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
     )
-    assert solid.status.tolist() == [Status.OVER_BUDGET]
+    assert solid.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps
 
 
@@ -173,5 +173,5 @@ def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget(
     wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
     motion = Motion(wave, 0 * wave, sampling_interval=0.01)
     found = run(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), Numerics(budget=ELEMENT_STEP * 200_000))
-    assert found.status.tolist() == [Status.OVER_BUDGET]
+    assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.block_steps.item() < 201_000

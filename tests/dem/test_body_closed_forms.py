@@ -11,7 +11,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import RectangularPrism
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import axes, leaning, level
@@ -351,7 +351,7 @@ def test_the_base_in_the_direction_of_sliding_decides_whether_a_body_that_lands_
 ) -> None:
     """The body stays flat if the resultant, which leads the centre by µ h, passes through the base (LCP solver)."""
     found = dropped(b_over_h, friction, along, down, 3.0, shape, angle)
-    assert found.status.item() == Status.SIMULATED
+    assert found.status.item() == CaseStatus.SIMULATED
     assert found.overturned.item() == tips
     if not tips:
         assert found.peak_tilt.item() < 0.1
@@ -374,7 +374,7 @@ def test_a_record_that_throws_up_a_sliding_body_leaves_it_flat_with_a_valid_ener
     case: dict[str, Any] = {"height": [0.6], "b_over_h": [b_over_h], "friction": [friction], "leave_out": False}
     found = simulate(motion, "rectangle", orientation_deg=[0.0], **case)
     planar = simulate(motion, azimuth_deg=[0.0], **case)
-    assert found.status.item() == planar.status.item() == Status.SIMULATED
+    assert found.status.item() == planar.status.item() == CaseStatus.SIMULATED
     assert found.overturned.item() == planar.overturned.item() == 0
     assert found.energy_error.item() < 3e-3
     assert planar.energy_error.item() < 3e-3
@@ -406,4 +406,4 @@ def test_a_body_dropped_flat_with_more_friction_tips_over(along: float, down: fl
     """With µ > B/H the impulse lies outside the base; the outcome is valid, since the energy balances."""
     found = dropped(0.3, 0.6, along, down, damping_ratio)
     assert found.overturned.item() == 1
-    assert found.status.item() == Status.SIMULATED
+    assert found.status.item() == CaseStatus.SIMULATED

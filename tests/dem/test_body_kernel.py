@@ -19,7 +19,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -157,7 +157,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found, again = simulate_arrays(part(10), "rectangle", **grid), first["energy_error"] > bound
     never = again & (finer["energy_error"] > bound)
-    np.testing.assert_array_equal(found["status"] == Status.UNSTABLE, never)
+    np.testing.assert_array_equal(found["status"] == CaseStatus.UNSTABLE, never)
     for name in (*NAMES, "block_steps"):
         expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
         np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
@@ -168,7 +168,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
     # A case that never balances is marked.
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     marked = simulate_arrays(part(10), "rectangle", **{name: [value] for name, value in cell.items()})
-    assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)
+    assert (marked["status"].item(), marked["overturned"].item()) == (CaseStatus.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())
 
 

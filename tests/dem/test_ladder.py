@@ -39,7 +39,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
@@ -237,7 +237,7 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
 ) -> None:
     cases, kernel = blocks(), {"general": general}
     first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, RERUN_REFINEMENT))
-    moved = first.status == Status.SIMULATED
+    moved = first.status == CaseStatus.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
@@ -245,7 +245,7 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8
     never = again & (finer.energy_error > bound)
-    np.testing.assert_array_equal(found.status == Status.UNSTABLE, never)
+    np.testing.assert_array_equal(found.status == CaseStatus.UNSTABLE, never)
     for name in NAMES:
         expected = np.where(again, getattr(finer, name), getattr(first, name))
         expected = np.where(never, INT8_MISSING, expected) if name == "overturned" else expected
@@ -263,7 +263,7 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
 def test_an_impossible_balance_is_marked_after_all(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     found = run_cases(pulse(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
-    assert found.status.tolist() == [Status.UNSTABLE]
+    assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [-128]
 
 
@@ -272,10 +272,10 @@ def test_an_impossible_balance_is_marked_after_all(general: bool, monkeypatch: p
 def test_no_contact_gets_a_silent_answer(penetration: float, damping_ratio: float) -> None:
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
     found = run_cases(pulse(), blocks(), gravestone(contact))
-    simulated = found.status == Status.SIMULATED
+    simulated = found.status == CaseStatus.SIMULATED
     assert (found.energy_error[simulated] <= ENERGY_BOUND).all()
-    assert (found.overturned[~simulated & (found.status != Status.AT_REST)] == -128).all()
-    assert simulated.sum() > 0.95 * (found.status != Status.AT_REST).sum()
+    assert (found.overturned[~simulated & (found.status != CaseStatus.AT_REST)] == -128).all()
+    assert simulated.sum() > 0.95 * (found.status != CaseStatus.AT_REST).sum()
 
 
 def test_where_the_default_contact_is_decided() -> None:

@@ -14,7 +14,7 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import GROUND, ROOT, block, scene, shaken, shipped, still
@@ -103,7 +103,7 @@ def test_the_fall_angle_depends_on_the_side(peak: float, mirrored: bool) -> None
     if mirrored:
         shapes = [mirror_image(made) for made in shapes]
     found = [run_case(made, motion, 10.0) for made in shapes]
-    assert [one.status[0] for one in found] == [Status.SIMULATED] * 2
+    assert [one.status[0] for one in found] == [CaseStatus.SIMULATED] * 2
     assert found[0].overturned[0] == found[1].overturned[0] == (peak > 53.1) * (-1 if mirrored else 1)
     if peak == 53.0:
         assert 60.0 < np.degrees(found[0].peak_rotation[0] * prepare_scene(shapes[0]).critical[1]) < 70.2
@@ -183,7 +183,7 @@ def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, az
 @pytest.mark.parametrize(("peak", "frequency", "rocks"), [(3.75, 2.0, 0.5), (2.0, 2.0, 0.1)])
 def test_a_gate_that_only_rocks_stands(peak: float, frequency: float, rocks: float) -> None:
     found = run_case(gate(), sine(peak, frequency), 1.0)
-    assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0, 0])
+    assert (found.status[0], found.overturned[0].tolist()) == (CaseStatus.SIMULATED, [0, 0, 0])
     assert rocks < found.peak_rotation[0, 0] < 1.0
     assert np.isnan(found.overturning_time).all()
 
@@ -243,7 +243,7 @@ def test_a_shaft_that_ends_leaning_on_a_wall_has_fallen() -> None:
     made = scene(GROUND, wall, block("shaft", 0.2, 1.0))
     path = trajectory(sine(3.0, 1.0, 1.0), made, azimuth_deg=0.0, friction=1.0).sel(element="shaft")
     assert 20.0 < np.degrees(path["rotation"][-1]) < 40.0
-    assert (path["status"], path["overturned"]) == (Status.SIMULATED, 1)
+    assert (path["status"], path["overturned"]) == (CaseStatus.SIMULATED, 1)
 
 
 def tilted(peak: float) -> tuple[Scene, Motion]:
@@ -257,7 +257,7 @@ def tilted(peak: float) -> tuple[Scene, Motion]:
 def test_a_wall_tilted_against_its_neighbour_stands_if_it_does_not_move() -> None:
     made, quiet = tilted(0.01)
     found = run_case(made, quiet, 1.0)
-    assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0])
+    assert (found.status[0], found.overturned[0].tolist()) == (CaseStatus.SIMULATED, [0, 0])
     assert found.peak_rotation[0, 1] < 0.1, "in degrees: it has no α"
     assert np.isnan(prepare_scene(made).tipping_angles[2])
 
@@ -285,7 +285,7 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() 
     made = arch()
     assert np.isnan(prepare_scene(made).tipping_angles[1:]).all()
     path = trajectory(sine(0.01, 2.0), made, azimuth_deg=0.0, friction=1.0)
-    assert path["status"] == Status.SIMULATED
+    assert path["status"] == CaseStatus.SIMULATED
     assert path["overturned"][1:].to_numpy().tolist() == [0, 0, 0]
     turned = np.degrees(np.abs(path["rotation"][:, 1:]).max("time"))
     np.testing.assert_allclose(path["peak_rotation"][1:], turned, rtol=0.05, atol=1e-4)
@@ -296,7 +296,7 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() 
 def test_an_arch_falls_only_after_it_starts_to_move() -> None:
     motion = near_field(9)[0]
     path = trajectory(motion, arch(), azimuth_deg=32.0, friction=0.7)
-    assert path["status"] == Status.SIMULATED
+    assert path["status"] == CaseStatus.SIMULATED
     fell = path["overturned"][1:] != 0
     assert fell.any()
     sunk, height = (path["z"][0] - path["z"][-1])[1:], np.ptp(path["vertices"].to_numpy()[1:, :, 1], axis=1)

@@ -14,7 +14,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.near_field import strong_part
 from tests.dem.polygon_scenes import shipped
@@ -42,7 +42,7 @@ def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
     motion, cases = _motion(number), _cases()
     general = run(gravestone(SOFT), motion, cases, Numerics(scheme="cundall", leave_out=False, general=True))
     fast = run_cases(motion, cases, gravestone(SOFT), scheme="cundall", leave_out=False)
-    assert (general.status == Status.SIMULATED).all()
+    assert (general.status == CaseStatus.SIMULATED).all()
     assert (fast.overturned != 0).sum() > 20
     np.testing.assert_array_equal(general.overturned, fast.overturned)
     # Leave out chaotic cases: those that a relative change of the motion by 1e-12 moves by more than the tolerance.
@@ -97,7 +97,7 @@ def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float
     general = run(gravestone(SOFT), motion, cases, Numerics(general=True))
     fast = run_cases(motion, cases, gravestone(SOFT))
     assert general.energy_error.max() < 1e-3
-    assert (general.status == Status.SIMULATED).all()
+    assert (general.status == CaseStatus.SIMULATED).all()
     np.testing.assert_array_equal(general.overturned, fast.overturned)
     stands = fast.overturned == 0  # a fallen block slips further until it lies
     assert fast.peak_slip[stands].min() > 5e-3

@@ -15,7 +15,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import azimuth_period_of_outcome_deg, nearest_faces_and_separation, place_elements
 from overturning.model.scene import Scene, check_scene, load_scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
@@ -184,7 +184,7 @@ def test_an_element_past_the_end_of_the_ground_has_a_missing_outcome() -> None:
     """Below a frictionless stone, ground 40 m wide moves by 8 m in 2 s and then at 8 m/s, past its end."""
     motion = shaken(np.where(np.arange(450) < 200, 4.0, 0.0))
     found = run(shipped("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), Numerics(general=True))
-    assert found.status.tolist() == [Status.UNSTABLE]
+    assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [INT8_MISSING]
 
 

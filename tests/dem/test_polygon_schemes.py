@@ -11,7 +11,7 @@ from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shaken, shipped
 
@@ -60,7 +60,7 @@ def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: floa
     made = _with_law(shipped("three-tier"), damping_ratio=ratio)
     found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 2] != 0).any()
-    assert (found.status == Status.SIMULATED).all()
+    assert (found.status == CaseStatus.SIMULATED).all()
     assert found.energy_error.max() < 1e-3
 
 
@@ -68,7 +68,7 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
     made = scene(*(block(f"b{k}", 0.4, 0.2, f"b{k - 1}" if k else "ground") for k in range(6)))
     found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 5] != 0).any()
-    assert (found.status == Status.SIMULATED).all()
+    assert (found.status == CaseStatus.SIMULATED).all()
 
 
 def test_submatrix_operations_equal_matrix_operations() -> None:

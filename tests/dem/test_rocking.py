@@ -10,7 +10,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
@@ -56,7 +56,7 @@ def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
 def test_any_large_friction_gives_a_block_that_cannot_slide(friction: float) -> None:
     axes = [0.3, 1.0], [0.2, 0.3, 0.4, 0.45], np.linspace(1.1, 6.0, 12)
     found, expected, firm = under_pulse(pulse(0.5), axes, friction, 0.03)
-    assert (found.status == Status.SIMULATED).all()
+    assert (found.status == CaseStatus.SIMULATED).all()
     assert np.unique(expected[firm]).size > 1
     assert (found.overturned == expected)[firm].all()
 

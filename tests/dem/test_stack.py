@@ -10,7 +10,7 @@ from overturning.dem.simulate import simulate
 from overturning.errors import ArgumentError
 from overturning.model.element import Element
 from overturning.model.scene import Scene, load_scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.polygon_scenes import ROOT
@@ -126,7 +126,7 @@ def test_flags_and_sides_along_a_face_are_those_of_the_2d_scene() -> None:
                 same = abs((space.fall_azimuth.to_numpy().ravel()[2] - towards + 180.0) % 360.0 - 180.0) < 30.0
             differences += not same
             assert space.energy_error.item() < 1e-2
-            assert space.status.item() == Status.SIMULATED
+            assert space.status.item() == CaseStatus.SIMULATED
     assert differences <= 1
     assert falls >= 4
 

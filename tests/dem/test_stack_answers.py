@@ -11,7 +11,7 @@ from overturning.figures.film_of_trajectory import film_of_trajectories, outcome
 from overturning.model.element import Element
 from overturning.model.scene import Scene, load_scene
 from overturning.model.stack import Stack
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import ROOT
 from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
@@ -73,7 +73,7 @@ def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
 def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
     found = run(load_scene("cross", ROOT), plateau(0.1, 30.0), [0.0], 0.7)
     assert found.overturned.to_numpy().max() == 0.0
-    assert found.status.item() == Status.SIMULATED or found.status.item() == Status.AT_REST
+    assert found.status.item() == CaseStatus.SIMULATED or found.status.item() == CaseStatus.AT_REST
 
 
 def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
@@ -108,8 +108,8 @@ def test_stiff_and_extreme_stacks_return_with_an_outcome_or_a_reason() -> None:
         assert set(known.tolist()) <= {0.0, 1.0}
     counts = np.bincount(statuses, minlength=6)
     # Without friction, or under strong vertical motion, a stack may slide or hop on until the time limit.
-    assert counts[Status.OVER_BUDGET] == counts[Status.FAILED] == 0, counts
-    assert counts[Status.UNSTABLE] <= 0.15 * len(statuses), counts
+    assert counts[CaseStatus.OVER_BUDGET] == counts[CaseStatus.FAILED] == 0, counts
+    assert counts[CaseStatus.UNSTABLE] <= 0.15 * len(statuses), counts
 
 
 def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None:

@@ -10,7 +10,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.scene import gravestone, load_scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
@@ -25,7 +25,7 @@ def test_a_block_with_excessive_static_penetration_is_marked(peak: float, leave_
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
     cases = Cases(0.0, 1.0, [0.3, 0.3], 0.6)
     soft = run_cases(motion, cases, gravestone(Contact(stiffness=1e4)), leave_out=leave_out)
-    assert soft.status.tolist() == [Status.UNSTABLE] * 2
+    assert soft.status.tolist() == [CaseStatus.UNSTABLE] * 2
     assert soft.overturned.tolist() == [INT8_MISSING] * 2
     stiff = run_cases(motion, cases, gravestone(Contact(stiffness=1e8)), leave_out=leave_out)
     assert (stiff.overturned != INT8_MISSING).all()
@@ -56,11 +56,11 @@ def test_a_3d_body_with_excessive_static_penetration_is_marked(
             )
             for share in (1.01, 0.01)
         )
-        assert soft["status"].item() == Status.UNSTABLE
+        assert soft["status"].item() == CaseStatus.UNSTABLE
         assert soft["overturned"].item() == INT8_MISSING
         assert stiff["overturned"].item() != INT8_MISSING
     path = trajectory(motion, Body(plan, VertexContact(0.06 * times)), b_over_h=2.0, **size)
-    assert (int(path.status), path.sizes["time"]) == (Status.UNSTABLE, 200)
+    assert (int(path.status), path.sizes["time"]) == (CaseStatus.UNSTABLE, 200)
     assert np.isnan(path.overturned)
 
 
@@ -70,9 +70,9 @@ def test_a_stone_that_overlaps_its_wall_has_a_missing_outcome(peak: float) -> No
     motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)
     ratios = [0.4, 0.73, 0.44 / 0.6, 0.7334, 0.75, 0.9]
     found = simulate_arrays(motion, load_scene("against-a-wall"), azimuth_deg=[0, 180], b_over_h=ratios)
-    none = found["status"] == Status.UNSTABLE
+    none = found["status"] == CaseStatus.UNSTABLE
     assert none.reshape(2, -1).tolist() == [[False, False, False, True, True, True]] * 2
     assert ((found["overturned"] == INT8_MISSING) == none).all()
     way = trajectory(motion, load_scene("against-a-wall"), azimuth_deg=0, b_over_h=0.75)
-    assert way.status == Status.UNSTABLE
+    assert way.status == CaseStatus.UNSTABLE
     assert np.isnan(way.overturned.sel(element="stone"))

@@ -9,7 +9,7 @@ import xarray as xr
 
 from overturning import Motion, open_cube, plot
 from overturning.errors import ArgumentError
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.records.record import Record
 from overturning.study.intensity import write_intensity_measures
 from tests.expect import refused, said
@@ -58,7 +58,7 @@ def test_map_of_standing_blocks_is_drawn(weak: Path, tmp_path: Path, kind: str) 
 def test_figures_of_a_cube_without_outcomes_are_refused(strong: Path, kind: str) -> None:
     with open_cube(strong) as cube:
         missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
-        status = xr.full_like(cube["status"], Status.OVER_BUDGET) if "status" in cube else None
+        status = xr.full_like(cube["status"], CaseStatus.OVER_BUDGET) if "status" in cube else None
         beside = cube.assign(missing | ({} if status is None else {"status": status}))
         beside.encoding["source"] = str(strong)
         with refused(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):

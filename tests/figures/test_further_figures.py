@@ -28,7 +28,7 @@ from overturning.figures.style import FALLS, PAGE_WIDTH, project_style
 from overturning.figures.survey import OCTANT, SurveyFigureData, survey_falls_figure
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import load_scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
@@ -105,7 +105,7 @@ def responses() -> Figure:
 
 def test_missing_outcome_is_not_labelled_as_standing() -> None:
     one = paths()[0].copy()
-    one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), np.nan * one["overturned"]
+    one["status"], one["overturned"] = 0 * one["status"] + int(CaseStatus.UNDECIDED), np.nan * one["overturned"]
     told = [
         rotation_slip_and_uplift_figure([path], "A block").axes[0].get_title().partition(": ")[2]
         for path in (one, *paths())

@@ -17,7 +17,7 @@ from syrupy.assertion import SnapshotAssertion
 from overturning.findings.collect import Findings
 from overturning.findings.population import JMA_DEGREES
 from overturning.findings.surveys import SurveyCommandResults
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.report.render import (
     LANGUAGES,
     environment,
@@ -40,7 +40,7 @@ NUMBER = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
 
 RULE_NAMES = [one.name.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")]
 CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY]
-STATUS_NAMES = [one.name.lower().replace("_", " ") for one in Status]
+STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]
 
 ALLOWED = (
     *("Template", "Output", "TemplateData", "Name", "Getattr", "Getitem", "Const", "List", "Slice", "If", "For"),

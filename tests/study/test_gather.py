@@ -13,7 +13,7 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.labels import earthquake_assignment_notes
 from overturning.model.scene import load_scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
@@ -167,14 +167,14 @@ def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
     cells = outcome(grid.shape, 0)
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
-    cells["status"][2, 0, 1, 1] = Status.UNDECIDED
+    cells["status"][2, 0, 1, 1] = CaseStatus.UNDECIDED
     write_sweep_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
     merge_sweep_parts(STUDY, RECORDS, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1
         assert np.isnan(cube["overturned"][0, 2, 0, 1, 1])
         assert np.isnan(cube["overturning_time"][0, 2, 0, 1, 1])
-        assert cube["status"][0, 2, 0, 1, 1] == Status.UNDECIDED
+        assert cube["status"][0, 2, 0, 1, 1] == CaseStatus.UNDECIDED
 
 
 def test_record_flags_have_flag_meanings(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import xarray as xr
 
 import overturning
 from overturning.figures.film_of_trajectory import film_of_trajectories, outcome_sentence
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 
 WAVE = Motion.sine(6.0, 0.8)
@@ -73,7 +73,7 @@ def test_a_case_over_its_budget_is_nan(model: str | None) -> None:
     cell = overturning.simulate(motion, made, **case, budget=200)
     path = overturning.trajectory(motion, made, **case, budget=200)
     for found in (cell, path):
-        assert (found["status"] == Status.OVER_BUDGET).all()
+        assert (found["status"] == CaseStatus.OVER_BUDGET).all()
         assert found["overturned"].isnull().all()
         assert np.isnan(float(abs(found["overturned"]).mean()))
     assert path["overturned"].dtype == path["status"].dtype == np.float32

@@ -16,7 +16,7 @@ from overturning.model.element import ContactLaw, Material
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 from verification.stability.cases import SCENES, TOGETHER, scene_settings
@@ -69,7 +69,7 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     made, motion = shipped("three-tier"), pulse(6.0)
     prepared = prepare_scene(made)
     found = run(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
-    assert found.status[0] == Status.SIMULATED
+    assert found.status[0] == CaseStatus.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
     assert find_scene_contradiction(prepared, 0.7, motion, found) == ""
 
@@ -85,8 +85,8 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
         "a number is not finite": changed("peak_slip", 1, np.inf),
         "energy balance": CaseResults(**vars(found) | {"energy_error": np.array([0.02], np.float32)}),
         "penetration": CaseResults(**vars(found) | {"peak_penetration": np.array([0.1], np.float32)}),
-        "flag in spite of the mark": CaseResults(**vars(found) | {"status": np.array([Status.UNDECIDED], np.int8)}),
-        "left out above a threshold": CaseResults(**vars(found) | {"status": np.array([Status.AT_REST], np.int8)}),
+        "flag in spite of the mark": CaseResults(**vars(found) | {"status": np.array([CaseStatus.UNDECIDED], np.int8)}),
+        "left out above a threshold": CaseResults(**vars(found) | {"status": np.array([CaseStatus.AT_REST], np.int8)}),
     }
     for reason, answer in wrong.items():
         assert find_scene_contradiction(prepared, 0.7, motion, answer) == reason
@@ -105,7 +105,7 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
             Cases(0.0, *size_reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
             Numerics(general=True),
         )
-        assert (found.status == Status.UNSTABLE).all()
+        assert (found.status == CaseStatus.UNSTABLE).all()
         assert (found.overturned == -128).all()
     law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
     stiff = shipped(name).model_copy(update={"contacts": (law,)})
@@ -161,4 +161,4 @@ def test_a_stone_that_hops_where_its_case_ends_has_not_fallen() -> None:
     assert (setting.scene, setting.common.motion) == ("three-tier", "vertical above g")
     ending = run_setting(setting, number, Path(__file__).parents[2])["ending"]
     assert (ending != Ending.SILENT).all()
-    assert (ending[4], ending[7]) == (Ending(Status.UNDECIDED), Ending(Status.SIMULATED))
+    assert (ending[4], ending[7]) == (Ending(CaseStatus.UNDECIDED), Ending(CaseStatus.SIMULATED))

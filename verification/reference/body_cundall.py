@@ -51,8 +51,8 @@ from overturning.dem.body.state import (
 from overturning.dem.body.state import BodyConstants as Constants
 from overturning.dem.body.statics import largest_unit_spring_eigenvalue
 from overturning.dem.body.vectors import (
-    Matrix,
-    Vector,
+    Matrix3,
+    Vector3,
     cross_product,
     dot_product,
     extrapolate_vector,
@@ -90,12 +90,12 @@ class CundallRim(NamedTuple):
 class ContactWrench(NamedTuple):
     """Contact force of the base on a body and its moment, summed over contact points, divided by the mass."""
 
-    force: Vector
-    moment: Vector
+    force: Vector3
+    moment: Vector3
     """Moment about the centre."""
-    damping: Vector
+    damping: Vector3
     """Force without the springs."""
-    braking: Vector
+    braking: Vector3
     """Moment of the force without the springs."""
     opened: float
     """Energy released by normal springs, over half their stiffness, m²."""
@@ -117,7 +117,7 @@ sum_of = tuple_arithmetic(ContactWrench).plus
 class ContactPoint(NamedTuple):
     """Contact point of a body: position from its centre, penetration, and displacement in the last step, m."""
 
-    arm: Vector
+    arm: Vector3
     depth: float
     slip_x: float
     slip_y: float
@@ -126,7 +126,7 @@ class ContactPoint(NamedTuple):
 
 @njit(**INLINE)
 def vertex_contact_point(
-    body_state: BodyState, body_axes: Matrix, vertex: BodyVertex, history: ContactPointHistory
+    body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, history: ContactPointHistory
 ) -> ContactPoint:
     """Return the contact point at a vertex; its displacement is the difference from its last position."""
     arm = matrix_times_vector(body_axes, vertex.own)
@@ -136,7 +136,7 @@ def vertex_contact_point(
 
 @njit(**INLINE)
 def rim_contact_point(
-    body: Constants, body_state: BodyState, body_axes: Matrix, along_lean: float, across_lean: float, time_step: float
+    body: Constants, body_state: BodyState, body_axes: Matrix3, along_lean: float, across_lean: float, time_step: float
 ) -> ContactPoint:
     """Return the contact point at a point of the rim; its displacement is that of the body at this point."""
     arm = rim_point_position_from_centre(body, body_axes, along_lean, across_lean)
@@ -181,17 +181,17 @@ def apply_contact_law(
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
     landing = (history.landing if was else begun) - body.step * WHOLE
     landing = landing if inside else 0.0
-    force = Vector(fx, fy, n)
+    force = Vector3(fx, fy, n)
     spring = body.stiffness * (depth if inside else 0.0)
-    damping = Vector(fx + body.tangential * kx, fy + body.tangential * ky, n - spring)
+    damping = Vector3(fx + body.tangential * kx, fy + body.tangential * ky, n - spring)
     opened = history.depth * history.depth if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (history.depth == 0.0) else opened
     shortened = (history.sx + kx) * (tx - kx) + (history.sy + ky) * (ty - ky)
-    lever = Vector(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
+    lever = Vector3(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
     # The springs are stretched at the point itself, at the full lever arm.
     moment = cross_product(lever, force)
-    of_springs = cross_product(contact_point.arm, Vector(body.tangential * kx, body.tangential * ky, -spring))
+    of_springs = cross_product(contact_point.arm, Vector3(body.tangential * kx, body.tangential * ky, -spring))
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, ContactPointHistory(
         sx=kx,
@@ -224,7 +224,7 @@ def add_contact_pair(
 def advance_body_one_step(
     body: Constants,
     body_state: BodyState,
-    body_axes: Matrix,
+    body_axes: Matrix3,
     contact_totals: ContactTotals,
     peaks: BodyPeakValues,
     account: BodyEnergyAndMomentumAccount,
@@ -233,7 +233,7 @@ def advance_body_one_step(
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.step * WHOLE
     half = 0.5 * dt
-    push = Vector(
+    push = Vector3(
         base_acceleration_at_tick(shaking.push_x, body_state.tick),
         base_acceleration_at_tick(shaking.push_y, body_state.tick),
         base_acceleration_at_tick(shaking.lift, body_state.tick),
@@ -278,7 +278,7 @@ def advance_body_one_step(
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.lane_access(of).load for of in (Constants, BodyState, Matrix))
+load_body, load_state, load_frame = (ROWS.lane_access(of).load for of in (Constants, BodyState, Matrix3))
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
 ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
@@ -289,7 +289,7 @@ load_peaks, load_account = (
     ROWS.lane_access(BodyPeakValues).load,
     ROWS.lane_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
 )
-store_state, store_frame = (ROWS.lane_access(of).store for of in (BodyState, Matrix))
+store_state, store_frame = (ROWS.lane_access(of).store for of in (BodyState, Matrix3))
 store_peaks, store_account = (
     ROWS.lane_access(BodyPeakValues).store,
     ROWS.lane_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -77,7 +77,7 @@ def synthetic_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: in
     if variable.name.endswith("overturned"):
         return synthetic_falls(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
-        return np.full(shape, int(Status.SIMULATED), np.int8)
+        return np.full(shape, int(CaseStatus.SIMULATED), np.int8)
     if variable.dtype != "f4":
         return np.full(shape, members if variable.name == "members" else 0, variable.dtype)
     values: NDArray[Any] = generator.random(shape, np.float32)

@@ -21,7 +21,7 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import CaseResults
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -81,7 +81,7 @@ def find_contradiction(bounds: CaseBounds, results: CaseResults, row: int, flags
     `flags_match` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION * 0.5 * bounds.size
-    if results.status[row] not in (Status.SIMULATED, Status.AT_REST):
+    if results.status[row] not in (CaseStatus.SIMULATED, CaseStatus.AT_REST):
         return "" if np.all(results.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
     if not np.isin(results.overturned[row], (-1, 0, 1)).all():
         return "no flag and no mark"
@@ -103,7 +103,7 @@ def find_contradiction(bounds: CaseBounds, results: CaseResults, row: int, flags
         return "flag and rotation"
     if np.any(np.isfinite(results.overturning_time[row]) != fallen):
         return "flag and time"
-    if results.status[row] == Status.AT_REST and bounds.demand > bounds.rests:
+    if results.status[row] == CaseStatus.AT_REST and bounds.demand > bounds.rests:
         return "left out above a threshold"
     if bounds.demand == 0.0 and np.any(fallen | (results.peak_slip[row] > bounds.slides)):
         return "moved without motion"

@@ -26,7 +26,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import gravestone
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -205,7 +205,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         reason = find_scene_contradiction(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
         rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
-        if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):
+        if not reason and found.status[row] in (CaseStatus.SIMULATED, CaseStatus.AT_REST):
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if scene.is_single_block:

@@ -17,7 +17,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.model import Model
 from overturning.model.results import CaseResults
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
@@ -85,7 +85,7 @@ class SimulationPlan(ABC):
     table: NDArray[np.void]  # shape (n,): the kernel's table of cases
 
     @property
-    def queue_numbers(self) -> NDArray[np.int64]:
+    def queue_number_by_case(self) -> NDArray[np.int64]:
         """Queue number of each case, shape (n,); cases with the same number share a queue."""
         return self.steps
 
@@ -113,7 +113,7 @@ class SimulationPlan(ABC):
         results = CaseResults.of_cases_at_rest(
             self.model.variables, self.cases.case_count, len(self.model.free_element_names)
         )
-        results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
+        results.status[self.too_soft], results.overturned[self.too_soft] = CaseStatus.UNSTABLE, INT8_MISSING
         return results
 
     def compute_cases(

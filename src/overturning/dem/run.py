@@ -94,12 +94,12 @@ def run(
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
     length = plan.steps[moving] * np.maximum(motion.sample_count - plan.first[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
-    order = moving[np.lexsort((-length, plan.queue_numbers[moving]))]
+    order = moving[np.lexsort((-length, plan.queue_number_by_case[moving]))]
 
     def compute_queue(case_numbers: NDArray[np.int64]) -> None:
         results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
 
-    queues = split_into_queues(order, plan.queue_numbers, plan.split_long_queues)
+    queues = split_into_queues(order, plan.queue_number_by_case, plan.split_long_queues)
     run_queues_in_threads(compute_queue, queues, numerics, counter, int(length.sum()) * len(model.free_element_names))
     return results
 
@@ -135,15 +135,15 @@ def run_cases(
 
 
 def split_into_queues(
-    ordered_cases: NDArray[np.int64], queue_numbers: NDArray[np.int64], split_long_groups: bool
+    ordered_cases: NDArray[np.int64], queue_number_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
     """Split cases into queues, each with cases of one queue number, at most `MAX_QUEUE_LENGTH` long.
 
-    `ordered_cases` are indices of cases, ordered by their number in `queue_numbers`. If `split_long_groups`, 128 or
-    more cases of one number make at least two queues, so that two threads share them.
+    `ordered_cases` are indices of cases, ordered by their number in `queue_number_by_case`. If `split_long_groups`,
+    128 or more cases of one number make at least two queues, so that two threads share them.
     """
     queues = []
-    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_numbers[ordered_cases])) + 1):
+    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_number_by_case[ordered_cases])) + 1):
         if chosen.size:
             count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long_groups else 1)
             # Interleaved, so that long and short cases are spread evenly.

@@ -17,7 +17,7 @@ from overturning.figures.film_of_body import (
 )
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
 from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, panel_heading_of_direction
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
     """True if the simulation of a trajectory is valid, so that it is known whether anything falls."""
-    return int(trajectory["status"]) in (Status.SIMULATED, Status.AT_REST)
+    return int(trajectory["status"]) in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
 
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:

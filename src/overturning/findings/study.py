@@ -9,7 +9,7 @@ import numpy as np
 from overturning.findings.processing import RecordProcessing, processing_by_record
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_far_from_normal
@@ -182,7 +182,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
     cube, intensity, found = results.cube, results.intensity, results.mean_fall_directions_by_record
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
-    at_rest = cube["status"] == Status.AT_REST
+    at_rest = cube["status"] == CaseStatus.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
     normals = cube["fault_normal"].to_numpy().astype(np.float64)
     angles = {kind: found[f"mean_{kind}"].to_numpy() for kind in ("direction", "axis")}
@@ -226,7 +226,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
 def numerical_quality(results: StudyResults) -> NumericalQuality:
     """Return energy error and contact penetration of the cube, its hash, and software versions."""
     cube = results.cube
-    simulated = cube["status"] == Status.SIMULATED
+    simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
     return NumericalQuality(
         mean_energy_error=float(energy.mean().compute()),

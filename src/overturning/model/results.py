@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING, OutcomeVariable
 
 COUNTS = ("block_steps", "samples_left_out")
@@ -37,7 +37,7 @@ class CaseResults:
         for item in variables:
             if item.of_falls:
                 arrays[item.name][:] = item.missing_value_in_memory
-        arrays["status"][:] = Status.AT_REST
+        arrays["status"][:] = CaseStatus.AT_REST
         return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in COUNTS})
 
     def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
@@ -46,7 +46,7 @@ class CaseResults:
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in outcomes.items():
                 kept: NDArray[Any] = vars(self)[name]
-                answered = (status == Status.SIMULATED).reshape(-1, *(1,) * (kept.ndim - 1))
+                answered = (status == CaseStatus.SIMULATED).reshape(-1, *(1,) * (kept.ndim - 1))
                 if name == "overturned":
                     values = np.where(answered, values, INT8_MISSING)
                 if name == "overturning_time":

@@ -53,7 +53,7 @@ class StackStone:
         return corners, np.concatenate([ring, ring + count, across])
 
 
-def stack_faults(scene: Scene) -> list[str]:
+def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
     """Return the reasons why a scene is no stack that can be simulated in 3-D; an empty list if it is one."""
     ground, *stones = scene.elements
     faults = [] if ground.kind == "driven" else [f"element {ground.name} is not driven"]
@@ -71,17 +71,17 @@ def stack_faults(scene: Scene) -> list[str]:
         law = scene.contact_law(below, element)
         if law.stiffness != "auto" or law.damping is not None:
             faults.append(f"the contact of {element.name} has a stiffness or dashpot of 2-D corners")
-    return faults or _face_faults(scene)
+    return faults or _stones_without_facing_level_faces(scene)
 
 
-def _face_faults(scene: Scene) -> list[str]:
+def _stones_without_facing_level_faces(scene: Scene) -> list[str]:
     """Return the stones of a chain of elements that do not rest on two facing level faces."""
     placed = place_elements(scene)[1:]
     faults = [
         f"element {item.element.name} has no level {name}"
         for item, following in zip(placed, [*placed[1:], None], strict=True)
         for name, lowest in (("base", True), ("upper face", False))
-        if (lowest or following is not None) and np.ptp(_level_face(item, lowest)) == 0.0
+        if (lowest or following is not None) and np.ptp(_ends_of_level_face(item, lowest)) == 0.0
     ]
     if faults:
         return faults
@@ -123,9 +123,9 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
     yy, half = depth * depth / 12.0, 0.5 * depth
     faces = []
     for lowest in (True, False):
-        left, right = _level_face(item, lowest)
+        left, right = _ends_of_level_face(item, lowest)
         # A stone on which nothing can stand has no upper face; the base stands in for it.
-        left, right = (left, right) if right > left else _level_face(item, True)
+        left, right = (left, right) if right > left else _ends_of_level_face(item, True)
         faces.append(np.array([[right, -half], [right, half], [left, half], [left, -half]]))
     return StackStone(
         name=item.element.name, mass=density * depth * item.shape.area,
@@ -137,7 +137,7 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
     )  # fmt: skip
 
 
-def _level_face(item: PlacedElement, lowest: bool) -> FloatArray:
+def _ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
     """Return the left and right end of the lowest or highest level face of an element, m; equal if it has none."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()
@@ -156,7 +156,7 @@ def _second_moments(vertices: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class PatchAtRest:
+class ContactPatchAtRest:
     """Rectangle in which a stone and what it stands on touch at rest, and the centre of mass of all stones above it."""
 
     corners: FloatArray  # horizontal positions, shape (4, 2), m
@@ -165,7 +165,7 @@ class PatchAtRest:
     height: float  # height of their centre of mass above the patch, m
 
 
-def patches_at_rest(stones: list[StackStone]) -> list[PatchAtRest]:
+def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
     """Return the patch below each stone of a stack at rest, from the lowest up."""
     level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
     mass = np.array([stone.mass for stone in stones])
@@ -181,13 +181,13 @@ def patches_at_rest(stones: list[StackStone]) -> list[PatchAtRest]:
         centre = np.array([np.sum(mass[k:] * x[k:]) / total, 0.0])
         corners = np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
         reach = np.array([*(high - centre), *(centre - low)])
-        found.append(PatchAtRest(corners, reach, total, float(np.sum(mass[k:] * z[k:]) / total - level[k])))
+        found.append(ContactPatchAtRest(corners, reach, total, float(np.sum(mass[k:] * z[k:]) / total - level[k])))
     return found
 
 
 def check_stack(scene: Scene) -> None:
     """Raise an ArgumentError with the reasons if a scene is no stack that can be simulated in 3-D."""
-    if faults := stack_faults(scene):
+    if faults := reasons_scene_is_no_stack(scene):
         raise ArgumentError(
             f"orientation_deg: scene {scene.name} is no stack of stones ({'; '.join(faults)}); compute it in 2-D with "
             "azimuth_deg"

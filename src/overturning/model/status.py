@@ -3,7 +3,7 @@
 from enum import IntEnum
 
 
-class Status(IntEnum):
+class CaseStatus(IntEnum):
     """Status of a case: how its outcome was obtained, or the reason why it is missing."""
 
     SIMULATED = 0

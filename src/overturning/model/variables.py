@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 
 INT8_MISSING: Final = -128
 """Fill value of int8 variables."""
@@ -79,8 +79,8 @@ class OutcomeVariable:
 
 _STATUS: Final = OutcomeVariable(
     "status", "i1", "how the outcome was found", attributes={
-        "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
-        "flag_meanings": " ".join(code.name.lower() for code in Status),
+        "flag_values": np.array([int(code) for code in CaseStatus], dtype=np.int8),
+        "flag_meanings": " ".join(code.name.lower() for code in CaseStatus),
     },
 )  # fmt: skip
 _PEAK_PENETRATION: Final = OutcomeVariable("peak_penetration", "f4", "largest penetration of any contact", "m")

@@ -17,7 +17,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, CaseProgress
 from overturning.dem.kernel.lanes import INLINE, INNER
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BlockConstants, BlockState, BlockPeakValues))
@@ -75,7 +75,7 @@ def outcome_is_final(
 def case_status(
     state: Any, lane: int, velocity_lag: float, ticks_per_sample: float, last_sample: float, max_penetration: float
 ) -> int:
-    """Return the `Status` of the case in a lane at the end of a sample; `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of the case in a lane at the end of a sample; `GOES_ON` if it has not ended."""
     block, s, peaks, course = (
         load_block(state, lane),
         load_state(state, lane),
@@ -83,25 +83,25 @@ def case_status(
         load_course(state, lane),
     )
     if not np.isfinite(s.vx + s.vz + s.vw + s.x + s.z + s.cos + s.sin):
-        return Status.UNSTABLE
+        return CaseStatus.UNSTABLE
     if peaks.depth > max_penetration * min(block.half_width, block.half_height):
-        return Status.UNSTABLE
+        return CaseStatus.UNSTABLE
     if s.cos <= 0.0:
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
     if sample >= course.calm and s.left.depth > 0.0 and s.right.depth > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
         kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.vw * s.vw / block.inertia)
         if kinetic < REST_ENERGY * GRAVITY * block.half_width:
-            return Status.SIMULATED
+            return CaseStatus.SIMULATED
     if sample < last_sample:
         return GOES_ON
     if outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if sample < course.after:
         return GOES_ON
     standing = block_energy_per_mass(block, s, velocity_lag) < course.barrier and abs(s.angle) < block.alpha
-    return Status.SIMULATED if standing else Status.UNDECIDED
+    return CaseStatus.SIMULATED if standing else CaseStatus.UNDECIDED
 
 
 @njit(**INNER)
@@ -109,7 +109,7 @@ def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, 
     """Write the results of the case in a lane into a row of the table of results."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course = load_account(state, lane), load_course(state, lane)
-    fallen = status == Status.SIMULATED and s.cos <= 0.0
+    fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
     result_row.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
     result_row.overturning_time = course.upright_until if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.

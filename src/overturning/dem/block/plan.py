@@ -57,7 +57,7 @@ class BlockSimulationPlan(SimulationPlan):
     scheme: IntegrationScheme
 
     @property
-    def queue_numbers(self) -> NDArray[np.int64]:
+    def queue_number_by_case(self) -> NDArray[np.int64]:
         """Queue number of each case, shape (n,); cases of a queue have equal step lengths; all or none has friction."""
         return group_numbers_of_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 

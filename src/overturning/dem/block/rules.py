@@ -370,7 +370,7 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
-    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
     return case_status(
         workspace.state,
         lane,

@@ -47,7 +47,7 @@ class BlockResultTableColumns(NamedTuple):
     """Columns of the block kernel's table of results."""
 
     status: float
-    """`Status` as a number."""
+    """`CaseStatus` as a number."""
     overturned: float
     """Side of the fall: 1 towards the azimuth, −1 away from it, 0 standing."""
     overturning_time: float

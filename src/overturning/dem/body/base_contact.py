@@ -20,7 +20,7 @@ from overturning.dem.body.state import (
     ContactPointBeforeAndAfter,
     ContactPointHistory,
 )
-from overturning.dem.body.vectors import Matrix, Vector, matrix_times_vector, transpose
+from overturning.dem.body.vectors import Matrix3, Vector3, matrix_times_vector, transpose
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.solid import MAX_CARRYING_CORNERS
 
@@ -48,7 +48,7 @@ def point_rests_on_spring(body: BodyConstants, point_history: ContactPointHistor
 def base_contact_including_vertex(
     body: BodyConstants,
     base_contact: BaseContactState,
-    body_axes: Matrix,
+    body_axes: Matrix3,
     vertex: BodyVertex,
     point_history: ContactPointHistory,
 ) -> BaseContactState:
@@ -115,7 +115,7 @@ def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(Matrix).load
+load_body, load_frame = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(Matrix3).load
 load_state = ROWS.lane_access(BodyState).load
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
 load_vertex, load_memory = (
@@ -153,7 +153,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
             body, v, edge = load_body(state, j), load_state(state, j).velocity, load_vertex(one, j)
-            own = matrix_times_vector(transpose(load_frame(state, j)), Vector(v.x, v.y, 0.0))
+            own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
             ahead = body.friction * body.foot * (edge.nx * own.x + edge.ny * own.y)
             outside = edge.reach * math.sqrt(v.x * v.x + v.y * v.y) < ahead
             state[TILTING + j] = 1.0 if outside else state[TILTING + j]

@@ -22,8 +22,8 @@ from overturning.dem.body.state import (
     angular_velocity_from_momentum,
 )
 from overturning.dem.body.vectors import (
-    Matrix,
-    Vector,
+    Matrix3,
+    Vector3,
     cross_product,
     extrapolate_vector,
     full_matrix,
@@ -51,9 +51,9 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**INLINE)
-def centre_acceleration(force_per_mass: Vector, inertial_acceleration: Vector) -> Vector:
+def centre_acceleration(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
     """Return the acceleration (m/s²) of a body's centre in the frame of the base, from contact force and gravity."""
-    return Vector(
+    return Vector3(
         force_per_mass.x + inertial_acceleration.x,
         force_per_mass.y + inertial_acceleration.y,
         force_per_mass.z - (GRAVITY + inertial_acceleration.z),
@@ -79,7 +79,7 @@ def predict_body_at_step_end(
     w = angular_velocity_from_momentum(body, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
     turn = rotate_quaternion(state.turn, dt, w)
     spin = angular_velocity_from_momentum(body, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
-    at_end = Vector(
+    at_end = Vector3(
         base_acceleration_up_to_next_sample(shaking.push_x, tick, past),
         base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
         base_acceleration_up_to_next_sample(shaking.lift, tick, past),
@@ -98,8 +98,8 @@ def predict_body_at_step_end(
 
 @njit(**INLINE)
 def rim_point_position_from_centre(
-    body: BodyConstants, body_axes: Matrix, lean_component: float, transverse_component: float
-) -> Vector:
+    body: BodyConstants, body_axes: Matrix3, lean_component: float, transverse_component: float
+) -> Vector3:
     """Return the vector (m) from the centre of a body to a point of the rim of its round base.
 
     `lean_component` and `transverse_component` (−1, 0 or 1) give the direction of the point from the axis: along the
@@ -111,7 +111,7 @@ def rim_point_position_from_centre(
     one = 1.0 / math.sqrt(square if leans else 1.0)
     tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
     a, b = body.radius * lean_component, body.radius * transverse_component
-    return Vector(
+    return Vector3(
         (a * body_axes.zz * tx - b * ty) - body.foot * body_axes.xz,
         (a * body_axes.zz * ty + b * tx) - body.foot * body_axes.yz,
         -(a * (square * one if leans else 0.0)) - body.foot * body_axes.zz,
@@ -126,7 +126,7 @@ def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) 
 
 @njit(**INLINE)
 def flat_landing_slip_direction(
-    body: BodyConstants, lever_arm: Vector, velocity: Vector, spin: Vector, landing: tuple[bool, float]
+    body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
     """Return how a contact point slides in a flat landing: x and y of its direction, whether it slides, tilting share.
 
@@ -146,8 +146,8 @@ def flat_landing_slip_direction(
 def predict_contact_point(
     body: BodyConstants,
     predicted_body: PredictedBody,
-    body_axes: Matrix,
-    lever_arm: Vector,
+    body_axes: Matrix3,
+    lever_arm: Vector3,
     point_history: ContactPointHistory,
     step_is_fine: bool,
     has_rim: bool,
@@ -192,7 +192,7 @@ def predict_contact_point(
     slides = square > most * most if step_is_fine else point_history.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity_from_momentum(body, body_axes, Vector(
+    turn = angular_velocity_from_momentum(body, body_axes, Vector3(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
@@ -268,25 +268,25 @@ def contact_equation_terms(
     n, fx, fy = (n if on else 0.0), (fx if on else 0.0), (fy if on else 0.0)
     gxx, gyy, gxy = (gxx if on else 0.0), (gyy if on else 0.0), (gxy if on else 0.0)
     gxz, gyz, gzz = (gxz if on else 0.0), (gyz if on else 0.0), (gzz if on else 0.0)
-    f = Vector(fx, fy, n)
+    f = Vector3(fx, fy, n)
     # Rows of G(·× r), and the moments r × column of both; zero terms are left out. In a flat landing the moment of
     # friction has a shorter lever arm.
-    at = Vector(r.x, r.y, predicted_point.tilting * r.z)
-    bx, by = cross_product(r, Vector(gxx, gxy, gxz)), cross_product(r, Vector(gxy, gyy, gyz))
-    bz = Vector(r.y * gzz, -(r.x * gzz), 0.0)
-    cz = cross_product(at, Vector(gxz, gyz, gzz))
-    dx, dy = cross_product(at, Vector(bx.x, by.x, bz.x)), cross_product(at, Vector(bx.y, by.y, bz.y))
-    dz = cross_product(at, Vector(bx.z, by.z, bz.z))
+    at = Vector3(r.x, r.y, predicted_point.tilting * r.z)
+    bx, by = cross_product(r, Vector3(gxx, gxy, gxz)), cross_product(r, Vector3(gxy, gyy, gyz))
+    bz = Vector3(r.y * gzz, -(r.x * gzz), 0.0)
+    cz = cross_product(at, Vector3(gxz, gyz, gzz))
+    dx, dy = cross_product(at, Vector3(bx.x, by.x, bz.x)), cross_product(at, Vector3(bx.y, by.y, bz.y))
+    dz = cross_product(at, Vector3(bx.z, by.z, bz.z))
     return ContactEquationTerms(
         f,
         cross_product(at, f),
-        Matrix(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
-        Matrix(bx.x, bx.y, bx.z, by.x, by.y, by.z, bz.x, bz.y, bz.z),
-        Matrix(
+        Matrix3(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
+        Matrix3(bx.x, bx.y, bx.z, by.x, by.y, by.z, bz.x, bz.y, bz.z),
+        Matrix3(
             -(at.z * gxy), -(at.z * gyy), cz.x, at.z * gxx, at.z * gxy, cz.y,
             r.x * gxy - r.y * gxx, r.x * gyy - r.y * gxy, cz.z,
         ),
-        Matrix(dx.x, dy.x, dz.x, dx.y, dy.y, dz.y, dx.z, dy.z, dz.z),
+        Matrix3(dx.x, dy.x, dz.x, dx.y, dy.y, dz.y, dx.z, dy.z, dz.z),
     )  # fmt: skip
 
 
@@ -302,7 +302,7 @@ def solve_velocity_change(
     t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
     f = rotation_matrix(predicted_body.turn)
     i = matrix_product(matrix_product(f, full_matrix(body.inertia)), transpose(f))
-    a = inverse_matrix(Matrix(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
+    a = inverse_matrix(Matrix3(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
     c = matrix_product(c, a)
     e = matrix_times_vector(
         inverse_matrix(matrix_minus(matrix_plus(i, d), matrix_product(c, b))), minus(t, matrix_times_vector(c, u))

@@ -48,12 +48,12 @@ from overturning.dem.body.state import (
     PredictedContactPoint,
     StepRejectionFlags,
 )
-from overturning.dem.body.vectors import Matrix, matrix_times_vector, rotation_matrix
+from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
 
 load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyBaseMotion).load
-load_frame, store_frame, _ = ROWS.lane_access(Matrix)
+load_frame, store_frame, _ = ROWS.lane_access(Matrix3)
 load_state, _, store_state = ROWS.lane_access(BodyState)
 load_limits = ROWS.lane_access(BodyTerminationLimits).load
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)

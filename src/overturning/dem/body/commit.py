@@ -21,7 +21,7 @@ from overturning.dem.body.state import (
     lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
-    Vector,
+    Vector3,
     cross_product,
     extrapolate_vector,
     plus,
@@ -72,8 +72,8 @@ def contact_changes_of_point(
     predicted_point: PredictedContactPoint,
     point_history: ContactPointHistory,
     penetration: float,
-    force: Vector,
-    velocity: Vector,
+    force: Vector3,
+    velocity: Vector3,
     friction_limit: float,
     slips: bool,
     step_is_fine: bool,
@@ -137,7 +137,7 @@ def compute_point_forces(
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
         hx, hy, tx, ty, most, body.compliance, (predicted_point.held > 0.0, drifts)
     )
-    lever = Vector(r.x, r.y, tilting * r.z)
+    lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     # Friction acts at the shortened lever arm; the springs are stretched at the point itself.
     sliding = (fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y
@@ -149,7 +149,7 @@ def compute_point_forces(
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - point_history.depth if fresh else 1.0)) - half if fresh else 0.0
     landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
-    force = Vector(fx, fy, n)
+    force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
     findings = contact_changes_of_point(predicted_point, point_history, depth, force, u, most, slips, step_is_fine)
     x, y = (
@@ -190,7 +190,7 @@ def rim_contact_point_moves_fast(
 
 @njit(**INLINE)
 def base_motion_stays_below_limit(
-    shaking: BodyBaseMotion, end_acceleration: Vector, ticks_per_sample: float, horizontal_limit: float
+    shaking: BodyBaseMotion, end_acceleration: Vector3, ticks_per_sample: float, horizontal_limit: float
 ) -> bool:
     """True if the base motion stays below a limit at the end of this step and of the next sample.
 

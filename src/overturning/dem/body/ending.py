@@ -19,8 +19,8 @@ from overturning.dem.body.state import (
     lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
-    Matrix,
-    Vector,
+    Matrix3,
+    Vector3,
     cross_product,
     dot_product,
     full_matrix,
@@ -32,7 +32,7 @@ from overturning.dem.kernel.clock import StepAttempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, body_is_still
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BodyConstants, BodyState, BodyPeakValues))
@@ -105,7 +105,7 @@ def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
     """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m); False without friction."""
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
-    v = plus(state.velocity, cross_product(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
+    v = plus(state.velocity, cross_product(w, Vector3(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
     square = (v.x * v.x + v.y * v.y) + turn * turn
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
@@ -121,7 +121,7 @@ def direction_pseudo_angle(x: float, y: float) -> float:
 
 
 @njit(**INNER)
-def body_has_fallen(body_axes: Matrix, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
+def body_has_fallen(body_axes: Matrix3, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
     """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
     For `fall_sectors` see `overturning.model.solid.RigidSolid`.
@@ -149,19 +149,19 @@ def case_status(
     last_sample: float,
     fall_sectors: Any,
 ) -> int:
-    """Return the `Status` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended."""
+    """Return the `CaseStatus` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
     if not np.isfinite(sum_of_state_components(s)) or peaks.depth > limits.deepest:
-        return Status.UNSTABLE
+        return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
     still = 0.5 * twice_kinetic_energy_per_mass(body, s) < REST_ENERGY * GRAVITY * limits.reach
     if sample >= course.calm and still and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count:
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if sample < last_sample:
         return GOES_ON
     now = body_energy_per_mass(body, s, vertex_rows, count, lane)
@@ -170,10 +170,10 @@ def case_status(
     # weight compresses the spring: g²/2k less energy than in the rigid body.
     past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy_per_mass(body, limits.reach, peaks.lean)
     if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if sample < course.after:
         return GOES_ON
-    return Status.SIMULATED if stands else Status.UNDECIDED
+    return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
 @njit(**INNER)
@@ -196,7 +196,7 @@ def body_is_at_rest(
 
 
 @njit(**INLINE)
-def vector_length(vector: Vector) -> float:
+def vector_length(vector: Vector3) -> float:
     """Return the length of a vector."""
     return float(np.sqrt(dot_product(vector, vector)))
 
@@ -210,7 +210,7 @@ def write_case_results(
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
     f = rotation_matrix(s.turn)
-    fallen = status == Status.SIMULATED and body_has_fallen(f, limits, fall_sectors)
+    fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_sectors)
     result_row.fallen = 1.0 if fallen else 0.0
     result_row.overturning_time = course.upright_until if fallen else np.nan
     result_row.lean = max(peaks.lean, lean_as_squared_sine(f))

@@ -62,7 +62,7 @@ class BodySimulationPlan(SimulationPlan):
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
-    def queue_numbers(self) -> NDArray[np.int64]:
+    def queue_number_by_case(self) -> NDArray[np.int64]:
         """Queue number of each case, shape (n,); cases share a queue if their step lengths are equal."""
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 
 
@@ -32,7 +32,7 @@ def outcome_variables(
     w, x, y, z = (kernel_results[name] for name in ("qw", "qx", "qy", "qz"))
     top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
     with np.errstate(invalid="ignore", over="ignore"):
-        answered = kernel_results["status"] == Status.SIMULATED
+        answered = kernel_results["status"] == CaseStatus.SIMULATED
         fell = answered & (kernel_results["fallen"] > 0)
         # x points towards the orientation, y 90° anticlockwise from it.
         azimuth = np.mod(orientation_deg - _rounded_degrees(np.arctan2(top_y, top_x)), 360.0)

@@ -303,7 +303,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `Status` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
     end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
     return case_status(
         workspace.state, workspace.vertices, kernel_input.base, lane, kernel_input.settings.ticks, end, sectors

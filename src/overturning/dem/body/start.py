@@ -20,10 +20,10 @@ from overturning.dem.body.state import (
     lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
-    Matrix,
+    Matrix3,
     Quaternion,
     SymmetricMatrix,
-    Vector,
+    Vector3,
     cross_product,
     full_matrix,
     matrix_times_vector,
@@ -114,12 +114,12 @@ def initialise_vertices_in_lane(
 
     `start` has the pose and velocities, of type `START`; acceleration and moment are those of gravity and springs.
     """
-    place, turn = Vector(start.x, start.y, start.z), Quaternion(start.qw, start.qx, start.qy, start.qz)
-    v, w, f = Vector(start.vx, start.vy, start.vz), Vector(start.wx, start.wy, start.wz), rotation_matrix(turn)
+    place, turn = Vector3(start.x, start.y, start.z), Quaternion(start.qw, start.qx, start.qy, start.qz)
+    v, w, f = Vector3(start.vx, start.vy, start.vz), Vector3(start.wx, start.wy, start.wz), rotation_matrix(turn)
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(vertex_positions.shape[0]):
         one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
-        own = Vector(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
+        own = Vector3(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
         arm = matrix_times_vector(f, own)
         store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
         # Velocity is stored for points of a rim, position for vertices.
@@ -138,16 +138,16 @@ def initialise_vertices_in_lane(
         velocity=v,
         momentum=angular_momentum_from_velocity(body.inverse, f, w),
         spin=w,
-        acceleration=Vector(0.0, 0.0, az),
-        moment=Vector(mx, my, 0.0),
+        acceleration=Vector3(0.0, 0.0, az),
+        moment=Vector3(mx, my, 0.0),
         tick=0.0,
     )
 
 
 @njit(**INNER)
 def angular_momentum_from_velocity(
-    inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix, angular_velocity: Vector
-) -> Vector:
+    inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
+) -> Vector3:
     """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
 
     `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in the axes of the base, rad/s.

@@ -11,10 +11,10 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.body.vectors import (
-    Matrix,
+    Matrix3,
     Quaternion,
     SymmetricMatrix,
-    Vector,
+    Vector3,
     full_matrix,
     matrix_times_vector,
     rotation_matrix,
@@ -69,19 +69,19 @@ class BodyConstants(NamedTuple):
 class BodyState(NamedTuple):
     """Position, rotation, velocities and accelerations of a body."""
 
-    place: Vector
+    place: Vector3
     """Position of the centre, m."""
     turn: Quaternion
     """Rotation from rest."""
-    velocity: Vector
+    velocity: Vector3
     """Velocity of the centre, m/s."""
-    momentum: Vector
+    momentum: Vector3
     """Angular momentum in space, m²/s."""
-    spin: Vector
+    spin: Vector3
     """Angular velocity in space, rad/s."""
-    acceleration: Vector
+    acceleration: Vector3
     """Acceleration of the centre, m/s²."""
-    moment: Vector
+    moment: Vector3
     """Moment of the contact forces about the centre, m²/s²."""
     tick: float
     """Ticks since the start of the sample."""
@@ -90,7 +90,7 @@ class BodyState(NamedTuple):
 class BodyVertex(NamedTuple):
     """Position of a vertex of a body, and the base edge that starts at this vertex."""
 
-    own: Vector
+    own: Vector3
     """Position from the centre in the body's own axes, m."""
     nx: float
     """Outward normal of the edge of the base that starts at the vertex; 0 for a vertex that is not of the base."""
@@ -209,7 +209,7 @@ class BodyTerminationLimits(NamedTuple):
 class PredictedContactPoint(NamedTuple):
     """Predicted state of a contact point at the end of a step."""
 
-    arm: Vector
+    arm: Vector3
     """Position from the centre, m."""
     depth: float
     """Penetration, m."""
@@ -217,7 +217,7 @@ class PredictedContactPoint(NamedTuple):
     """Stretch of the tangential springs along x, m."""
     ty: float
     """Stretch of the tangential springs along y, m."""
-    velocity: Vector
+    velocity: Vector3
     """Velocity, m/s."""
     on: float
     """1 if the point is assumed to be in contact, else 0."""
@@ -249,17 +249,17 @@ class StepRejectionFlags(NamedTuple):
 class PredictedBody(NamedTuple):
     """Predicted state of a body at the end of a step of the centred scheme, before the equations are solved."""
 
-    place: Vector
+    place: Vector3
     turn: Quaternion
-    velocity: Vector
+    velocity: Vector3
     """Velocity after half of the step, m/s."""
-    momentum: Vector
+    momentum: Vector3
     """Angular momentum after half of the step, m²/s."""
-    end: Vector
+    end: Vector3
     """Velocity at the end of the step, m/s."""
-    spin: Vector
+    spin: Vector3
     """Angular velocity at the end of the step, rad/s."""
-    shaking: Vector
+    shaking: Vector3
     """−a along x and y, and the upward acceleration of the base, m/s²."""
     half: float
     """Half the length of the step, s."""
@@ -271,33 +271,33 @@ class ContactEquationTerms(NamedTuple):
     The derivatives count with the opposite sign and are multiplied by half the length of the step.
     """
 
-    force: Vector
-    moment: Vector
-    a: Matrix
+    force: Vector3
+    moment: Vector3
+    a: Matrix3
     """Force by velocity."""
-    b: Matrix
+    b: Matrix3
     """Force by angular velocity."""
-    c: Matrix
+    c: Matrix3
     """Moment by velocity."""
-    d: Matrix
+    d: Matrix3
     """Moment by angular velocity."""
 
 
 class BodyVelocityChange(NamedTuple):
     """Correction of a body's predicted velocity (m/s) and angular velocity (rad/s) at the end of a step."""
 
-    velocity: Vector
-    spin: Vector
+    velocity: Vector3
+    spin: Vector3
 
 
 class ContactForceSum(NamedTuple):
     """Sum of the contact forces and moments of a body over its contact points at the end of a step, per mass."""
 
-    force: Vector
-    moment: Vector
-    impulse: Vector
+    force: Vector3
+    moment: Vector3
+    impulse: Vector3
     """Additional momentum of contacts that closed early in the step, m/s."""
-    twist: Vector
+    twist: Vector3
     """Additional angular momentum of contacts that closed early in the step, m²/s."""
     loss: float
     """Power dissipated by dashpots and friction, m²/s³."""
@@ -325,7 +325,7 @@ class LargestContactChanges(NamedTuple):
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix, BaseContactState, BodyPeakValues,
+    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
     StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
     LargestContactChanges, CaseRestState,
@@ -334,7 +334,7 @@ VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, 
 
 
 @njit(**INLINE)
-def angular_velocity_from_momentum(body: BodyConstants, body_axes: Matrix, angular_momentum: Vector) -> Vector:
+def angular_velocity_from_momentum(body: BodyConstants, body_axes: Matrix3, angular_momentum: Vector3) -> Vector3:
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
     return matrix_times_vector(
         body_axes,
@@ -343,13 +343,13 @@ def angular_velocity_from_momentum(body: BodyConstants, body_axes: Matrix, angul
 
 
 @njit(**INLINE)
-def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector:
+def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
     return angular_velocity_from_momentum(body, rotation_matrix(state.turn), state.momentum)
 
 
 @njit(**INLINE)
-def lean_as_squared_sine(body_axes: Matrix) -> float:
+def lean_as_squared_sine(body_axes: Matrix3) -> float:
     """Return the lean of a body: sin² of the tilt of the body's vertical axis up to 90°, 2 − sin² of it beyond."""
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     return square if body_axes.zz > 0.0 else 2.0 - square

@@ -94,7 +94,7 @@ class BodyResultTableColumns(NamedTuple):
     """Columns of the body kernel's table of results: one row per case."""
 
     status: float
-    """`Status` as a number."""
+    """`CaseStatus` as a number."""
     fallen: float
     """1 if the body has fallen, else 0."""
     overturning_time: float

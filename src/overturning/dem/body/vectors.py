@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE, tuple_arithmetic
 
 
-class Vector(NamedTuple):
+class Vector3(NamedTuple):
     """Vector of three components, x, y and z."""
 
     x: float
@@ -35,7 +35,7 @@ class SymmetricMatrix(NamedTuple):
     yz: float
 
 
-class Matrix(NamedTuple):
+class Matrix3(NamedTuple):
     """3 × 3 matrix by rows. In the rotation matrix of a body, `xy` is the x component of its y axis."""
 
     xx: float
@@ -49,38 +49,38 @@ class Matrix(NamedTuple):
     zz: float
 
 
-plus, minus = tuple_arithmetic(Vector).plus, tuple_arithmetic(Vector).minus
-matrix_plus, matrix_minus = tuple_arithmetic(Matrix).plus, tuple_arithmetic(Matrix).minus
+plus, minus = tuple_arithmetic(Vector3).plus, tuple_arithmetic(Vector3).minus
+matrix_plus, matrix_minus = tuple_arithmetic(Matrix3).plus, tuple_arithmetic(Matrix3).minus
 
 
 @njit(**INLINE)
-def scale_vector(factor: float, v: Vector) -> Vector:
+def scale_vector(factor: float, v: Vector3) -> Vector3:
     """Return the product of a number and a vector."""
-    return Vector(factor * v.x, factor * v.y, factor * v.z)
+    return Vector3(factor * v.x, factor * v.y, factor * v.z)
 
 
 @njit(**INLINE)
-def extrapolate_vector(start: Vector, time: float, rate: Vector) -> Vector:
+def extrapolate_vector(start: Vector3, time: float, rate: Vector3) -> Vector3:
     """Return a vector extrapolated at a constant rate: start + time × rate."""
-    return Vector(start.x + time * rate.x, start.y + time * rate.y, start.z + time * rate.z)
+    return Vector3(start.x + time * rate.x, start.y + time * rate.y, start.z + time * rate.z)
 
 
 @njit(**INLINE)
-def cross_product(a: Vector, b: Vector) -> Vector:
+def cross_product(a: Vector3, b: Vector3) -> Vector3:
     """Return the cross product of two vectors."""
-    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+    return Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 @njit(**INLINE)
-def dot_product(a: Vector, b: Vector) -> float:
+def dot_product(a: Vector3, b: Vector3) -> float:
     """Return the scalar product of two vectors."""
     return (a.x * b.x + a.y * b.y) + a.z * b.z
 
 
 @njit(**INLINE)
-def matrix_times_vector(m: Matrix, v: Vector) -> Vector:
+def matrix_times_vector(m: Matrix3, v: Vector3) -> Vector3:
     """Return the product of a matrix and a vector."""
-    return Vector(
+    return Vector3(
         (m.xx * v.x + m.xy * v.y) + m.xz * v.z,
         (m.yx * v.x + m.yy * v.y) + m.yz * v.z,
         (m.zx * v.x + m.zy * v.y) + m.zz * v.z,
@@ -88,26 +88,26 @@ def matrix_times_vector(m: Matrix, v: Vector) -> Vector:
 
 
 @njit(**INLINE)
-def matrix_product(a: Matrix, b: Matrix) -> Matrix:
+def matrix_product(a: Matrix3, b: Matrix3) -> Matrix3:
     """Return the product of two matrices."""
     p, q, r = (
-        matrix_times_vector(a, Vector(b.xx, b.yx, b.zx)),
-        matrix_times_vector(a, Vector(b.xy, b.yy, b.zy)),
-        matrix_times_vector(a, Vector(b.xz, b.yz, b.zz)),
+        matrix_times_vector(a, Vector3(b.xx, b.yx, b.zx)),
+        matrix_times_vector(a, Vector3(b.xy, b.yy, b.zy)),
+        matrix_times_vector(a, Vector3(b.xz, b.yz, b.zz)),
     )
-    return Matrix(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
+    return Matrix3(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
 
 
 @njit(**INLINE)
-def transpose(m: Matrix) -> Matrix:
+def transpose(m: Matrix3) -> Matrix3:
     """Return the transpose of a matrix."""
-    return Matrix(m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz)
+    return Matrix3(m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz)
 
 
 @njit(**INLINE)
-def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix:
-    """Return a symmetric matrix as a `Matrix` with all nine elements."""
-    return Matrix(
+def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix3:
+    """Return a symmetric matrix as a `Matrix3` with all nine elements."""
+    return Matrix3(
         symmetric_matrix.xx,
         symmetric_matrix.xy,
         symmetric_matrix.xz,
@@ -121,11 +121,11 @@ def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix:
 
 
 @njit(**INLINE)
-def inverse_matrix(m: Matrix) -> Matrix:
+def inverse_matrix(m: Matrix3) -> Matrix3:
     """Return the inverse of a 3 × 3 matrix by cofactors; inverses of exact mirror images are exact mirror images."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
     one = 1.0 / ((m.zx * zx + m.zy * zy) + m.zz * zz)
-    return Matrix(
+    return Matrix3(
         one * (m.yy * m.zz - m.yz * m.zy), one * (m.xz * m.zy - m.xy * m.zz), one * zx,
         one * (m.yz * m.zx - m.yx * m.zz), one * (m.xx * m.zz - m.xz * m.zx), one * zy,
         one * (m.yx * m.zy - m.yy * m.zx), one * (m.xy * m.zx - m.xx * m.zy), one * zz,
@@ -133,10 +133,10 @@ def inverse_matrix(m: Matrix) -> Matrix:
 
 
 @njit(**INLINE)
-def rotation_matrix(quaternion: Quaternion) -> Matrix:
+def rotation_matrix(quaternion: Quaternion) -> Matrix3:
     """Return the rotation matrix of a quaternion; its columns are the axes of the body."""
     w, x, y, z = quaternion
-    return Matrix(
+    return Matrix3(
         1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
         2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
         2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
@@ -144,9 +144,9 @@ def rotation_matrix(quaternion: Quaternion) -> Matrix:
 
 
 @njit(**INLINE)
-def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector) -> Quaternion:
+def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector3) -> Quaternion:
     """Return the rotation `q` after a further `time` (s) at constant angular velocity (rad/s), by a series."""
-    h = Vector(0.5 * (time * angular_velocity.x), 0.5 * (time * angular_velocity.y), 0.5 * (time * angular_velocity.z))
+    h = Vector3(0.5 * (time * angular_velocity.x), 0.5 * (time * angular_velocity.y), 0.5 * (time * angular_velocity.z))
     square = dot_product(h, h)
     c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
     a = scale_vector(1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)), h)

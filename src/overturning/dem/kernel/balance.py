@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 
 ENERGY_BOUND: Final = 1e-2
 """Largest energy error of a valid case; above it, work and energy do not balance and the flag is missing."""
@@ -31,12 +31,12 @@ def rerun_cases_until_energy_balances(
         ``run_case_rows(rows, step_divisor)`` fills rows of the results, with steps divided by ``step_divisor``. It adds
         to the number of steps in these rows, so that the budget of a case covers all its runs.
     status, energy_error : ndarray, shape (n,)
-        Columns of the results of the n cases, which ``run_case_rows`` fills: `Status` and energy error.
+        Columns of the results of the n cases, which ``run_case_rows`` fills: `CaseStatus` and energy error.
     """
     rows = np.arange(status.size)
     for again in range(1 + MAX_RERUNS):
         run_case_rows(rows, RERUN_REFINEMENT**again)
-        rows = rows[(status[rows] == Status.SIMULATED) & ~(energy_error[rows] <= ENERGY_BOUND)]
+        rows = rows[(status[rows] == CaseStatus.SIMULATED) & ~(energy_error[rows] <= ENERGY_BOUND)]
         if not rows.size:
             return
-    status[rows] = Status.UNSTABLE
+    status[rows] = CaseStatus.UNSTABLE

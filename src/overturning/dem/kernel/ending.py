@@ -8,7 +8,7 @@ from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 GOES_ON: Final = -1
-"""Code in place of a `Status` for a case that has not ended."""
+"""Code in place of a `CaseStatus` for a case that has not ended."""
 
 REST_ENERGY: Final = 1e-9
 """Largest kinetic energy of a body at rest on its base, in m g times half the width of the base."""

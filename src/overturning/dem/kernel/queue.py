@@ -17,7 +17,7 @@ from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import GroundMotion
 from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, aligned_zeros, borrowed
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 
 
 class QueueSettings(NamedTuple):
@@ -126,7 +126,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
-    """Return the `Status` of the case in a lane if the case has ended, else `GOES_ON`."""
+    """Return the `CaseStatus` of the case in a lane if the case has ended, else `GOES_ON`."""
     raise NotImplementedError
 
 
@@ -249,7 +249,7 @@ def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory
             if over or due[lane] > 0.0:
                 status = lane_end_status(kernel_input, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
-                status = Status.OVER_BUDGET if over and status != Status.SIMULATED else status
+                status = CaseStatus.OVER_BUDGET if over and status != CaseStatus.SIMULATED else status
             if status == GOES_ON:
                 lane += 1
                 continue

@@ -75,7 +75,7 @@ class SceneResultTableColumns(NamedTuple):
     """Columns of the scene kernel's table of case results: one row per case."""
 
     status: float
-    """`Status` as a number."""
+    """`CaseStatus` as a number."""
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float

@@ -26,7 +26,7 @@ from overturning.dem.polygon.resting import (
     last_support_time,
 )
 from overturning.dem.polygon.state import ElementProgress, ElementRestPose, ElementState, Pose
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 
 SAFE_TILT: Final = 0.1
 """Largest rotation, over α, of an element that stands for good if the rest of the record cannot lift or slide it."""
@@ -42,7 +42,7 @@ SUPPORT_GAP: Final = 0.1
 
 @njit(**INNER)
 def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float) -> int:
-    """Return the `Status` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended.
+    """Return the `CaseStatus` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended.
 
     The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
     that can move as one stands for good, shape (groups,).
@@ -51,14 +51,14 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
     element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
     check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
     if not np.isfinite(check) or deepest_pair_penetration(state, lane, scene) > limits.deepest:
-        return Status.UNSTABLE
+        return CaseStatus.UNSTABLE
     gap = SUPPORT_GAP * limits.deepest
     # A fallen element may still hit, or slide into, one that stands.
     calm = fallen > 0 and safe == standing and moving < SAFE_ENERGY * limits.least_barrier
     if standing == 0 or (
         calm and no_element_can_fall_later(state, lane, scene, element_rules, stable_from_sample, gap)
     ):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if case.sample < last_sample and case.sample < case.calm:
         return GOES_ON
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
@@ -67,20 +67,20 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
         moving < limits.rest_energy
         and count_touching_segment_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
     ):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if case.sample < last_sample:
         return GOES_ON
     if fallen == 0 and not slid and outcomes_are_final(state, lane, scene, element_rules, limits.least_barrier, gap):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if case.sample < case.after:
         return GOES_ON
     still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_without_base_motion(
         state, lane, element_rules, scene.gravity
     )
     return (
-        Status.SIMULATED
+        CaseStatus.SIMULATED
         if still and not any_element_airborne(state, lane, scene, element_rules, gap)
-        else Status.UNDECIDED
+        else CaseStatus.UNDECIDED
     )
 
 

@@ -37,7 +37,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -87,8 +87,8 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return the outcome variables of the given cases by name; none if an element slid off the ground."""
         out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
         edge = np.array([item.slip_to_ground_edge for item in self.variants])[variant]
-        off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
-        out["status"][off_the_edge] = Status.UNSTABLE
+        off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
+        out["status"][off_the_edge] = CaseStatus.UNSTABLE
         every["peak_rotation"] /= np.stack([item.unit_of_peak_rotation_by_element for item in self.variants])[variant]
         free = self.variants[0].free_element_indices
         each = every[:, free[0]] if len(free) == 1 else every[:, free]

@@ -44,7 +44,7 @@ from overturning.dem.polygon.start import CHECK_INTERVAL, initialise_case_in_lan
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs_that_may_touch
 from overturning.dem.time_step import IntegrationScheme
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 
 SCHEMES: Final[dict[IntegrationScheme, Any]] = {
     IntegrationScheme.CUNDALL: cundall.CundallSchemeConstants(),
@@ -311,7 +311,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `Status` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
     status = case_status(
         workspace.state,
         lane,
@@ -319,7 +319,7 @@ def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> 
         kernel_input.stable_from_sample[case],
         float(kernel_input.settings.samples),
     )
-    kept = status == Status.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
+    kept = status == CaseStatus.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
     return GOES_ON if kept else status
 
 

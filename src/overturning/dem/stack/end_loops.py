@@ -8,8 +8,8 @@ from numba import njit
 from overturning.dem.body.commit import base_motion_stays_below_limit
 from overturning.dem.body.state import BodyBaseMotion, StepRejectionFlags, lean_as_squared_sine
 from overturning.dem.body.vectors import (
-    Matrix,
-    Vector,
+    Matrix3,
+    Vector3,
     cross_product,
     extrapolate_vector,
     matrix_times_vector,
@@ -30,28 +30,28 @@ from overturning.dem.kernel.clock import (
 from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.joint import (
-    end_of_joint,
-    end_of_point,
-    landing_of_new_point,
-    lands_flat,
+    joint_lands_flat,
+    landing_time_of_new_point,
+    solve_joint_contact,
+    solve_point_contact,
 )
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
-    ArmSum,
     JointBeforeAndAfter,
     JointConstants,
     JointEquations,
-    JointFrame,
     JointFriction,
     JointLanding,
-    JointPoints,
+    JointRelativeMotion,
     PointBeforeAndAfter,
     PointEnd,
     PointPlace,
+    PressureArmSum,
+    SolvedJointPointSums,
 )
 from overturning.dem.stack.patch import (
-    face_origin,
+    upper_face_centre,
 )
 from overturning.dem.stack.solve import (
     shift_wrench,
@@ -62,17 +62,17 @@ from overturning.dem.stack.state import (
     CASE,
     STONE,
     JointLosses,
+    LargestContactChanges,
     PredictedStone,
     StackAccount,
     StackClock,
     StackConstants,
-    StackFindings,
     StoneChange,
     StoneConstants,
+    StoneContactSums,
     StoneOutcome,
     StonePeaks,
     StoneState,
-    StoneSum,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -85,31 +85,31 @@ load_clock, load_case, load_shaking = (
 load_time, store_time, _ = CASE.lane_access(StackClock)
 load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
 load_rejection, store_rejection, _ = CASE.lane_access(StepRejectionFlags)
-load_findings, store_findings, _ = CASE.lane_access(StackFindings)
+load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
 load_losses, store_losses, _ = CASE.lane_access(JointLosses)
 load_account, _, store_account = CASE.lane_access(StackAccount)
-load_inertial, store_inertial, _ = CASE.lane_access(Vector)
+load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
 load_constants = STONE.lane_access(StoneConstants).load
 load_stone, _, store_stone = STONE.lane_access(StoneState)
 load_peaks, _, store_peaks = STONE.lane_access(StonePeaks)
 load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
-load_axes, store_axes, _ = STONE.lane_access(Matrix)
+load_axes, store_axes, _ = STONE.lane_access(Matrix3)
 load_change, store_change, _ = STONE.lane_access(StoneChange)
-load_sum, store_sum, _ = STONE.lane_access(StoneSum)
-load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointFrame).load
+load_sum, store_sum, _ = STONE.lane_access(StoneContactSums)
+load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointRelativeMotion).load
 load_history, _, store_history = JOINT.lane_access(JointBeforeAndAfter, "old")
 load_next_history, store_next_history, _ = JOINT.lane_access(JointBeforeAndAfter, "new")
 load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
-load_arm, store_arm, _ = JOINT.lane_access(ArmSum)
+load_arm, store_arm, _ = JOINT.lane_access(PressureArmSum)
 load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
 load_place = POINT.lane_access(PointPlace).load
 load_point, _, store_point = POINT.lane_access(PointBeforeAndAfter, "old")
 load_next_point, store_next_point, _ = POINT.lane_access(PointBeforeAndAfter, "new")
 load_joint_change, store_joint_change, _ = JOINT.lane_access(JointEquations, "wrench")
-load_point_sum, store_point_sum, _ = JOINT.lane_access(JointPoints, "at_end")
+load_point_sum, store_point_sum, _ = JOINT.lane_access(SolvedJointPointSums, "at_end")
 add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
 add_end, no_end = tuple_arithmetic(PointEnd).plus, tuple_arithmetic(PointEnd).zero
-larger_of, no_findings = tuple_arithmetic(StackFindings).largest, tuple_arithmetic(StackFindings).zero
+larger_of, no_findings = tuple_arithmetic(LargestContactChanges).largest, tuple_arithmetic(LargestContactChanges).zero
 FINE: Final = BODY.fine
 PRESENT: Final = STONE.row_start(StoneOutcome, "present")
 SLID, NEW_SLID = JOINT.row_start(JointBeforeAndAfter, "old.slid"), JOINT.row_start(JointBeforeAndAfter, "new.slid")
@@ -118,9 +118,9 @@ WEIGHT: Final = POINT.row_start(PointPlace, "weight")
 
 
 @njit(**INLINE)
-def change_of_joint(
-    upper: StoneChange, lower: StoneChange, arms: tuple[Vector, Vector], axes: Matrix
-) -> tuple[Vector, Vector]:
+def relative_velocity_change_of_joint(
+    upper: StoneChange, lower: StoneChange, arms: tuple[Vector3, Vector3], axes: Matrix3
+) -> tuple[Vector3, Vector3]:
     """Return the change of the relative velocity at the origin and of the relative spin, in the axes of the joint."""
     to_face = transpose(axes)
     velocity = minus(
@@ -131,31 +131,33 @@ def change_of_joint(
 
 
 @njit(**APART)
-def store_joint_changes(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any) -> None:
+def store_relative_velocity_changes(
+    upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
+) -> None:
     """Store the change of the relative motion of a joint in place of the equations, which are solved."""
     for j in range(lane_count):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
             below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-            origin = face_origin(load_constants(lower_rows, j), below, axes)
+            origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
             arms = (minus(origin, stone.place), minus(origin, below.place))
-            velocity, spin = change_of_joint(one, load_change(lower_rows, j), arms, axes)
+            velocity, spin = relative_velocity_change_of_joint(one, load_change(lower_rows, j), arms, axes)
         else:
             velocity, spin = plus(one.velocity, cross_product(one.spin, scale_vector(-1.0, stone.place))), one.spin
         store_joint_change(joint_rows, j, Wrench(velocity, spin))
-        store_arm(joint_rows, j, ArmSum(0.0))
+        store_arm(joint_rows, j, PressureArmSum(0.0))
         store_point_sum(joint_rows, j, no_end())
 
 
 @njit(**APART)
-def end_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the normal force of a point at the end of the step, in all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
-        end, findings, losses, new = end_of_point(
+        end, findings, losses, new = solve_point_contact(
             joint, frame, place, load_point(point, j), (change.force, change.moment),
-            (load_time(case_rows, j).half, lands_flat(landing), landing_of_new_point(joint, landing)),
+            (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing)),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))
@@ -164,25 +166,25 @@ def end_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> N
 
 
 @njit(**APART)
-def add_point_arm(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add the distance of a normal force from the centre of pressure, times the force."""
     for j in range(lane_count):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
         x, y = place.x - total.x * one, place.y - total.y * one
         arm = load_arm(joint_rows, j).moment + place.weight * new.pressure * math.sqrt(x * x + y * y)
-        store_arm(joint_rows, j, ArmSum(arm))
+        store_arm(joint_rows, j, PressureArmSum(arm))
 
 
 @njit(**APART)
-def end_joint(
+def compute_joint_wrench(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Compute the wrench of a joint at the end of the step, and add it to the stones that it joins."""
     for j in range(lane_count):
-        change, flat = load_joint_change(joint_rows, j), lands_flat(load_landing(joint_rows, j))
+        change, flat = load_joint_change(joint_rows, j), joint_lands_flat(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
-        at_end, early, findings, losses, new = end_of_joint(
+        at_end, early, findings, losses, new = solve_joint_contact(
             load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),
             (load_point_sum(joint_rows, j), load_arm(joint_rows, j).moment), (change.force, change.moment),
             load_history(joint_rows, j),
@@ -194,24 +196,24 @@ def end_joint(
         stone, total = load_predicted(upper_rows, j), load_sum(upper_rows, j)
         if on_ground is None:
             below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-            origin = face_origin(load_constants(lower_rows, j), below, axes)
+            origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
             at_end = Wrench(matrix_times_vector(axes, at_end.force), matrix_times_vector(axes, at_end.moment))
             early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
             arm, other = minus(origin, below.place), load_sum(lower_rows, j)
-            store_sum(lower_rows, j, StoneSum(
+            store_sum(lower_rows, j, StoneContactSums(
                 wrench_minus(other.at_end, shift_wrench(at_end, arm)),
                 wrench_minus(other.early, shift_wrench(early, arm)),
             ))  # fmt: skip
         else:
-            origin = Vector(0.0, 0.0, 0.0)
+            origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.place)
-        store_sum(upper_rows, j, StoneSum(
+        store_sum(upper_rows, j, StoneContactSums(
             wrench_plus(total.at_end, shift_wrench(at_end, arm)), wrench_plus(total.early, shift_wrench(early, arm))
         ))  # fmt: skip
 
 
 @njit(**APART)
-def mark_crossed_patch(joint_rows: Any, point: Any, lane_count: int) -> None:
+def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Mark joints in which a point other than a corner of the upper base has weight."""
     for j in range(lane_count):
         joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
@@ -223,7 +225,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
     for j in range(lane_count):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
-        at_end = Vector(inertial.x, inertial.y, -(inertial.z + GRAVITY))
+        at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
         steady = base_motion_stays_below_limit(
             load_shaking(case_rows, j), at_end, ticks_per_sample, load_case(case_rows, j).steady
         )
@@ -241,7 +243,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 
 @njit(**APART)
-def complete_stones(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
+def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
     """Compute the new state of a stone after accepted steps, and add the work of the ground on it."""
     for j in range(lane_count):
         half, again, push = (
@@ -254,7 +256,7 @@ def complete_stones(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -
         present = rows[PRESENT + j] > 0.0
         one = 1.0 / constants.mass
         f, m, i, t = total.at_end.force, total.at_end.moment, total.early.force, total.early.moment
-        acceleration = Vector(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
+        acceleration = Vector3(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
         moment = scale_vector(one, m)
         turn = rotate_quaternion(p.turn, half, change.spin)
         velocity = plus(extrapolate_vector(p.velocity, half, acceleration), scale_vector(one, i))
@@ -285,7 +287,7 @@ def complete_stones(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -
 
 
 @njit(**APART)
-def store_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store the new state of a joint after accepted steps; after rejected ones, only whether it slid."""
     for j in range(lane_count):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
@@ -294,7 +296,7 @@ def store_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def store_point_histories(case_rows: Any, point: Any, lane_count: int) -> None:
+def store_accepted_point_histories(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store the new state of a point after accepted steps."""
     for j in range(lane_count):
         store_point(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

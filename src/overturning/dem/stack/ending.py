@@ -8,9 +8,9 @@ from numba import njit
 
 from overturning.dem.body.state import BodyBaseMotion, lean_as_squared_sine
 from overturning.dem.body.vectors import (
-    Matrix,
+    Matrix3,
     Quaternion,
-    Vector,
+    Vector3,
     dot_product,
     matrix_product,
     matrix_times_vector,
@@ -21,7 +21,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.ending import GOES_ON, CaseProgress
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER, create_window_slicer
-from overturning.dem.stack.joint import squared
+from overturning.dem.stack.joint import squared_length
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
@@ -43,7 +43,7 @@ from overturning.dem.stack.state import (
     StoneState,
 )
 from overturning.dem.stack.step import joint_size
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_case, load_time = CASE.lane_access(StackConstants).load, CASE.lane_access(StackClock).load
@@ -69,7 +69,7 @@ of_stone: Final = create_window_slicer(STONE_SIZE, CASE_SIZE)
 
 
 @njit(**INLINE)
-def finite_sum(state: StoneState) -> float:
+def sum_of_stone_state_components(state: StoneState) -> float:
     """Return a sum that is finite if position, rotation and velocity of a stone are."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
@@ -99,7 +99,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
         total += kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.place.z - heights[s])
         at = first + s * size
         joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
-        total += 0.5 * joint.tangential * squared(old.stretch)
+        total += 0.5 * joint.tangential * squared_length(old.stretch)
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
@@ -109,7 +109,9 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
 
 
 @njit(**INLINE)
-def relative_pose(upper: StoneState, lower_place: Vector, lower_axes: Matrix) -> tuple[Vector, Matrix]:
+def pose_relative_to_stone_below(
+    upper: StoneState, lower_place: Vector3, lower_axes: Matrix3
+) -> tuple[Vector3, Matrix3]:
     """Return position and axes of a stone relative to those of the stone below."""
     to_lower = transpose(lower_axes)
     return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
@@ -123,7 +125,7 @@ def hangs_over_rim(state: Any, lane: int, s: int, stone_count: int, corner_limit
     below, lower, rows = of_stone(state, s - 1), load_constants(of_stone(state, s - 1), lane), of_stone(state, s)
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.turn)
-    apart, turn = relative_pose(stone, base.place, axes)
+    apart, turn = pose_relative_to_stone_below(stone, base.place, axes)
     at = CASE_SIZE + stone_count * STONE_SIZE + s * joint_size(corner_limit) + JOINT_SIZE
     lowest = 0.0
     for i in range(corner_limit):
@@ -186,7 +188,7 @@ def stack_status(
     last_sample: float,
     heights: Any,
 ) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON`."""
+    """Return the `CaseStatus` of a case at the end of a sample, or `GOES_ON`."""
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
@@ -195,30 +197,30 @@ def stack_status(
         if not load_outcome(rows, lane).present > 0.0:
             continue
         stone = load_stone(rows, lane)
-        if not np.isfinite(finite_sum(stone)):
-            return Status.UNSTABLE
+        if not np.isfinite(sum_of_stone_state_components(stone)):
+            return CaseStatus.UNSTABLE
         kinetic += kinetic_energy(load_constants(rows, lane), stone)
         at = first + s * size
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
     if load_account(state, lane).depth > case.deepest:
-        return Status.UNSTABLE
+        return CaseStatus.UNSTABLE
     if remove_fallen_stones(state, lane, stone_count, corner_limit, heights):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     sample = course.sample + time.tick / ticks_per_sample
     if (
         sample >= min(course.calm, last_sample)
         and kinetic < case.still
         and loaded
-        and all_points_loaded(state, lane, stone_count, corner_limit)
+        and all_patch_points_in_contact(state, lane, stone_count, corner_limit)
     ):
-        return Status.SIMULATED
+        return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:
         return GOES_ON
-    return Status.UNDECIDED
+    return CaseStatus.UNDECIDED
 
 
 @njit(**INNER)
-def all_points_loaded(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
+def all_patch_points_in_contact(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
     """True if all points of the patches of all present stones are in contact."""
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
     for s in range(stone_count):
@@ -244,17 +246,17 @@ def write_stack_results(
     )
     result.energy_error = abs(balance) / max(account.work, course.barrier)
     result.peak_penetration = account.depth
-    below, axes = Vector(0.0, 0.0, 0.0), Matrix(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
         rows = of_stone(state, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
         own = rotation_matrix(stone.turn)
-        fallen = not outcome.present > 0.0 and status == Status.SIMULATED
+        fallen = not outcome.present > 0.0 and status == CaseStatus.SIMULATED
         each[s].fallen = 1.0 if fallen else 0.0
         each[s].slid_off = outcome.slid_off
         each[s].overturning_time = outcome.upright_until if fallen else np.nan
         each[s].lean = max(load_peaks(rows, lane).lean, lean_as_squared_sine(own))
-        place, turn = relative_pose(stone, below, axes)
+        place, turn = pose_relative_to_stone_below(stone, below, axes)
         each[s].slip_x, each[s].slip_y = place.x - constants.foot * turn.xz, place.y - constants.foot * turn.yz
         each[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
         each[s].top_x, each[s].top_y = own.xz, own.yz
@@ -284,7 +286,7 @@ def record_stack_motion(
 
 
 @njit(**INLINE)
-def unit_turn(q: Quaternion) -> Quaternion:
+def normalise_quaternion(q: Quaternion) -> Quaternion:
     """Return a quaternion of nearly unit length scaled to length 1."""
     unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
     return Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit)

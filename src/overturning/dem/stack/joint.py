@@ -13,36 +13,36 @@ from numba import njit
 from overturning.dem.body.base_contact import longest_landing_time_including_point
 from overturning.dem.body.centred import friction_share_of_holding_force
 from overturning.dem.body.state import IN_THE_AIR
-from overturning.dem.body.vectors import Matrix, Vector
+from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.stack.joint_state import (
     JointConstants,
     JointEquations,
-    JointFrame,
     JointFriction,
     JointHistory,
     JointLanding,
-    NormalSum,
+    JointNormalSums,
+    JointRelativeMotion,
     PointEnd,
     PointHistory,
     PointPlace,
-    Slip,
+    TangentialVector,
 )
-from overturning.dem.stack.state import Blocks, JointLosses, StackFindings, Wrench
+from overturning.dem.stack.state import ForceVelocityBlocks, JointLosses, LargestContactChanges, Wrench
 
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
 
 
 @njit(**INLINE)
-def lands_flat(landing: JointLanding) -> bool:
+def joint_lands_flat(landing: JointLanding) -> bool:
     """True if all points of a joint land together, so that dashpots may pull; see `dem.block.landing`."""
     return landing.shortest > 0.0
 
 
 @njit(**INLINE)
-def joint_landing(landing: JointLanding, point: PointHistory) -> JointLanding:
+def landing_including_point(landing: JointLanding, point: PointHistory) -> JointLanding:
     """Return the landing of a joint with one more point."""
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
@@ -51,14 +51,14 @@ def joint_landing(landing: JointLanding, point: PointHistory) -> JointLanding:
 
 
 @njit(**INLINE)
-def opening_rate(frame: JointFrame, place: PointPlace) -> float:
+def point_opening_rate(frame: JointRelativeMotion, place: PointPlace) -> float:
     """Return the velocity at which a point opens at the predicted end of a step, m/s."""
     return frame.velocity.z + (frame.spin.x * place.y - frame.spin.y * place.x)
 
 
 @njit(**INLINE)
-def predicted_pressure(
-    joint: JointConstants, frame: JointFrame, place: PointPlace, old: PointHistory, fine: bool, flat: bool
+def predicted_force_per_weight_and_contact(
+    joint: JointConstants, frame: JointRelativeMotion, place: PointPlace, old: PointHistory, fine: bool, flat: bool
 ) -> tuple[float, bool]:
     """Return the normal force over weight at the predicted end of a step, N, and True if the point is in contact.
 
@@ -66,52 +66,54 @@ def predicted_pressure(
     belong to the patch before has no last state.
     """
     depth = -place.z
-    pressure = joint.stiffness * depth - joint.dashpot * opening_rate(frame, place)
+    pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, place)
     now = ((pressure > 0.0) | flat) & (depth > 0.0)
     return pressure, (now if fine | (old.weight == 0.0) else old.pressure != 0.0) & (place.weight > 0.0)
 
 
 @njit(**INLINE)
-def normal_sum(joint: JointConstants, half: float, place: PointPlace, pressure: float, on: bool) -> NormalSum:
+def point_terms_of_joint_sums(
+    joint: JointConstants, half: float, place: PointPlace, pressure: float, on: bool
+) -> JointNormalSums:
     """Return the terms of a point in the sums of its joint."""
     n = place.weight * pressure if on else 0.0
     g = half * (place.weight * (joint.dashpot + half * joint.stiffness)) if on else 0.0
     gx, gy = g * place.x, g * place.y
-    return NormalSum(n, n * place.x, n * place.y, g, gx, gy, gx * place.x, gx * place.y, gy * place.y)
+    return JointNormalSums(n, n * place.x, n * place.y, g, gx, gy, gx * place.x, gx * place.y, gy * place.y)
 
 
 @njit(**INLINE)
-def spring_force(joint: JointConstants, stretch: Slip, velocity: Slip) -> Slip:
+def spring_force(joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector) -> TangentialVector:
     """Return the force of the tangential springs and dashpots, N."""
     k, h = joint.tangential, joint.damping
-    return Slip(
+    return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
     )
 
 
 @njit(**INLINE)
-def squared(v: Slip) -> float:
+def squared_length(v: TangentialVector) -> float:
     """Return the square of the length of a tangential vector."""
     return (v.x * v.x + v.y * v.y) + v.twist * v.twist
 
 
 @njit(**INLINE)
-def scaled(factor: float, v: Slip) -> Slip:
+def scale_tangential_vector(factor: float, v: TangentialVector) -> TangentialVector:
     """Return a tangential vector times a number."""
-    return Slip(factor * v.x, factor * v.y, factor * v.twist)
+    return TangentialVector(factor * v.x, factor * v.y, factor * v.twist)
 
 
 @njit(**INLINE)
-def unit_vector(v: Slip) -> Slip:
+def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
     """Return a tangential vector of length 1; zero for a zero vector."""
-    square = squared(v)
-    return scaled(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
+    square = squared_length(v)
+    return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
 
 @njit(**INLINE)
-def flat_slip(
-    joint: JointConstants, velocity: Vector, spin: Vector, foot: float, place: tuple[float, float, float]
-) -> tuple[Slip, bool]:
+def flat_landing_slip_direction(
+    joint: JointConstants, velocity: Vector3, spin: Vector3, foot: float, place: tuple[float, float, float]
+) -> tuple[TangentialVector, bool]:
     """Return the direction of sliding of a joint in a flat landing, and True if it slides.
 
     Of the rotation only that about the normal is included; see
@@ -119,22 +121,28 @@ def flat_slip(
     distance of the forces from it, m.
     """
     cx, cy, arm = place
-    slip = Slip((velocity.x + spin.y * foot) - spin.z * cy, (velocity.y - spin.x * foot) + spin.z * cx, arm * spin.z)
-    square = squared(slip)
+    slip = TangentialVector(
+        (velocity.x + spin.y * foot) - spin.z * cy, (velocity.y - spin.x * foot) + spin.z * cx, arm * spin.z
+    )
+    square = squared_length(slip)
     up = velocity.z + (spin.x * cy - spin.y * cx)
-    return unit_vector(slip), base_slides_in_flat_landing(joint.friction, math.sqrt(square), up) & (square > 0.0)
+    return unit_tangential_vector(slip), base_slides_in_flat_landing(joint.friction, math.sqrt(square), up) & (
+        square > 0.0
+    )
 
 
 @njit(**INLINE)
-def slip_velocity(velocity: Vector, spin: Vector, cx: float, cy: float, arm: float) -> Slip:
+def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentialVector:
     """Return the tangential velocity of a joint at a point of the lower face, m/s."""
-    return Slip(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
+    return TangentialVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
 
 
 @njit(**INLINE)
-def extended(stretch: Slip, half: float, first: Slip, second: Slip) -> Slip:
+def extend_spring_stretch(
+    stretch: TangentialVector, half: float, first: TangentialVector, second: TangentialVector
+) -> TangentialVector:
     """Return a stretch after a step with the given velocities at its two ends."""
-    return Slip(
+    return TangentialVector(
         stretch.x + half * (first.x + second.x), stretch.y + half * (first.y + second.y),
         stretch.twist + half * (first.twist + second.twist),
     )  # fmt: skip
@@ -142,7 +150,7 @@ def extended(stretch: Slip, half: float, first: Slip, second: Slip) -> Slip:
 
 @njit(**INLINE)
 def predict_friction(
-    joint: JointConstants, frame: JointFrame, sums: NormalSum, old: JointHistory, half: float,
+    joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalSums, old: JointHistory, half: float,
     state: tuple[bool, bool, float],
 ) -> JointFriction:  # fmt: skip
     """Predict the friction that the equations of a step assume.
@@ -156,29 +164,31 @@ def predict_friction(
     cx = old.cx if was else (sums.x * one if loaded else 0.0)
     cy = old.cy if was else (sums.y * one if loaded else 0.0)
     velocity = slip_velocity(frame.velocity, frame.spin, cx, cy, old.arm)
-    stretch = scaled(1.0 if was else 0.0, extended(old.stretch, half, old.velocity, velocity))
+    stretch = scale_tangential_vector(
+        1.0 if was else 0.0, extend_spring_stretch(old.stretch, half, old.velocity, velocity)
+    )
     force = spring_force(joint, stretch, velocity)
     most = joint.friction * (sums.force if fine | (not was) else old.normal)
-    slip, drifts = flat_slip(joint, frame.velocity, frame.spin, foot, (cx, cy, old.arm))
+    slip, drifts = flat_landing_slip_direction(joint, frame.velocity, frame.spin, foot, (cx, cy, old.arm))
     drifts = drifts & flat
-    square, smooth = squared(force), joint.friction == 0.0
+    square, smooth = squared_length(force), joint.friction == 0.0
     decides = fine | (not was)
     slides = square > most * most if decides else old.slid > 0.0
     slides = drifts if flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
-    direction = unit_vector(force)
+    direction = unit_tangential_vector(force)
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist if drifts else direction.twist
     cz = foot * (1.0 - joint.tilting) if drifts else 0.0
     on = 1.0 if loaded else 0.0
     sliding = 1.0 if loaded & slides else 0.0
-    return JointFriction(cx, cy, cz, old.arm, stretch, velocity, on, sliding, Slip(dx, dy, dt))
+    return JointFriction(cx, cy, cz, old.arm, stretch, velocity, on, sliding, TangentialVector(dx, dy, dt))
 
 
 @njit(**INLINE)
-def joint_equations(
-    joint: JointConstants, sums: NormalSum, friction: JointFriction, half: float, normal: float
+def joint_equation_terms(
+    joint: JointConstants, sums: JointNormalSums, friction: JointFriction, half: float, normal: float
 ) -> JointEquations:
     """Return the wrench of a joint at the predicted end and its derivatives, about the origin of the lower face.
 
@@ -186,7 +196,7 @@ def joint_equations(
     """
     on, slides, d = friction.on > 0.0, friction.slides > 0.0, friction.direction
     held = spring_force(joint, friction.stretch, friction.velocity)
-    part = friction_share_of_holding_force(joint.friction * normal, squared(held), slides)
+    part = friction_share_of_holding_force(joint.friction * normal, squared_length(held), slides)
     mu = joint.friction if slides & on else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist
     fx, fy, ft = (
@@ -203,41 +213,41 @@ def joint_equations(
     ta, tb, tt = -(along * (d.x * d.twist)), -(along * (d.y * d.twist)), across - along * (d.twist * d.twist)
     cx, cy, cz, arm = friction.cx, friction.cy, friction.cz, friction.arm
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
-    xv, xw = Vector(a, b, mx * sums.g), Vector(mx * sums.gy, -(mx * sums.gx), (b * cx - a * cy) + ta * arm)
-    yv, yw = Vector(b, c, my * sums.g), Vector(my * sums.gy, -(my * sums.gx), (c * cx - b * cy) + tb * arm)
-    tv, tw = Vector(ta, tb, mt * sums.g), Vector(mt * sums.gy, -(mt * sums.gx), (tb * cx - ta * cy) + tt * arm)
-    zv, zw = Vector(0.0, 0.0, sums.g), Vector(sums.gy, -sums.gx, 0.0)
-    pv = Vector(-(cz * yv.x), -(cz * yv.y), sums.gy - cz * yv.z)
-    pw = Vector(sums.gyy - cz * yw.x, -sums.gxy - cz * yw.y, -(cz * yw.z))
-    qv = Vector(cz * xv.x, cz * xv.y, -sums.gx + cz * xv.z)
-    qw = Vector(-sums.gxy + cz * xw.x, sums.gxx + cz * xw.y, cz * xw.z)
-    rv = Vector(
+    xv, xw = Vector3(a, b, mx * sums.g), Vector3(mx * sums.gy, -(mx * sums.gx), (b * cx - a * cy) + ta * arm)
+    yv, yw = Vector3(b, c, my * sums.g), Vector3(my * sums.gy, -(my * sums.gx), (c * cx - b * cy) + tb * arm)
+    tv, tw = Vector3(ta, tb, mt * sums.g), Vector3(mt * sums.gy, -(mt * sums.gx), (tb * cx - ta * cy) + tt * arm)
+    zv, zw = Vector3(0.0, 0.0, sums.g), Vector3(sums.gy, -sums.gx, 0.0)
+    pv = Vector3(-(cz * yv.x), -(cz * yv.y), sums.gy - cz * yv.z)
+    pw = Vector3(sums.gyy - cz * yw.x, -sums.gxy - cz * yw.y, -(cz * yw.z))
+    qv = Vector3(cz * xv.x, cz * xv.y, -sums.gx + cz * xv.z)
+    qw = Vector3(-sums.gxy + cz * xw.x, sums.gxx + cz * xw.y, cz * xw.z)
+    rv = Vector3(
         (cx * yv.x - cy * xv.x) + arm * tv.x, (cx * yv.y - cy * xv.y) + arm * tv.y,
         (cx * yv.z - cy * xv.z) + arm * tv.z,
     )  # fmt: skip
-    rw = Vector(
+    rw = Vector3(
         (cx * yw.x - cy * xw.x) + arm * tw.x, (cx * yw.y - cy * xw.y) + arm * tw.y,
         (cx * yw.z - cy * xw.z) + arm * tw.z,
     )  # fmt: skip
     return JointEquations(
         Wrench(
-            Vector(fx, fy, sums.force),
-            Vector(sums.y - cz * fy, -sums.x + cz * fx, (cx * fy - cy * fx) + arm * ft),
+            Vector3(fx, fy, sums.force),
+            Vector3(sums.y - cz * fy, -sums.x + cz * fx, (cx * fy - cy * fx) + arm * ft),
         ),
-        Blocks(
-            Matrix(xv.x, xv.y, xv.z, yv.x, yv.y, yv.z, zv.x, zv.y, zv.z),
-            Matrix(xw.x, xw.y, xw.z, yw.x, yw.y, yw.z, zw.x, zw.y, zw.z),
-            Matrix(pv.x, pv.y, pv.z, qv.x, qv.y, qv.z, rv.x, rv.y, rv.z),
-            Matrix(pw.x, pw.y, pw.z, qw.x, qw.y, qw.z, rw.x, rw.y, rw.z),
+        ForceVelocityBlocks(
+            Matrix3(xv.x, xv.y, xv.z, yv.x, yv.y, yv.z, zv.x, zv.y, zv.z),
+            Matrix3(xw.x, xw.y, xw.z, yw.x, yw.y, yw.z, zw.x, zw.y, zw.z),
+            Matrix3(pv.x, pv.y, pv.z, qv.x, qv.y, qv.z, rv.x, rv.y, rv.z),
+            Matrix3(pw.x, pw.y, pw.z, qw.x, qw.y, qw.z, rw.x, rw.y, rw.z),
         ),
     )
 
 
 @njit(**INLINE)
-def end_of_point(
-    joint: JointConstants, frame: JointFrame, place: PointPlace, old: PointHistory, change: tuple[Vector, Vector],
-    step: tuple[float, bool, float],
-) -> tuple[PointEnd, StackFindings, JointLosses, PointHistory]:  # fmt: skip
+def solve_point_contact(
+    joint: JointConstants, frame: JointRelativeMotion, place: PointPlace, old: PointHistory,
+    change: tuple[Vector3, Vector3], step: tuple[float, bool, float],
+) -> tuple[PointEnd, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
     """Compute the normal force of a point at the solution, its findings and losses, and its new state.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
@@ -247,7 +257,7 @@ def end_of_point(
     w = place.weight
     counts, had = w > 0.0, old.weight > 0.0
     rise = change[0].z + (change[1].x * place.y - change[1].y * place.x)
-    rate, before = opening_rate(frame, place) + rise, -place.z
+    rate, before = point_opening_rate(frame, place) + rise, -place.z
     depth = before - half * rise
     inside, was = depth > 0.0, old.depth > 0.0
     # A point that did not belong to the patch before is as it is now: it neither opens nor closes.
@@ -267,7 +277,7 @@ def end_of_point(
     both = (depth if inside else 0.0) * (old.depth if was else 0.0)
     let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (old.weight - w))
     let_go = let_go if counts | had else 0.0
-    findings = StackFindings(
+    findings = LargestContactChanges(
         changed=changed if heavy else 0.0, wrong=0.0, reversed=0.0, holds=0.0, back=0.0,
         off=1.0 if heavy & (not (pressure > 0.0)) else 0.0, depth=depth if counts else 0.0, loaded=0.0,
     )  # fmt: skip
@@ -285,10 +295,10 @@ def end_of_point(
 
 
 @njit(**INLINE)
-def end_of_joint(
-    joint: JointConstants, frame: JointFrame, friction: JointFriction, points: tuple[PointEnd, float],
-    change: tuple[Vector, Vector], old: JointHistory, step: tuple[float, bool, bool, float],
-) -> tuple[Wrench, Wrench, StackFindings, JointLosses, JointHistory]:  # fmt: skip
+def solve_joint_contact(
+    joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction, points: tuple[PointEnd, float],
+    change: tuple[Vector3, Vector3], old: JointHistory, step: tuple[float, bool, bool, float],
+) -> tuple[Wrench, Wrench, LargestContactChanges, JointLosses, JointHistory]:  # fmt: skip
     """Compute the wrench of a joint at the solution and of contacts that closed early, and its new state.
 
     `points` holds the sums over its points and Σ n r (N·m); `step` half of the step (s), whether it is fine, whether
@@ -299,28 +309,28 @@ def end_of_joint(
     cx, cy, arm = friction.cx, friction.cy, friction.arm
     more = slip_velocity(change[0], change[1], cx, cy, arm)
     first = friction.velocity
-    velocity = Slip(first.x + more.x, first.y + more.y, first.twist + more.twist)
+    velocity = TangentialVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
     loaded = ends.force > 0.0
-    zero = Slip(0.0, 0.0, 0.0)
-    stretch = scaled(1.0 if loaded else 0.0, extended(friction.stretch, half, more, zero))
+    zero = TangentialVector(0.0, 0.0, 0.0)
+    stretch = scale_tangential_vector(1.0 if loaded else 0.0, extend_spring_stretch(friction.stretch, half, more, zero))
     most = joint.friction * ends.force
     force = spring_force(joint, stretch, velocity)
-    at_origin = Vector(frame.velocity.x + change[0].x, frame.velocity.y + change[0].y, frame.velocity.z + change[0].z)
-    spin = Vector(frame.spin.x + change[1].x, frame.spin.y + change[1].y, frame.spin.z + change[1].z)
-    slip, drifts = flat_slip(joint, at_origin, spin, foot, (cx, cy, arm))
+    at_origin = Vector3(frame.velocity.x + change[0].x, frame.velocity.y + change[0].y, frame.velocity.z + change[0].z)
+    spin = Vector3(frame.spin.x + change[1].x, frame.spin.y + change[1].y, frame.spin.z + change[1].z)
+    slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, foot, (cx, cy, arm))
     drifts = drifts & flat
     hx = -slip.x if drifts else force.x
     hy = -slip.y if drifts else force.y
     ht = -slip.twist if drifts else force.twist
-    square = squared(Slip(hx, hy, ht))
+    square = squared_length(TangentialVector(hx, hy, ht))
     slips = drifts if flat else square > most * most
     share = most / math.sqrt(square if slips & (square > 0.0) else 1.0) if slips else 1.0
     share = share if loaded else 0.0
     fx, fy, ft = share * hx, share * hy, share * ht
     # Springs are shortened to what friction can hold.
-    holds, long = most * joint.compliance, squared(stretch)
+    holds, long = most * joint.compliance, squared_length(stretch)
     cut = slips & (long > holds * holds)
-    kept = scaled(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
+    kept = scale_tangential_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
     cz = foot * (1.0 - joint.tilting) if drifts else 0.0
     k = joint.tangential
     power = -(
@@ -331,7 +341,7 @@ def end_of_joint(
     released = ((s.x + kept.x) * (stretch.x - kept.x) + (s.y + kept.y) * (stretch.y - kept.y)) + (
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
-    let_go = 0.5 * k * (released if loaded else (squared(s) if old.normal > 0.0 else 0.0))
+    let_go = 0.5 * k * (released if loaded else (squared_length(s) if old.normal > 0.0 else 0.0))
     d, carries, coarse = friction.direction, most > 0.0, not fine
     assumed = friction.slides > 0.0
     wrong = carries & (slips != assumed)
@@ -344,7 +354,7 @@ def end_of_joint(
             | ((fx * velocity.x + fy * velocity.y) + ft * velocity.twist > 0.0)
         )
     )
-    findings = StackFindings(
+    findings = LargestContactChanges(
         changed=0.0, wrong=1.0 if wrong & coarse else 0.0, reversed=1.0 if backwards & coarse else 0.0,
         holds=1.0 if carries & (not slips) else 0.0, back=1.0 if back & coarse else 0.0, off=0.0, depth=0.0,
         loaded=1.0 if loaded else 0.0,
@@ -352,10 +362,10 @@ def end_of_joint(
     one = 1.0 / (ends.force if loaded else 1.0)
     early = ends.early * one if loaded else 0.0
     mx, my, mz = -(cz * fy), cz * fx, (cx * fy - cy * fx) + arm * ft
-    at_end = Wrench(Vector(fx, fy, ends.force), Vector(ends.y + mx, -ends.x + my, mz))
+    at_end = Wrench(Vector3(fx, fy, ends.force), Vector3(ends.y + mx, -ends.x + my, mz))
     sooner = Wrench(
-        Vector(early * fx, early * fy, ends.early),
-        Vector(ends.early_y + early * mx, -ends.early_x + early * my, early * mz),
+        Vector3(early * fx, early * fy, ends.early),
+        Vector3(ends.early_y + early * mx, -ends.early_x + early * my, early * mz),
     )
     on = 1.0 if loaded else 0.0
     new = JointHistory(
@@ -366,6 +376,6 @@ def end_of_joint(
 
 
 @njit(**INLINE)
-def landing_of_new_point(joint: JointConstants, landing: JointLanding) -> float:
+def landing_time_of_new_point(joint: JointConstants, landing: JointLanding) -> float:
     """Return the landing time of a point that touches now, s."""
     return joint.landing if landing.longest == IN_THE_AIR else landing.longest

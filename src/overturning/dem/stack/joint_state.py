@@ -6,9 +6,9 @@ the centre of that face, axes of the lower stone. See `overturning.dem.stack.sta
 
 from typing import Final, NamedTuple
 
-from overturning.dem.body.vectors import Vector
+from overturning.dem.body.vectors import Vector3
 from overturning.dem.kernel.lanes import TupleRowLayout
-from overturning.dem.stack.state import COLUMNS, Blocks, Wrench
+from overturning.dem.stack.state import COLUMNS, ForceVelocityBlocks, Wrench
 
 
 class JointConstants(NamedTuple):
@@ -32,7 +32,7 @@ class JointConstants(NamedTuple):
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
 
 
-class Slip(NamedTuple):
+class TangentialVector(NamedTuple):
     """Tangential vector of a joint: along x and y, and by twist, which counts at the mean distance `arm`."""
 
     x: float
@@ -43,9 +43,9 @@ class Slip(NamedTuple):
 class JointHistory(NamedTuple):
     """State of a joint at the end of the last step."""
 
-    stretch: Slip
+    stretch: TangentialVector
     """Stretch of the tangential springs, m."""
-    velocity: Slip
+    velocity: TangentialVector
     """Velocity of the upper stone relative to the lower at the centre of pressure, m/s."""
     cx: float
     """Centre of pressure along x, m."""
@@ -77,18 +77,18 @@ class JointLanding(NamedTuple):
     """Longest remaining landing time of the points in contact, s; `IN_THE_AIR` if there is none."""
 
 
-class JointFrame(NamedTuple):
+class JointRelativeMotion(NamedTuple):
     """Relative pose and velocity of the upper stone at the predicted end of a step, in the frame of the lower face."""
 
-    corner: Vector
+    corner: Vector3
     """Position of the centre of the upper stone's base, m."""
-    along_x: Vector
+    along_x: Vector3
     """Direction of the upper stone's x axis."""
-    along_y: Vector
+    along_y: Vector3
     """Direction of the upper stone's y axis."""
-    velocity: Vector
+    velocity: Vector3
     """Relative velocity at the origin, m/s."""
-    spin: Vector
+    spin: Vector3
     """Relative angular velocity, rad/s."""
     inside: float
     """Smallest distance of a corner of the upper base from the rim of the lower face, m; negative outside."""
@@ -96,7 +96,7 @@ class JointFrame(NamedTuple):
     """Length of the rim of the patch, m."""
 
 
-class NormalSum(NamedTuple):
+class JointNormalSums(NamedTuple):
     """Sums over the points of a joint for the equations of a step."""
 
     force: float
@@ -113,7 +113,7 @@ class NormalSum(NamedTuple):
     gyy: float
 
 
-class ArmSum(NamedTuple):
+class PressureArmSum(NamedTuple):
     """Sum of distances of the normal forces from the centre of pressure, N·m."""
 
     moment: float
@@ -128,15 +128,15 @@ class JointFriction(NamedTuple):
     cz: float
     arm: float
     """Mean distance of the normal forces from the centre of pressure, m."""
-    stretch: Slip
+    stretch: TangentialVector
     """Stretch of the tangential springs at the predicted end, m."""
-    velocity: Slip
+    velocity: TangentialVector
     """Relative velocity at that point, m/s."""
     on: float
     """1 if the joint is assumed to carry load."""
     slides: float
     """1 if the joint is assumed to slide."""
-    direction: Slip
+    direction: TangentialVector
     """Direction of friction, unit vector."""
 
 
@@ -144,7 +144,7 @@ class JointEquations(NamedTuple):
     """Wrench of a joint at the predicted end, and its derivatives times half of the step, about the origin."""
 
     wrench: Wrench
-    blocks: Blocks
+    blocks: ForceVelocityBlocks
 
 
 class PointOutline(NamedTuple):
@@ -173,7 +173,7 @@ class PointPlace(NamedTuple):
     """Share of the stiffness of the joint."""
 
 
-class EdgeClip(NamedTuple):
+class ClippedSide(NamedTuple):
     """Part of a side that belongs to the rim of the patch."""
 
     begin: float
@@ -217,14 +217,14 @@ class PointEnd(NamedTuple):
     early_y: float
 
 
-class JointPoints(NamedTuple):
+class SolvedJointPointSums(NamedTuple):
     """Sums over the points of a joint."""
 
     at_end: PointEnd
 
 
 JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointBeforeAndAfter, JointLanding, JointFrame, NormalSum, ArmSum, JointFriction,
-    JointEquations, JointPoints,
+    COLUMNS, JointConstants, JointBeforeAndAfter, JointLanding, JointRelativeMotion, JointNormalSums, PressureArmSum,
+    JointFriction, JointEquations, SolvedJointPointSums,
 )  # fmt: skip
-POINT: Final = TupleRowLayout(COLUMNS, PointOutline, PointPlace, EdgeClip, PointBeforeAndAfter)
+POINT: Final = TupleRowLayout(COLUMNS, PointOutline, PointPlace, ClippedSide, PointBeforeAndAfter)

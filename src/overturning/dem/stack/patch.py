@@ -11,8 +11,8 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.vectors import (
-    Matrix,
-    Vector,
+    Matrix3,
+    Vector3,
     cross_product,
     matrix_product,
     matrix_times_vector,
@@ -25,9 +25,9 @@ from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_sli
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
-    EdgeClip,
+    ClippedSide,
     JointBeforeAndAfter,
-    JointFrame,
+    JointRelativeMotion,
     PointBeforeAndAfter,
     PointOutline,
     PointPlace,
@@ -36,14 +36,14 @@ from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, S
 
 load_outline = POINT.lane_access(PointOutline).load
 load_place, store_place, _ = POINT.lane_access(PointPlace)
-load_clip, store_clip, _ = POINT.lane_access(EdgeClip)
+load_clip, store_clip, _ = POINT.lane_access(ClippedSide)
 load_constants, load_predicted = STONE.lane_access(StoneConstants).load, STONE.lane_access(PredictedStone).load
-load_axes = STONE.lane_access(Matrix).load
-load_frame, store_frame, _ = JOINT.lane_access(JointFrame)
+load_axes = STONE.lane_access(Matrix3).load
+load_frame, store_frame, _ = JOINT.lane_access(JointRelativeMotion)
 P: Final = POINT.size
 point_window: Final = create_window_slicer(P)
 """Return the rows of a point of a joint."""
-INSIDE, RIM = JOINT.row_start(JointFrame, "inside"), JOINT.row_start(JointFrame, "rim")
+INSIDE, RIM = JOINT.row_start(JointRelativeMotion, "inside"), JOINT.row_start(JointRelativeMotion, "rim")
 CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "old.crossed")
 WEIGHT: Final = POINT.row_start(PointPlace, "weight")
 OLD_WEIGHT: Final = POINT.row_start(PointBeforeAndAfter, "old.weight")
@@ -51,15 +51,15 @@ PRESENT: Final = STONE.row_start(StoneOutcome, "present")
 
 
 @njit(**INLINE)
-def face_origin(constants: StoneConstants, stone: PredictedStone, axes: Matrix) -> Vector:
+def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
     """Return the position of the centre of the upper face of a stone, m."""
-    return plus(stone.place, scale_vector(constants.top, Vector(axes.xz, axes.yz, axes.zz)))
+    return plus(stone.place, scale_vector(constants.top, Vector3(axes.xz, axes.yz, axes.zz)))
 
 
 @njit(**INLINE)
-def relative_frame(
-    upper: StoneConstants, stone: PredictedStone, axes: Matrix, lower_axes: Matrix, origin: Vector, lower: Any
-) -> JointFrame:
+def relative_motion_at_lower_face(
+    upper: StoneConstants, stone: PredictedStone, axes: Matrix3, lower_axes: Matrix3, origin: Vector3, lower: Any
+) -> JointRelativeMotion:
     """Return the pose and velocity of the upper stone at the predicted end, relative to the lower face.
 
     `lower` holds the velocity of the lower stone at the origin and its angular velocity.
@@ -69,12 +69,12 @@ def relative_frame(
     apart = matrix_times_vector(to_face, minus(stone.place, origin))
     at = minus(origin, stone.place)
     velocity = minus(plus(stone.end, cross_product(stone.spin, at)), lower[0])
-    return JointFrame(
-        corner=Vector(
+    return JointRelativeMotion(
+        corner=Vector3(
             apart.x - upper.foot * relative.xz, apart.y - upper.foot * relative.yz, apart.z - upper.foot * relative.zz
         ),
-        along_x=Vector(relative.xx, relative.yx, relative.zx),
-        along_y=Vector(relative.xy, relative.yy, relative.zy),
+        along_x=Vector3(relative.xx, relative.yx, relative.zx),
+        along_y=Vector3(relative.xy, relative.yy, relative.zy),
         velocity=matrix_times_vector(to_face, velocity),
         spin=matrix_times_vector(to_face, minus(stone.spin, lower[1])),
         inside=1e300,
@@ -86,9 +86,9 @@ def relative_frame(
 def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the pose and velocity of the lowest stone relative to the ground."""
     for j in range(lane_count):
-        still = Vector(0.0, 0.0, 0.0)
-        level = Matrix(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-        store_frame(joint_rows, j, relative_frame(
+        still = Vector3(0.0, 0.0, 0.0)
+        level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        store_frame(joint_rows, j, relative_motion_at_lower_face(
             load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), level, still,
             (still, still),
         ))  # fmt: skip
@@ -99,16 +99,16 @@ def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, la
     """Predict the pose and velocity of a stone relative to the upper face of the stone below."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-        origin = face_origin(load_constants(lower_rows, j), below, axes)
+        origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
         velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
-        store_frame(joint_rows, j, relative_frame(
+        store_frame(joint_rows, j, relative_motion_at_lower_face(
             load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
             (velocity, below.spin),
         ))  # fmt: skip
 
 
 @njit(**INLINE)
-def corner_place(frame: JointFrame, corner: PointOutline, present: float) -> PointPlace:
+def corner_position_and_weight(frame: JointRelativeMotion, corner: PointOutline, present: float) -> PointPlace:
     """Return the place of a corner of the upper base, with its weight while the whole base rests on the face."""
     return PointPlace(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
@@ -122,7 +122,7 @@ def corner_place(frame: JointFrame, corner: PointOutline, present: float) -> Poi
 def place_corner(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Place a corner of the upper base of all stacks."""
     for j in range(lane_count):
-        place = corner_place(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
+        place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
 
 
@@ -166,28 +166,28 @@ def any_lane_uses_point(point: Any, lane_count: int) -> bool:
 
 
 @njit(**INLINE)
-def clip_side(clip: EdgeClip, at_begin: float, at_end: float) -> EdgeClip:
+def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
     """Clip a part of a side by a half plane, from the distances of its two ends into the half plane, m."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
     outside = (at_begin < 0.0) & (at_end < 0.0)
     begin = share if crosses & (at_begin < 0.0) & (share > clip.begin) else clip.begin
     end = share if crosses & (at_end < 0.0) & (share < clip.end) else clip.end
-    return EdgeClip(begin, (-1.0 if outside else end), clip.length)
+    return ClippedSide(begin, (-1.0 if outside else end), clip.length)
 
 
 @njit(**INLINE)
-def clipped_length(clip: EdgeClip, length: float) -> EdgeClip:
+def clipped_length(clip: ClippedSide, length: float) -> ClippedSide:
     """Return the part of a side with its length, m."""
     part = clip.end - clip.begin
-    return EdgeClip(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
+    return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
 @njit(**APART)
 def begin_clip(point: Any, lane_count: int) -> None:
     """Begin the clipping of a side with the whole side."""
     for j in range(lane_count):
-        store_clip(point, j, EdgeClip(0.0, 1.0, 0.0))
+        store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
@@ -224,7 +224,7 @@ def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
 
 
 @njit(**INLINE)
-def distance_inside(a: PointPlace, b: PointPlace, x: float, y: float) -> float:
+def signed_area_inside_side(a: PointPlace, b: PointPlace, x: float, y: float) -> float:
     """Return a measure of how far a point lies inside the side from a to b of an anticlockwise polygon."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
@@ -236,7 +236,7 @@ def clip_lower_side(side: Any, after: Any, begin: Any, end: Any, lane_count: int
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(after, j)
         store_clip(side, j, clip_side(
-            load_clip(side, j), distance_inside(a, b, c.x, c.y), distance_inside(a, b, d.x, d.y)
+            load_clip(side, j), signed_area_inside_side(a, b, c.x, c.y), signed_area_inside_side(a, b, d.x, d.y)
         ))  # fmt: skip
 
 
@@ -271,7 +271,7 @@ def point_on_side(a: PointPlace, b: PointPlace, share: float, weight: float) -> 
 
 
 @njit(**INLINE)
-def point_under_base(frame: JointFrame, x: float, y: float, weight: float) -> PointPlace:
+def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: float) -> PointPlace:
     """Return the point of the upper base above a point of the lower face, with its weight."""
     normal = cross_product(frame.along_x, frame.along_y)
     # A base that stands on edge has no height above the face; its stone has fallen.

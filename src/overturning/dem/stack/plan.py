@@ -62,7 +62,7 @@ class StackSimulationPlan(SimulationPlan):
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
-    def queue_numbers(self) -> NDArray[np.int64]:
+    def queue_number_by_case(self) -> NDArray[np.int64]:
         """Index of the queue of each case; cases with equal step lengths, also at rest, share one."""
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 

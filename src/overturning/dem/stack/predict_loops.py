@@ -6,9 +6,9 @@ from numba import njit
 
 from overturning.dem.body.state import IN_THE_AIR, BodyBaseMotion
 from overturning.dem.body.vectors import (
-    Matrix,
+    Matrix3,
     SymmetricMatrix,
-    Vector,
+    Vector3,
     extrapolate_vector,
     full_matrix,
     matrix_times_vector,
@@ -26,12 +26,12 @@ from overturning.dem.kernel.clock import (
 from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
 from overturning.dem.kernel.lanes import APART, INLINE, tuple_arithmetic
 from overturning.dem.stack.joint import (
-    joint_equations,
-    joint_landing,
-    lands_flat,
-    normal_sum,
+    joint_equation_terms,
+    joint_lands_flat,
+    landing_including_point,
+    point_terms_of_joint_sums,
     predict_friction,
-    predicted_pressure,
+    predicted_force_per_weight_and_contact,
 )
 from overturning.dem.stack.joint_state import (
     JOINT,
@@ -39,15 +39,15 @@ from overturning.dem.stack.joint_state import (
     JointBeforeAndAfter,
     JointConstants,
     JointEquations,
-    JointFrame,
     JointFriction,
     JointLanding,
-    NormalSum,
+    JointNormalSums,
+    JointRelativeMotion,
     PointBeforeAndAfter,
     PointPlace,
 )
 from overturning.dem.stack.patch import (
-    face_origin,
+    upper_face_centre,
 )
 from overturning.dem.stack.solve import (
     blocks_times_wrench,
@@ -61,17 +61,17 @@ from overturning.dem.stack.solve import (
 from overturning.dem.stack.state import (
     CASE,
     STONE,
-    Diagonal,
-    Elimination,
+    DiagonalBlockAndRightSide,
+    EliminatedStone,
     JointLosses,
+    LargestContactChanges,
     PredictedStone,
     StackClock,
     StackConstants,
-    StackFindings,
     StoneChange,
     StoneConstants,
+    StoneContactSums,
     StoneState,
-    StoneSum,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -83,34 +83,34 @@ load_clock, load_case, load_shaking = (
 )
 load_time, store_time, _ = CASE.lane_access(StackClock)
 load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
-load_findings, store_findings, _ = CASE.lane_access(StackFindings)
+load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
 load_losses, store_losses, _ = CASE.lane_access(JointLosses)
-load_inertial, store_inertial, _ = CASE.lane_access(Vector)
+load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
 load_constants = STONE.lane_access(StoneConstants).load
 load_stone, _, store_stone = STONE.lane_access(StoneState)
 load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
-load_axes, store_axes, _ = STONE.lane_access(Matrix)
-load_diagonal, store_diagonal, _ = STONE.lane_access(Diagonal)
-load_elimination, store_elimination, _ = STONE.lane_access(Elimination)
+load_axes, store_axes, _ = STONE.lane_access(Matrix3)
+load_diagonal, store_diagonal, _ = STONE.lane_access(DiagonalBlockAndRightSide)
+load_elimination, store_elimination, _ = STONE.lane_access(EliminatedStone)
 load_change, store_change, _ = STONE.lane_access(StoneChange)
-load_sum, store_sum, _ = STONE.lane_access(StoneSum)
-load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointFrame).load
+load_sum, store_sum, _ = STONE.lane_access(StoneContactSums)
+load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointRelativeMotion).load
 load_history, _, store_history = JOINT.lane_access(JointBeforeAndAfter, "old")
 load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
-load_normal, store_normal, _ = JOINT.lane_access(NormalSum)
+load_normal, store_normal, _ = JOINT.lane_access(JointNormalSums)
 load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
 load_equations, store_equations, _ = JOINT.lane_access(JointEquations)
 load_place = POINT.lane_access(PointPlace).load
 load_point, _, store_point = POINT.lane_access(PointBeforeAndAfter, "old")
-add_normal, no_normal = tuple_arithmetic(NormalSum).plus, tuple_arithmetic(NormalSum).zero
+add_normal, no_normal = tuple_arithmetic(JointNormalSums).plus, tuple_arithmetic(JointNormalSums).zero
 add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
-larger_of, no_findings = tuple_arithmetic(StackFindings).largest, tuple_arithmetic(StackFindings).zero
-no_sum, no_wrench = tuple_arithmetic(StoneSum).zero, tuple_arithmetic(Wrench).zero
+larger_of, no_findings = tuple_arithmetic(LargestContactChanges).largest, tuple_arithmetic(LargestContactChanges).zero
+no_sum, no_wrench = tuple_arithmetic(StoneContactSums).zero, tuple_arithmetic(Wrench).zero
 FINE: Final = BODY.fine
 
 
 @njit(**INLINE)
-def stone_spin(inverse: SymmetricMatrix, axes: Matrix, momentum: Vector) -> Vector:
+def stone_spin(inverse: SymmetricMatrix, axes: Matrix3, momentum: Vector3) -> Vector3:
     """Return the angular velocity in space, rad/s, from the angular momentum per mass and the axes of a stone."""
     return matrix_times_vector(
         axes, matrix_times_vector(full_matrix(inverse), matrix_times_vector(transpose(axes), momentum))
@@ -143,7 +143,7 @@ def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> No
         tick = time.tick + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
-        store_inertial(case_rows, j, Vector(
+        store_inertial(case_rows, j, Vector3(
             push_at(shaking.push_x, tick, past), push_at(shaking.push_y, tick, past),
             -(GRAVITY + push_at(shaking.lift, tick, past)),
         ))  # fmt: skip
@@ -161,7 +161,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
         axes = rotation_matrix(predicted.turn)
         store_predicted(rows, j, predicted)
         store_axes(rows, j, axes)
-        store_diagonal(rows, j, Diagonal(
+        store_diagonal(rows, j, DiagonalBlockAndRightSide(
             inertia_blocks(constants.mass, constants.inertia, axes),
             right_side(
                 half, constants.mass, no_wrench(), load_inertial(case_rows, j),
@@ -183,7 +183,7 @@ def begin_joint(joint_rows: Any, lane_count: int) -> None:
 def add_point_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add a point to the landing of its joint."""
     for j in range(lane_count):
-        store_landing(joint_rows, j, joint_landing(load_landing(joint_rows, j), load_point(point, j)))
+        store_landing(joint_rows, j, landing_including_point(load_landing(joint_rows, j), load_point(point, j)))
 
 
 @njit(**APART)
@@ -191,10 +191,10 @@ def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) 
     """Predict the normal force of a point of all stacks, and add it to the sums of its joint."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
-        half, flat = load_time(case_rows, j).half, lands_flat(load_landing(joint_rows, j))
+        half, flat = load_time(case_rows, j).half, joint_lands_flat(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
-        pressure, on = predicted_pressure(joint, frame, place, load_point(point, j), fine, flat)
-        terms = normal_sum(joint, half, place, pressure, on)
+        pressure, on = predicted_force_per_weight_and_contact(joint, frame, place, load_point(point, j), fine, flat)
+        terms = point_terms_of_joint_sums(joint, half, place, pressure, on)
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 
 
@@ -206,14 +206,14 @@ def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: 
         old, half, flat = (
             load_history(joint_rows, j),
             load_time(case_rows, j).half,
-            lands_flat(load_landing(joint_rows, j)),
+            joint_lands_flat(load_landing(joint_rows, j)),
         )
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         foot = load_constants(upper_rows, j).foot
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)
         normal = sums.force if fine else old.normal
-        store_equations(joint_rows, j, joint_equations(joint, sums, friction, half, normal))
+        store_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
 
 
 @njit(**APART)
@@ -228,7 +228,7 @@ def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_row
     """Eliminate a stone that stands on another, in all stacks."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-        origin = face_origin(load_constants(lower_rows, j), below, axes)
+        origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
         solution, rest = eliminate_stone(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
             load_time(case_rows, j).half, minus(origin, load_predicted(upper_rows, j).place),

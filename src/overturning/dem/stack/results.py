@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.status import Status
+from overturning.model.status import CaseStatus
 
 
 def stack_outcomes(
@@ -24,7 +24,7 @@ def stack_outcomes(
         Direction cosines of the orientation, north and east.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        fell = (results["status"] == Status.SIMULATED)[:, None] & (each["fallen"] > 0)
+        fell = (results["status"] == CaseStatus.SIMULATED)[:, None] & (each["fallen"] > 0)
         azimuth = np.mod(orientation_deg[:, None] - _degrees(np.arctan2(each["top_y"], each["top_x"])), 360.0)
         lean = np.clip(each["lean"], 0.0, 2.0)
         sine = np.sqrt(np.minimum(lean, 2.0 - lean))

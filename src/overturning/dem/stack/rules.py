@@ -11,7 +11,7 @@ from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, lean_
 from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
-    Vector,
+    Vector3,
     matrix_times_vector,
     rotation_matrix,
     transpose,
@@ -22,12 +22,12 @@ from overturning.dem.kernel.ground import GroundMotion, base_acceleration_over_s
 from overturning.dem.kernel.lanes import INNER, aligned_zeros
 from overturning.dem.kernel.queue import QueueSettings, register_model_functions
 from overturning.dem.stack.ending import (
-    finite_sum,
     first_fallen_stone,
+    normalise_quaternion,
     of_stone,
     record_stack_motion,
     stack_status,
-    unit_turn,
+    sum_of_stone_state_components,
     write_stack_results,
 )
 from overturning.dem.stack.joint_state import (
@@ -169,16 +169,16 @@ def initialise_stone(rows: Any, lane: int, given: Any) -> None:
         lowest=given.lowest,
     ))  # fmt: skip
     at = given.start
-    turn, zero = Quaternion(at.qw, at.qx, at.qy, at.qz), Vector(0.0, 0.0, 0.0)
-    axes, w = rotation_matrix(turn), Vector(at.wx, at.wy, at.wz)
+    turn, zero = Quaternion(at.qw, at.qx, at.qy, at.qz), Vector3(0.0, 0.0, 0.0)
+    axes, w = rotation_matrix(turn), Vector3(at.wx, at.wy, at.wz)
     own = matrix_times_vector(transpose(axes), w)
-    momentum = matrix_times_vector(axes, Vector(
+    momentum = matrix_times_vector(axes, Vector3(
         (given.axx * own.x + given.axy * own.y) + given.axz * own.z,
         (given.axy * own.x + given.ayy * own.y) + given.ayz * own.z,
         (given.axz * own.x + given.ayz * own.y) + given.azz * own.z,
     ))  # fmt: skip
     store_stone(rows, lane, StoneState(
-        place=Vector(at.x, at.y, at.z), turn=turn, velocity=Vector(at.vx, at.vy, at.vz), momentum=momentum,
+        place=Vector3(at.x, at.y, at.z), turn=turn, velocity=Vector3(at.vx, at.vy, at.vz), momentum=momentum,
         acceleration=zero, moment=zero,
     ))  # fmt: skip
     store_peaks(rows, lane, StonePeaks(lean_as_squared_sine(axes), -1.0))
@@ -225,7 +225,7 @@ def load_next_sample(
     for s in range(stone_count):
         rows = of_stone(state, s)
         for j in range(lane_count):
-            store_turn(rows, j, unit_turn(load_stone(rows, j).turn))
+            store_turn(rows, j, normalise_quaternion(load_stone(rows, j).turn))
             then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
             present = load_outcome(rows, j).present > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
@@ -297,7 +297,7 @@ def mark_possibly_ended(
     for j in range(active_count):
         course, total = load_course(state, j), 0.0
         for s in range(stone_count):
-            total += finite_sum(load_stone(of_stone(state, s), j))
+            total += sum_of_stone_state_components(load_stone(of_stone(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.calm, last_sample)
         due = due or first_fallen_stone(state, j, stone_count, corner_limit) < stone_count
@@ -313,7 +313,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `Status` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),

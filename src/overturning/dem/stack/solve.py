@@ -3,9 +3,9 @@
 from numba import njit
 
 from overturning.dem.body.vectors import (
-    Matrix,
+    Matrix3,
     SymmetricMatrix,
-    Vector,
+    Vector3,
     cross_product,
     full_matrix,
     inverse_matrix,
@@ -18,75 +18,79 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.lanes import INLINE, tuple_arithmetic
 from overturning.dem.stack.joint_state import JointEquations
-from overturning.dem.stack.state import Blocks, Diagonal, Elimination, Wrench
+from overturning.dem.stack.state import DiagonalBlockAndRightSide, EliminatedStone, ForceVelocityBlocks, Wrench
 
-blocks_plus, blocks_minus = tuple_arithmetic(Blocks).plus, tuple_arithmetic(Blocks).minus
+blocks_plus, blocks_minus = tuple_arithmetic(ForceVelocityBlocks).plus, tuple_arithmetic(ForceVelocityBlocks).minus
 wrench_plus, wrench_minus = tuple_arithmetic(Wrench).plus, tuple_arithmetic(Wrench).minus
 
 
 @njit(**INLINE)
-def times_cross(m: Matrix, a: Vector) -> Matrix:
+def matrix_times_cross_matrix(m: Matrix3, a: Vector3) -> Matrix3:
     """Return M [a], where [a] v = a × v: each row crossed with a."""
-    x = cross_product(Vector(m.xx, m.xy, m.xz), a)
-    y = cross_product(Vector(m.yx, m.yy, m.yz), a)
-    z = cross_product(Vector(m.zx, m.zy, m.zz), a)
-    return Matrix(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z)
+    x = cross_product(Vector3(m.xx, m.xy, m.xz), a)
+    y = cross_product(Vector3(m.yx, m.yy, m.yz), a)
+    z = cross_product(Vector3(m.zx, m.zy, m.zz), a)
+    return Matrix3(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z)
 
 
 @njit(**INLINE)
-def cross_times(a: Vector, m: Matrix) -> Matrix:
+def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
     """Return [a] M: a crossed with each column."""
-    x = cross_product(a, Vector(m.xx, m.yx, m.zx))
-    y = cross_product(a, Vector(m.xy, m.yy, m.zy))
-    z = cross_product(a, Vector(m.xz, m.yz, m.zz))
-    return Matrix(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
+    x = cross_product(a, Vector3(m.xx, m.yx, m.zx))
+    y = cross_product(a, Vector3(m.xy, m.yy, m.zy))
+    z = cross_product(a, Vector3(m.xz, m.yz, m.zz))
+    return Matrix3(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
 
 
 @njit(**INLINE)
-def rotate_matrix(r: Matrix, m: Matrix) -> Matrix:
+def rotate_matrix(r: Matrix3, m: Matrix3) -> Matrix3:
     """Return R M Rᵀ."""
     return matrix_product(matrix_product(r, m), transpose(r))
 
 
 @njit(**INLINE)
-def rotate_equations(r: Matrix, local: JointEquations) -> JointEquations:
+def rotate_equations(r: Matrix3, local: JointEquations) -> JointEquations:
     """Return equations in the axes of the ground, from those in the axes of the lower stone."""
     w, b = local.wrench, local.blocks
     return JointEquations(
         Wrench(matrix_times_vector(r, w.force), matrix_times_vector(r, w.moment)),
-        Blocks(rotate_matrix(r, b.fv), rotate_matrix(r, b.fw), rotate_matrix(r, b.mv), rotate_matrix(r, b.mw)),
+        ForceVelocityBlocks(
+            rotate_matrix(r, b.fv), rotate_matrix(r, b.fw), rotate_matrix(r, b.mv), rotate_matrix(r, b.mw)
+        ),
     )
 
 
 @njit(**INLINE)
-def shift_blocks(b: Blocks, row_arm: Vector, column_arm: Vector) -> Blocks:
+def shift_blocks(b: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3) -> ForceVelocityBlocks:
     """Return the effect of a joint on one stone of the velocity of another, about their centres.
 
     The arms lead from the centres to the origin of the joint: of the stone on which it acts, and of the one that moves.
     """
-    fw = matrix_minus(b.fw, times_cross(b.fv, column_arm))
-    return Blocks(
+    fw = matrix_minus(b.fw, matrix_times_cross_matrix(b.fv, column_arm))
+    return ForceVelocityBlocks(
         b.fv,
         fw,
-        matrix_plus(b.mv, cross_times(row_arm, b.fv)),
-        matrix_plus(matrix_minus(b.mw, times_cross(b.mv, column_arm)), cross_times(row_arm, fw)),
+        matrix_plus(b.mv, cross_matrix_times_matrix(row_arm, b.fv)),
+        matrix_plus(
+            matrix_minus(b.mw, matrix_times_cross_matrix(b.mv, column_arm)), cross_matrix_times_matrix(row_arm, fw)
+        ),
     )
 
 
 @njit(**INLINE)
-def shift_wrench(w: Wrench, arm: Vector) -> Wrench:
+def shift_wrench(w: Wrench, arm: Vector3) -> Wrench:
     """Return a wrench about the centre of a stone; `arm` leads from the centre to its present point of reference."""
     return Wrench(w.force, plus(w.moment, cross_product(arm, w.force)))
 
 
 @njit(**INLINE)
-def inertia_blocks(mass: float, inertia: SymmetricMatrix, axes: Matrix) -> Blocks:
+def inertia_blocks(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> ForceVelocityBlocks:
     """Return the mass matrix of a stone, kg and kg·m²."""
     i = rotate_matrix(axes, full_matrix(inertia))
-    zero = Matrix(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Blocks(
-        Matrix(mass, 0.0, 0.0, 0.0, mass, 0.0, 0.0, 0.0, mass), zero, zero,
-        Matrix(
+    zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return ForceVelocityBlocks(
+        Matrix3(mass, 0.0, 0.0, 0.0, mass, 0.0, 0.0, 0.0, mass), zero, zero,
+        Matrix3(
             mass * i.xx, mass * i.xy, mass * i.xz, mass * i.yx, mass * i.yy, mass * i.yz, mass * i.zx, mass * i.zy,
             mass * i.zz,
         ),
@@ -94,9 +98,9 @@ def inertia_blocks(mass: float, inertia: SymmetricMatrix, axes: Matrix) -> Block
 
 
 @njit(**INLINE)
-def blocks_product(a: Blocks, b: Blocks) -> Blocks:
+def blocks_product(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> ForceVelocityBlocks:
     """Return the product of two 6 × 6 matrices."""
-    return Blocks(
+    return ForceVelocityBlocks(
         matrix_plus(matrix_product(a.fv, b.fv), matrix_product(a.fw, b.mv)),
         matrix_plus(matrix_product(a.fv, b.fw), matrix_product(a.fw, b.mw)),
         matrix_plus(matrix_product(a.mv, b.fv), matrix_product(a.mw, b.mv)),
@@ -105,7 +109,7 @@ def blocks_product(a: Blocks, b: Blocks) -> Blocks:
 
 
 @njit(**INLINE)
-def blocks_times_wrench(a: Blocks, w: Wrench) -> Wrench:
+def blocks_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
     """Return the product of a 6 × 6 matrix and a vector of 6."""
     return Wrench(
         plus(matrix_times_vector(a.fv, w.force), matrix_times_vector(a.fw, w.moment)),
@@ -114,27 +118,27 @@ def blocks_times_wrench(a: Blocks, w: Wrench) -> Wrench:
 
 
 @njit(**INLINE)
-def inverse_blocks(a: Blocks) -> Blocks:
+def inverse_blocks(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
     """Return the inverse of a 6 × 6 matrix by its 3 × 3 blocks."""
     p = inverse_matrix(a.fv)
     q = matrix_product(p, a.fw)
     s = inverse_matrix(matrix_minus(a.mw, matrix_product(a.mv, q)))
     t = matrix_product(matrix_product(s, a.mv), p)
     qs = matrix_product(q, s)
-    zero = Matrix(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Blocks(matrix_plus(p, matrix_product(q, t)), matrix_minus(zero, qs), matrix_minus(zero, t), s)
+    zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return ForceVelocityBlocks(matrix_plus(p, matrix_product(q, t)), matrix_minus(zero, qs), matrix_minus(zero, t), s)
 
 
 @njit(**INLINE)
-def right_side(half: float, mass: float, wrench: Wrench, inertial: Vector, old: Wrench) -> Wrench:
+def right_side(half: float, mass: float, wrench: Wrench, inertial: Vector3, old: Wrench) -> Wrench:
     """Return half of the step times the change of the rates of momentum; `old` holds the rates per mass before."""
     f, m = wrench.force, wrench.moment
     return Wrench(
-        Vector(
+        Vector3(
             half * (f.x + mass * (inertial.x - old.force.x)), half * (f.y + mass * (inertial.y - old.force.y)),
             half * (f.z + mass * (inertial.z - old.force.z)),
         ),
-        Vector(
+        Vector3(
             half * (m.x - mass * old.moment.x), half * (m.y - mass * old.moment.y), half * (m.z - mass * old.moment.z)
         ),
     )  # fmt: skip
@@ -144,13 +148,18 @@ def right_side(half: float, mass: float, wrench: Wrench, inertial: Vector, old: 
 def scale_wrench(factor: float, w: Wrench) -> Wrench:
     """Return a wrench times a number."""
     f, m = w.force, w.moment
-    return Wrench(Vector(factor * f.x, factor * f.y, factor * f.z), Vector(factor * m.x, factor * m.y, factor * m.z))
+    return Wrench(Vector3(factor * f.x, factor * f.y, factor * f.z), Vector3(factor * m.x, factor * m.y, factor * m.z))
 
 
 @njit(**INLINE)
 def eliminate_stone(
-    diagonal: Diagonal, lower: Diagonal, joint: JointEquations, half: float, upper_arm: Vector, lower_arm: Vector
-) -> tuple[Elimination, Diagonal]:
+    diagonal: DiagonalBlockAndRightSide,
+    lower: DiagonalBlockAndRightSide,
+    joint: JointEquations,
+    half: float,
+    upper_arm: Vector3,
+    lower_arm: Vector3,
+) -> tuple[EliminatedStone, DiagonalBlockAndRightSide]:
     """Eliminate a stone that stands on another, and return its solution and the equations of the stone below.
 
     `diagonal` and `lower` do not contain the joint between the two stones yet.
@@ -162,14 +171,14 @@ def eliminate_stone(
     below = blocks_product(inverse, coupling)
     alone = blocks_times_wrench(inverse, wrench_plus(diagonal.right, shift_wrench(w, upper_arm)))
     # e = alone + below · e_below: the coupling has a minus sign.
-    return Elimination(below, alone), Diagonal(
+    return EliminatedStone(below, alone), DiagonalBlockAndRightSide(
         blocks_minus(blocks_plus(lower.blocks, shift_blocks(b, lower_arm, lower_arm)), blocks_product(back, below)),
         wrench_plus(wrench_minus(lower.right, shift_wrench(w, lower_arm)), blocks_times_wrench(back, alone)),
     )
 
 
 @njit(**INLINE)
-def solve_lowest_stone(diagonal: Diagonal, joint: JointEquations, half: float, arm: Vector) -> Wrench:
+def solve_lowest_stone(diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half: float, arm: Vector3) -> Wrench:
     """Solve the equations of the stone on the ground, after those above are eliminated."""
     own = blocks_plus(diagonal.blocks, shift_blocks(joint.blocks, arm, arm))
     right = wrench_plus(diagonal.right, shift_wrench(scale_wrench(half, joint.wrench), arm))

@@ -12,7 +12,7 @@ by the rows of its contact points.
 from typing import Final, NamedTuple
 
 from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, StepRejectionFlags
-from overturning.dem.body.vectors import Matrix, Quaternion, SymmetricMatrix, Vector
+from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import TupleRowLayout
@@ -57,7 +57,7 @@ class StackAccount(NamedTuple):
     """Largest penetration so far, m."""
 
 
-class StackFindings(NamedTuple):
+class LargestContactChanges(NamedTuple):
     """Largest value of each finding over all contact points of a stack; 0 or less if no point has it."""
 
     changed: float
@@ -109,17 +109,17 @@ class StoneConstants(NamedTuple):
 class StoneState(NamedTuple):
     """Position, rotation, velocities and accelerations of a stone."""
 
-    place: Vector
+    place: Vector3
     """Position of the centre, m."""
     turn: Quaternion
     """Rotation from rest."""
-    velocity: Vector
+    velocity: Vector3
     """Velocity of the centre, m/s."""
-    momentum: Vector
+    momentum: Vector3
     """Angular momentum per mass, m²/s."""
-    acceleration: Vector
+    acceleration: Vector3
     """Acceleration of the centre, m/s²."""
-    moment: Vector
+    moment: Vector3
     """Moment of the contact forces about the centre per mass, m²/s²."""
 
 
@@ -144,56 +144,56 @@ class StoneOutcome(NamedTuple):
 class PredictedStone(NamedTuple):
     """Predicted state at the end of a step, before the equations are solved."""
 
-    place: Vector
+    place: Vector3
     turn: Quaternion
-    velocity: Vector
+    velocity: Vector3
     """Velocity after half of the step, m/s."""
-    momentum: Vector
+    momentum: Vector3
     """Angular momentum per mass after half of the step, m²/s."""
-    end: Vector
+    end: Vector3
     """Velocity at the end of the step, m/s."""
-    spin: Vector
+    spin: Vector3
     """Angular velocity at the end of the step, rad/s."""
 
 
-class Blocks(NamedTuple):
+class ForceVelocityBlocks(NamedTuple):
     """6 × 6 matrix of forces (f) and moments (m), by velocities (first) and angular velocities (second)."""
 
-    fv: Matrix
-    fw: Matrix
-    mv: Matrix
-    mw: Matrix
+    fv: Matrix3
+    fw: Matrix3
+    mv: Matrix3
+    mw: Matrix3
 
 
 class Wrench(NamedTuple):
     """Force and moment, or velocity and angular velocity."""
 
-    force: Vector
-    moment: Vector
+    force: Vector3
+    moment: Vector3
 
 
-class Diagonal(NamedTuple):
+class DiagonalBlockAndRightSide(NamedTuple):
     """Diagonal block and right-hand side of a stone in the equations of a step."""
 
-    blocks: Blocks
+    blocks: ForceVelocityBlocks
     right: Wrench
 
 
-class Elimination(NamedTuple):
+class EliminatedStone(NamedTuple):
     """Solution of a stone as a function of the change of the stone below: e = `alone` + `below` · e_below."""
 
-    below: Blocks
+    below: ForceVelocityBlocks
     alone: Wrench
 
 
 class StoneChange(NamedTuple):
     """Correction of the predicted velocity (m/s) and angular velocity (rad/s) of a stone by the solution."""
 
-    velocity: Vector
-    spin: Vector
+    velocity: Vector3
+    spin: Vector3
 
 
-class StoneSum(NamedTuple):
+class StoneContactSums(NamedTuple):
     """Contact forces on a stone at the solution: wrench, and impulse of contacts that closed early in the step."""
 
     at_end: Wrench
@@ -202,9 +202,9 @@ class StoneSum(NamedTuple):
 
 CASE: Final = TupleRowLayout(
     COLUMNS, CaseStepControl, StackConstants, StackClock, StackAccount, BodyBaseMotion, LoadedSampleNumber,
-    CaseProgress, StepAttempt, StepRejectionFlags, StackFindings, JointLosses, Vector,
+    CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointLosses, Vector3,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
-    COLUMNS, StoneConstants, StoneState, StonePeaks, StoneOutcome, PredictedStone, Matrix, Diagonal, Elimination,
-    StoneChange, StoneSum,
+    COLUMNS, StoneConstants, StoneState, StonePeaks, StoneOutcome, PredictedStone, Matrix3, DiagonalBlockAndRightSide,
+    EliminatedStone, StoneChange, StoneContactSums,
 )  # fmt: skip

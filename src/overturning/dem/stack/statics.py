@@ -11,7 +11,7 @@ from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.linear import solve_positive_definite_system
 from overturning.dem.stack.tables import JOINT, STONE
 from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
-from overturning.model.stack_stones import PatchAtRest, StackStone, patches_at_rest
+from overturning.model.stack_stones import ContactPatchAtRest, StackStone, patches_at_rest
 from overturning.units import STANDARD_GRAVITY
 
 FALLEN_TILT: Final = np.pi / 3.0
@@ -24,7 +24,7 @@ class JointTable:
 
     rows: NDArray[np.void]  # constants, of type `JOINT`, without friction; shape (joints,)
     penetration: FloatArray  # mean penetration at rest, m, shape (joints,)
-    patches: list[PatchAtRest]
+    patches: list[ContactPatchAtRest]
 
     @property
     def reach(self) -> FloatArray:

@@ -7,14 +7,14 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.stack.end_loops import (
     accept_or_reject_steps,
-    add_point_arm,
-    complete_stones,
-    end_joint,
-    end_point,
-    mark_crossed_patch,
-    store_histories,
-    store_joint_changes,
-    store_point_histories,
+    add_point_to_pressure_arm_sum,
+    complete_stone_step,
+    compute_joint_wrench,
+    compute_point_normal_force,
+    mark_joints_with_crossing_points,
+    store_accepted_joint_histories,
+    store_accepted_point_histories,
+    store_relative_velocity_changes,
 )
 from overturning.dem.stack.joint_state import JOINT, POINT
 from overturning.dem.stack.patch import (
@@ -88,12 +88,12 @@ def end_patch(
     case_rows: Any, upper: Any, lower: Any, joint: Any, points: Any, used: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Compute the forces of a joint at the end of the step; see `predict_patch`."""
-    store_joint_changes(upper, lower, joint, lane_count, on_ground)
+    store_relative_velocity_changes(upper, lower, joint, lane_count, on_ground)
     for n in range(used[0]):
-        end_point(case_rows, joint, point_window(points, used[1 + n]), lane_count)
+        compute_point_normal_force(case_rows, joint, point_window(points, used[1 + n]), lane_count)
     for n in range(used[0]):
-        add_point_arm(joint, point_window(points, used[1 + n]), lane_count)
-    end_joint(case_rows, upper, lower, joint, lane_count, on_ground)
+        add_point_to_pressure_arm_sum(joint, point_window(points, used[1 + n]), lane_count)
+    compute_joint_wrench(case_rows, upper, lower, joint, lane_count, on_ground)
 
 
 @njit(**INNER)
@@ -103,14 +103,14 @@ def complete_stacks(state: Any, stone_count: int, size: int, used: Any, lane_cou
     for s in range(stone_count):
         stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
         if s == 0:
-            complete_stones(case, stone, lane_count, 1)
+            complete_stone_step(case, stone, lane_count, 1)
         else:
-            complete_stones(case, stone, lane_count, None)
+            complete_stone_step(case, stone, lane_count, None)
         at = first + s * size
-        store_histories(case, state[at : at + JOINT_SIZE], lane_count)
+        store_accepted_joint_histories(case, state[at : at + JOINT_SIZE], lane_count)
         points = state[at + JOINT_SIZE : at + size]
         for n in range(used[s, 0]):
-            store_point_histories(case, point_window(points, used[s, 1 + n]), lane_count)
+            store_accepted_point_histories(case, point_window(points, used[s, 1 + n]), lane_count)
 
 
 @njit(**INNER)
@@ -165,6 +165,6 @@ def advance_stacks(
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 end_patch(case, stone, lower, joint, points, used[s], lane_count, None)
                 for n in range(corners[s], used[s, 0]):
-                    mark_crossed_patch(joint, point_window(points, used[s, 1 + n]), lane_count)
+                    mark_joints_with_crossing_points(joint, point_window(points, used[s, 1 + n]), lane_count)
         accept_or_reject_steps(case, lane_count, ticks)
         complete_stacks(state, stone_count, size, used, lane_count)

@@ -59,7 +59,7 @@ class StackResultColumns(NamedTuple):
     """Columns of the results of a case."""
 
     status: float
-    """`Status` as a number."""
+    """`CaseStatus` as a number."""
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float

@@ -11,8 +11,10 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import (
     FALLS,
     INK,
+    NARROW_WIDTH,
     SERIES,
     create_figure,
+    is_drawing_for_phone,
     label_axes,
     set_logarithmic_ticks,
     turn_axes_into_compass,
@@ -47,8 +49,9 @@ def motion_posterior_figure(
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
         same probability of the prior, and the stated interval, whose ends may be 0 or infinite.
     """
-    figure = create_figure(9.5, 6.2)
-    polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
+    rows, columns = (4, 1) if is_drawing_for_phone() else (2, 2)
+    figure = create_figure(*((NARROW_WIDTH, 10.8) if is_drawing_for_phone() else (9.5, 5.4)))
+    polar: Any = figure.add_subplot(rows, columns, 1, projection="polar")
     turn_axes_into_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
     both = np.sqrt(np.tile(velocity_axis_probabilities, 2))
@@ -63,13 +66,13 @@ def motion_posterior_figure(
         polar.plot(np.linspace(end - half, end + half, 60), np.full(60, 1.04 * both.max()), color=INK, linewidth=2)
     polar.set_yticks([])
     polar.set_title("axis of the largest velocity", fontsize=9)
-    bars = figure.add_subplot(2, 2, 2)
+    bars = figure.add_subplot(rows, columns, 2)
     best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_BARS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
     bars.tick_params(axis="y", labelsize=8)
     label_axes(bars, "probability, %", "")
     for place, (name, (values, below, before, (low, high))) in enumerate(strength_distributions.items()):
-        axes = figure.add_subplot(2, 2, 3 + place)
+        axes = figure.add_subplot(rows, columns, 3 + place)
         axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
         axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it")
         ends = max(low, values[0]), min(high, values[-1])

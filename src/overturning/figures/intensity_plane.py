@@ -112,7 +112,7 @@ def outcomes_by_pga_and_pgv_ratio_figure(
     shown = heights[:1] if is_drawing_for_phone() else heights[np.unique([0, heights.size - 1])]
     # The fit includes all frictions, the points show one.
     named = "fit: probability ½" if cube.sizes["friction"] == 1 else "fit of all µ together: probability ½"
-    figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
+    figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.4 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = pga_pgv_ratio_and_fall_probability(cube, intensity, float(height), float(b_over_h), friction)

@@ -30,7 +30,7 @@ from overturning.model.planes import fall_probability_to_either_side
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
-PANEL: Final = {1: 4.1, 2: 3.2, 3: 2.15}
+PANEL: Final = {1: 4.1, 2: 3.0, 3: 2.15}
 """Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
 
 STEP_DEG: Final = 2.0

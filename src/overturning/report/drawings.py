@@ -102,12 +102,13 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
     for number, inferred in enumerate(results.inferred_motions, 1):
         draw[f"backwards-{number}"] = partial(posterior, inferred)
     paths = {name: folder / f"{name}.svg" for name in draw}
-    narrow = {f"{NARROW}{name}": folder / NARROW / f"{name}.svg" for name in draw if name in STACKED}
+    stacked = [name for name in draw if name in STACKED or name.startswith("backwards")]
+    narrow = {f"{NARROW}{name}": folder / NARROW / f"{name}.svg" for name in stacked}
     with project_style():
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
         with figures_for_phone():
-            for name in sorted(STACKED & draw.keys()):
+            for name in stacked:
                 save_figure_files(draw[name](), folder / NARROW / f"{name}.svg")
             for name, drawn in _narrow_study_figures(results, found):
                 narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"

@@ -181,7 +181,7 @@ def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
         *(drawn_estimate(each.share_difference) for each in shapes),
     ]
     if one.rate_here is not None and one.rate_there is not None and one.primary_difference != one.share_difference:
-        rows = ["stones of a cemetery", "all computed blocks", *rows[1:]]
+        rows = ["stones of a cemetery", "all blocks", *rows[1:]]
         here, there = [drawn_estimate(one.rate_here), *here], [drawn_estimate(one.rate_there), *there]
         differences = [drawn_estimate(one.primary_difference), *differences]
     return overturned_share_contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)

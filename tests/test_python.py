@@ -426,7 +426,7 @@ def test_maps_of_several_records_have_one_scale(cube_file: Path) -> None:
     cube = overturning.open_cube(cube_file)
     maps = [axes for axes in overturning.plot.fall_map(cube, ["b", "a"]).axes if axes.name == "polar"]
     names = [", ".join(str(cube[name].values[place]) for name in ("station", "event")) for place in (1, 0)]
-    assert [axes.get_title() or names[0] for axes in maps] == names
+    assert [axes.get_title().strip() or names[0] for axes in maps] == names
     assert len({axes.get_ylim() for axes in maps}) == 1
     assert all(any(line.get_path_effects() for line in axes.lines) for axes in maps), "with their peak velocities"
 

@@ -47,7 +47,6 @@ def _reference_rows(found: Findings) -> Iterator[Row]:
 
 def _contrast_rows(found: Findings) -> Iterator[Row]:
     (one,) = (each for each in found.contrasts if each.primary)
-    yield _finding_row("falls in both", one.both_overturn, percent=True)
     yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
     yield _finding_row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
     if one.same_direction.value is not None:

@@ -50,7 +50,8 @@ return {texts: seen.join(" "), drawn: drawn.join(" ")};
 LETTERS = """
 const {wide, seen} = await onPhone((page) => {
   const sizes = [];
-  for (const one of page.querySelectorAll("figure > svg")) {
+  for (const one of page.querySelectorAll("figure > svg, figure > .narrow > svg")) {
+    if (!one.getBoundingClientRect().width) continue;  // in a fold
     const scale = one.getBoundingClientRect().width / one.viewBox.baseVal.width;
     for (const text of one.querySelectorAll("text")) sizes.push(scale * parseFloat(text.style.fontSize)); }
   return [Math.min(...sizes), sizes.length]; });

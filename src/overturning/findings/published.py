@@ -64,7 +64,7 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeak]:
 
 
 def count_blocks_that_agree_with_published(results: StudyResults) -> list[PublishedAgreement]:
-    """Count, for each variant, the blocks with which the study reproduces all published outcomes.
+    """Count, for each variant, the blocks whose computed outcomes all agree with the published ones.
 
     A block is a height and friction.
     """

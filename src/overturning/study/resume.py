@@ -175,7 +175,7 @@ def backup_cubes(results_folder: Path) -> None:
 
 
 def restore_cubes(results_folder: Path) -> None:
-    """Restore cubes that a run has deleted and not replaced, with the oldest file time; the next run makes them."""
+    """Restore cubes that an interrupted run has deleted; their file times mark them as out of date for the next run."""
     for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

@@ -141,7 +141,7 @@ class JointFriction(NamedTuple):
 
 
 class JointEquations(NamedTuple):
-    """Wrench of a joint at the predicted end, and its derivatives times half of the step, about the origin."""
+    """Force and moment of a joint about the origin at the end of a time step, as predicted, and their derivatives."""
 
     wrench: Wrench
     blocks: ForceVelocityBlocks

@@ -102,7 +102,7 @@ class StackTrajectory:
 
 
 def draw_fallen_stones(rows: FloatArray, stones: list[StackStone], interval: float, aftermath: float) -> FloatArray:
-    """Return the rows of a trajectory in which each fallen stone goes on in free flight until it meets the ground.
+    """Return a trajectory in which each fallen stone continues in free flight until it meets the ground.
 
     A stone that has fallen is not simulated any more; its path is drawn only. Rows are appended for `aftermath`
     seconds after the end (at most until all stones lie), in steps of `interval`, s.

@@ -167,7 +167,7 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
         with open_cube(cube_of(settings, [record], tmp_path, variant)) as cube:
             drawn = plot.fall_maps_by_block(cube)
             heading = drawn.get_suptitle().splitlines()[-1].partition(",")[0]
-            assert [panel.get_title() or heading for panel in drawn.axes] == said
+            assert [panel.get_title().strip() or heading for panel in drawn.axes] == said
             if variant == "nominal":  # on ice the stone slides and stands
                 with refused(ArgumentError, "boundary: nothing to draw: none of the 16 cases"):
                     plot.overturning_boundary(cube)

@@ -8,11 +8,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
+from overturning.figures.svg_translation import translate_svg
 from overturning.findings.collect import Findings, findings
 from overturning.findings.values import Estimate
 from overturning.report.filters import estimate, number, percent, share
 from overturning.study.load import load_study
 from verification.tables import ROOT, markdown_table, publish_markdown
+
+IMAGES: Final = ROOT / "docs" / "images"
+"""Folder of the images of README.md and README.ja.md."""
 
 Row = tuple[str, str, int]
 """Quantity, its value with its 95 % interval, and the number of earthquakes."""
@@ -59,6 +63,12 @@ STUDIES: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
 }  # fmt: skip
 
 
+def write_japanese_picture(path: Path) -> None:
+    """Write the copy of a figure with Japanese texts, for README.ja.md, next to it: NAME.ja.svg for NAME.svg."""
+    translated = translate_svg(path.read_text(encoding="utf-8"), "ja")
+    path.with_suffix(".ja.svg").write_text(translated, encoding="utf-8")
+
+
 def stack_table(found: Findings) -> str:
     """Return a table of falls, slip and twist of each stone of the stack and of its variants."""
     shares = {(one.variant, one.element): one.share_overturned for one in found.element_outcomes}
@@ -79,7 +89,7 @@ def stack_table(found: Findings) -> str:
 
 
 def main() -> None:
-    """Write the table of findings into README.md, that of the stack into docs/scenes.md, and copy the maps."""
+    """Write the table of findings into README.md and copy the maps of the studies, also with Japanese texts."""
     lines, stack = [], ""
     for name, rows in STUDIES.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")
@@ -91,7 +101,8 @@ def main() -> None:
             question = ""
     for picture, study_name in PICTURES.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
-        shutil.copyfile(drawn, ROOT / "docs" / "images" / picture)
+        shutil.copyfile(drawn, IMAGES / picture)
+        write_japanese_picture(IMAGES / picture)
     table = markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)
     publish_markdown({"found": table, "stack-3d": stack})
 

@@ -18,7 +18,8 @@ def model_of_cube(cube: "xr.Dataset") -> Model:
     if Body.direction not in cube.dims:
         return PlanarModel()
     # A part of a cube may lack any variable, but keeps its coordinates: a body has aspects, a stack its own depths.
-    return Body() if "aspect" in cube.coords else Stack()
+    is_stack = "slid_off" in cube or ("height" in cube.coords and "aspect" not in cube.coords)
+    return Stack() if is_stack else Body()
 
 
 def model_from_scene_or_shape(

@@ -14,11 +14,12 @@ from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
-from overturning.model.body import Body, cell_weight_in_direction_statistics
+from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
+from overturning.model.space import cell_weight_in_direction_statistics
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings

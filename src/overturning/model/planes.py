@@ -16,10 +16,11 @@ from typing_extensions import override
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.edges import combined_fall_flag_and_azimuth
-from overturning.model.geometry import azimuth_period_of_outcome_deg, size_reference_height_and_b_over_h
+from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import Grid
-from overturning.model.model import Model, StoneOutcomes, values_at_cells
+from overturning.model.model import StoneOutcomes, values_at_cells
 from overturning.model.scene import Scene, gravestone
+from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
     PLANE_PERIOD,
     ComputedCells,
@@ -165,7 +166,7 @@ def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = 
 
 
 @dataclass(frozen=True)
-class PlanarModel(Model):
+class PlanarModel(SceneModel):
     """2-D model: a block or a scene that moves in the vertical plane of each azimuth."""
 
     scene: Scene = field(default_factory=gravestone)
@@ -185,32 +186,14 @@ class PlanarModel(Model):
 
     @property
     @override
-    def free_element_names(self) -> tuple[str, ...]:
-        return self.scene.free_element_names
-
-    @property
-    @override
     def case_cost_over_block_cost(self) -> float:
         """Computing time of a case relative to a single block; other scenes need the slower general kernel."""
         return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
     @property
     @override
-    def scene_or_body_attributes(self) -> dict[str, str]:
-        return {"scene": self.scene.name}
-
-    @property
-    @override
     def direction_coordinate_attributes(self) -> dict[str, float]:
         return {"period": azimuth_period_of_outcome_deg(self.scene)}
-
-    @override
-    def height_and_b_over_h_or_defaults(
-        self, height: ArrayLike | None, b_over_h: ArrayLike | None
-    ) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H; sizes that are None are those of the reference element of the scene."""
-        own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
-        return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
     @override
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:

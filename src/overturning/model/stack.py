@@ -7,20 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from overturning.arrays import ArrayLike, FloatArray
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
-from overturning.model.body import SQUARE_PERIOD, Body
 from overturning.model.contact import VertexContact
-from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.grid import Grid
-from overturning.model.model import Model, StoneOutcomes
 from overturning.model.scene import Scene, gravestone
+from overturning.model.scene_model import SceneModel
+from overturning.model.space import SQUARE_PERIOD, SpaceModel
 from overturning.model.stack_stones import StackStone, check_stack, stack_stones
 from overturning.model.symmetry import FULL_TURN, ComputedCells
-from overturning.model.variables import BODY_VARIABLES, OutcomeVariable
+from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 _PER_STONE: Final = {
     "overturned", "fall_azimuth", "peak_tilt", "overturning_time", "residual_slip_north", "residual_slip_east",
@@ -56,7 +55,7 @@ def gravestone_with_depth() -> Scene:
 
 @suggest_closest_keyword()
 @dataclass(frozen=True)
-class Stack(Model):
+class Stack(SceneModel, SpaceModel):
     """3-D model: a stack of stones; neighbours touch with the upper face of one and the base of the other.
 
     Parameters
@@ -80,39 +79,15 @@ class Stack(Model):
 
     variables: ClassVar = STACK_VARIABLES
     ensemble_variables: ClassVar = tuple(
-        replace(item, per_element=item.name != "members") for item in Body.ensemble_variables
+        replace(item, per_element=item.name != "members") for item in BODY_ENSEMBLE_VARIABLES
     )
     comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
-    direction: ClassVar = Body.direction
     case_dims: ClassVar = ("height", "b_over_h", "friction")
-    copied: ClassVar = Body.copied
-    one_component: ClassVar = False
-    twists: ClassVar = True
-    reads: ClassVar = Body.reads
-    reads_outcomes: ClassVar = Body.reads_outcomes
-
-    @property
-    @override
-    def free_element_names(self) -> tuple[str, ...]:
-        return self.scene.free_element_names
 
     @property
     @override
     def case_cost_over_block_cost(self) -> float:
         return 60.0 * len(self.free_element_names)
-
-    @property
-    @override
-    def scene_or_body_attributes(self) -> dict[str, str]:
-        return {"scene": self.scene.name}
-
-    @override
-    def height_and_b_over_h_or_defaults(
-        self, height: ArrayLike | None, b_over_h: ArrayLike | None
-    ) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H of the reference element; those of the scene replace sizes that are None."""
-        own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
-        return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
     @override
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
@@ -142,13 +117,6 @@ class Stack(Model):
         return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
-    def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
-    ) -> None:
-        own = np.arange(computed_cells.cell.shape[0])[:, None]
-        outcome_arrays["repeated"] = grid.broadcast_over_grid(computed_cells.cell != own).astype(np.int8)
-
-    @override
     def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each orientation of a grid, the computed one, which differs by whole rotation periods."""
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
@@ -161,27 +129,9 @@ class Stack(Model):
     def ensemble_variables_of_cells(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        found = Body().ensemble_variables_of_cells(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
+        found = super().ensemble_variables_of_cells(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
         members = found["members"]
         return found | {"members": members if members.ndim == 1 else members.min(axis=1)}
-
-    @override
-    def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        return Body().distinct_direction_indices(cube)
-
-    @override
-    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-        return Body().fall_probability_and_direction_by_cell(cube, use_ensemble=use_ensemble)
-
-    @override
-    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        return Body().member_fall_shares_by_cell(cube)
-
-    @override
-    def square_stone_outcomes(
-        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
-    ) -> StoneOutcomes:
-        return Body().square_stone_outcomes(site_cube.expand_dims(aspect=[1.0]), face_azimuth_deg, cell_positions)
 
     def stones(self, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
         """Return the stones from the lowest up; height (m) and B/H are those of the reference element."""

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.model.body import cell_weight_in_direction_statistics
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, relative_weight_of_azimuths
+from overturning.model.space import cell_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_record_cubes, record_masks_by_group

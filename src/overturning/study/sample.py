@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.body import MIN_AGREEMENT, cell_weight_in_direction_statistics
 from overturning.model.planes import PlanarModel
+from overturning.model.space import MIN_AGREEMENT, cell_weight_in_direction_statistics
 from overturning.study.answers import CaseOutcomes, empty_case_outcomes
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model

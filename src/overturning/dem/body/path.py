@@ -1,6 +1,7 @@
 """Trajectory of a single 3-D body."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,22 @@ from overturning.arrays import FloatArray
 from overturning.dem.path import dataset_variable_tuple
 from overturning.model.results import CaseResults
 from overturning.model.variables import BODY_VARIABLES
+
+
+def rotate_to_east_north_up(components: FloatArray, direction_cosines: tuple[float, float]) -> FloatArray:
+    """Return vectors, shape (…, 3), given along x, y and z of a body's frame, by their components east, north and up.
+
+    `direction_cosines` are those of the orientation, north and east: x points towards it, y 90° anticlockwise from it.
+    """
+    cosine, sine = direction_cosines
+    x, y, z = np.moveaxis(components, -1, 0)
+    return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
+
+
+def vertical_axis_of_body(quaternion: FloatArray) -> FloatArray:
+    """Return the axis of a body that is vertical at rest, shape (…, 3), from its quaternion (w, x, y, z)."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -25,21 +42,13 @@ class BodyTrajectory:
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the case's dataset, with the outcomes in `results`."""
-        cosine, sine = self.cosines
-
-        def to_east_north_up(components: FloatArray) -> FloatArray:
-            # x points towards the orientation, y 90° anticlockwise from it.
-            x, y, z = np.moveaxis(components, -1, 0)
-            return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
+        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
 
         def columns(*column_names: str) -> FloatArray:
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
         quaternion = columns("qw", "qx", "qy", "qz")
-        w, x, y, z = quaternion.T
-        axis = to_east_north_up(
-            np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
-        )
+        axis = to_east_north_up(vertical_axis_of_body(quaternion))
         variables = {
             "place": dataset_variable_tuple(
                 "time enu", to_east_north_up(columns("x", "y", "z")), "m", "centre, in the frame of the base"

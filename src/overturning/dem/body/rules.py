@@ -33,9 +33,10 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactPointBeforeAndAfter,
     LoadedSampleNumber,
+    base_motion_over_sample,
 )
 from overturning.dem.body.vectors import (
-    Quaternion,
+    normalise_quaternion,
     rotation_matrix,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
@@ -48,7 +49,6 @@ from overturning.dem.kernel.ending import (
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
-    base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
@@ -176,9 +176,7 @@ def load_next_sample_into_lanes(
     )
     for j in range(lane_count):
         s = load_state(state, j)
-        q = s.turn
-        unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
-        store_turn(state, j, Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit))
+        store_turn(state, j, normalise_quaternion(s.turn))
         begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
@@ -189,12 +187,8 @@ def load_next_sample_into_lanes(
             continue
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
-        # A base that accelerates one way pushes the body the other way.
-        push_x = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
-        push_y = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
-        store_shaking(
-            state, j, BodyBaseMotion(push_x, push_y, base_acceleration_over_sample(up, i, course.amplitude, scale))
-        )
+        horizontal = along[motion_rows[lane_cases[j]]]
+        store_shaking(state, j, base_motion_over_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(

@@ -6,7 +6,7 @@ coincide with these at rest; vectors "in space" are components in this frame. `o
 the memory layout. The vertices of a body have an array of their own, one block of rows `VERTEX` per vertex.
 """
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from numba import njit
 
@@ -22,8 +22,8 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState
-from overturning.dem.kernel.ground import LinearBaseAcceleration
-from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
+from overturning.dem.kernel.ground import LinearBaseAcceleration, base_acceleration_over_sample
+from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
 
 COLUMNS: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
@@ -331,6 +331,22 @@ ROWS: Final = TupleRowLayout(
     LargestContactChanges, CaseRestState,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, PredictedContactPoint)
+
+
+@njit(**INNER)
+def base_motion_over_sample(
+    horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
+) -> BodyBaseMotion:
+    """Return the motion of the base from `sample` to the next one, multiplied by a factor.
+
+    `horizontal` holds the accelerations along x and y, shape (2, samples), and `up` the upward acceleration, m/s². A
+    base that accelerates one way pushes what stands on it the other way.
+    """
+    return BodyBaseMotion(
+        base_acceleration_over_sample(horizontal[0], sample, -amplitude_factor, samples_per_tick),
+        base_acceleration_over_sample(horizontal[1], sample, -amplitude_factor, samples_per_tick),
+        base_acceleration_over_sample(up, sample, amplitude_factor, samples_per_tick),
+    )
 
 
 @njit(**INLINE)

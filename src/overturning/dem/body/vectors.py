@@ -156,3 +156,10 @@ def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector3) -> 
         (c * q.y + a.y * q.w) + (a.z * q.x - a.x * q.z),
         (c * q.z + a.z * q.w) + (a.x * q.y - a.y * q.x),
     )
+
+
+@njit(**INLINE)
+def normalise_quaternion(q: Quaternion) -> Quaternion:
+    """Return a quaternion of nearly unit length scaled to length 1."""
+    unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
+    return Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit)

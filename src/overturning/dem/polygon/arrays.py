@@ -162,89 +162,85 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
 
 def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     """Return a lane's column of the state array, shape (rows,), for the prepared scene at rest."""
-    placed, laws, still = prepared_scene.placed, prepared_scene.laws, k.PlanarVector(0.0, 0.0, 0.0)
-    elements = []
-    for index, item in enumerate(placed):
-        dx, dz, turn = prepared_scene.displacement[index]
-        # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
-        pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
-        free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
-        frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
-        support, (x, z) = placed[prepared_scene.support[index]], prepared_scene.base[index]
-        home = k.ElementRestPose(
-            x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop
-        )
-        inertia = k.ElementConstants(
-            *free,
-            frame,
-            held,
-            float(prepared_scene.critical[index]),
-            *prepared_scene.largest_returning_rotations[index].tolist(),
-        )
-        peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
-        totals = k.ElementStepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
-        trial, record = (
-            k.PredictedElement(pose, still, still, 0.0, 0.0, still),
-            k.ElementProgress(0.0, 0.0, 0.0, 0.0, 0.0),
-        )
-        elements.append(
-            k.ElementState(
-                pose=pose,
-                velocity=still,
-                trial=trial,
-                acceleration=still,
-                force=still,
-                inertia=inertia,
-                totals=totals,
-                travel=k.SummedElementMotion(0.0, 0.0),
-                record=record,
-                home=home,
-            )
-        )
-    settled = np.inf if nearest_faces_never_change(placed) else 0.0
-    nearest = k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
-    seen, face, bounds = (
-        k.VertexPositionAtFace(0.0, 0.0),
-        k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0),
-        k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
-    )
-    pairs = []
-    for index, (pair, (a, b)) in enumerate(
-        zip(prepared_scene.pairs, placed_pieces_of_pairs(placed, prepared_scene.pairs), strict=True)
-    ):
-        tangential = laws.tangential[index]
-        compliance = 1.0 / tangential if tangential > 0 else 0.0
-        landing = LANDING if pair_uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0
-        law = k.ContactLaw(
-            laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
-        )
-        ends = [k.SegmentEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
-        for end in prepared_scene.loaded:
-            if end.pair == index:
-                carrier = k.MINE if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.THEIRS
-                ends[end.side] = k.SegmentEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
-        history = k.PairHistory(
-            k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
-        )
-        stands = float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b])
-        pairs.append(
-            k.PairState(
-                face_a=face,
-                face_b=face,
-                bounds=bounds,
-                law=law,
-                nearest=nearest,
-                history=history,
-                slid_one=0.0,
-                slid_two=0.0,
-                stands=stands,
-            )
-        )
+    elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.placed))]
+    pieces = placed_pieces_of_pairs(prepared_scene.placed, prepared_scene.pairs)
+    pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
     step = [0.0] * (rows.PAIR.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
     return np.array(
         [0.0] * rows.CASE.count
         + rows.flatten_nested_tuples(elements)
         + [number for pair in pairs for number in rows.flatten_nested_tuples(pair) + step]
+    )
+
+
+def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.ElementState:
+    """Return the state of an element of the prepared scene at rest."""
+    placed, still = prepared_scene.placed, k.PlanarVector(0.0, 0.0, 0.0)
+    item, (dx, dz, turn) = placed[index], prepared_scene.displacement[index]
+    # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
+    pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
+    free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
+    support, (x, z) = placed[prepared_scene.support[index]], prepared_scene.base[index]
+    return k.ElementState(
+        pose=pose,
+        velocity=still,
+        trial=k.PredictedElement(pose, still, still, 0.0, 0.0, still),
+        acceleration=still,
+        force=still,
+        inertia=k.ElementConstants(
+            *free,
+            float(item.element.kind != "driven"),
+            float(item.element.kind == "held"),
+            float(prepared_scene.critical[index]),
+            *prepared_scene.largest_returning_rotations[index].tolist(),
+        ),
+        totals=k.ElementStepTotals(
+            moved=0.0,
+            turned=0.0,
+            work=0.0,
+            peak_back=max(-turn, 0.0),
+            peak_on=max(turn, 0.0),
+            last_upright=-1.0,
+            power=0.0,
+        ),
+        travel=k.SummedElementMotion(0.0, 0.0),
+        record=k.ElementProgress(0.0, 0.0, 0.0, 0.0, 0.0),
+        home=k.ElementRestPose(
+            x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop
+        ),
+    )
+
+
+def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
+    """Return the state of a pair of convex pieces, `a` and `b`, of the prepared scene at rest."""
+    placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
+    tangential = laws.tangential[index]
+    ends = [k.SegmentEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+    for end in prepared_scene.loaded:
+        if end.pair == index:
+            carrier = k.MINE if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.THEIRS
+            ends[end.side] = k.SegmentEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
+    seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
+    settled = np.inf if nearest_faces_never_change(placed) else 0.0
+    return k.PairState(
+        face_a=face,
+        face_b=face,
+        bounds=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
+        law=k.ContactLaw(
+            laws.normal[index],
+            tangential,
+            laws.dashpot[index],
+            laws.friction[index],
+            1.0 / tangential if tangential > 0 else 0.0,
+            LANDING if pair_uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0,
+        ),
+        nearest=k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0),
+        history=k.PairHistory(
+            k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
+        ),
+        slid_one=0.0,
+        slid_two=0.0,
+        stands=float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b]),
     )
 
 

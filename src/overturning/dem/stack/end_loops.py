@@ -6,7 +6,7 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.commit import base_motion_stays_below_limit
-from overturning.dem.body.state import BodyBaseMotion, StepRejectionFlags, lean_as_squared_sine
+from overturning.dem.body.state import StepRejectionFlags, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -22,13 +22,59 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import (
     BODY,
-    CaseStepControl,
-    StepAttempt,
     StepContactChanges,
     choose_next_step_attempt,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
 from overturning.dem.kernel.mechanics import updated_maximum
+from overturning.dem.stack.access import (
+    add_losses,
+    larger_of,
+    load_account,
+    load_arm,
+    load_attempt,
+    load_axes,
+    load_case,
+    load_change,
+    load_clock,
+    load_constants,
+    load_findings,
+    load_frame,
+    load_friction,
+    load_history,
+    load_inertial,
+    load_joint,
+    load_joint_change,
+    load_landing,
+    load_losses,
+    load_next_history,
+    load_next_point,
+    load_peaks,
+    load_place,
+    load_point,
+    load_point_sum,
+    load_predicted,
+    load_rejection,
+    load_shaking,
+    load_sum,
+    load_time,
+    store_account_unless,
+    store_arm,
+    store_attempt,
+    store_findings,
+    store_history_unless,
+    store_joint_change,
+    store_losses,
+    store_next_history,
+    store_next_point,
+    store_peaks_unless,
+    store_point_sum,
+    store_point_unless,
+    store_rejection,
+    store_stone_unless,
+    store_sum,
+    store_time,
+)
 from overturning.dem.stack.joint import (
     joint_lands_flat,
     landing_time_of_new_point,
@@ -39,16 +85,9 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     JointBeforeAndAfter,
-    JointConstants,
-    JointEquations,
-    JointFriction,
-    JointLanding,
-    JointRelativeMotion,
-    PointBeforeAndAfter,
     PointEnd,
     PointPlace,
     PressureArmSum,
-    SolvedJointPointSums,
 )
 from overturning.dem.stack.patch import (
     upper_face_centre,
@@ -59,16 +98,10 @@ from overturning.dem.stack.solve import (
     wrench_plus,
 )
 from overturning.dem.stack.state import (
-    CASE,
     STONE,
-    JointLosses,
-    LargestContactChanges,
-    PredictedStone,
     StackAccount,
     StackClock,
-    StackConstants,
     StoneChange,
-    StoneConstants,
     StoneContactSums,
     StoneOutcome,
     StonePeaks,
@@ -77,39 +110,7 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_clock, load_case, load_shaking = (
-    CASE.lane_access(CaseStepControl).load,
-    CASE.lane_access(StackConstants).load,
-    CASE.lane_access(BodyBaseMotion).load,
-)
-load_time, store_time, _ = CASE.lane_access(StackClock)
-load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
-load_rejection, store_rejection, _ = CASE.lane_access(StepRejectionFlags)
-load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
-load_losses, store_losses, _ = CASE.lane_access(JointLosses)
-load_account, _, store_account = CASE.lane_access(StackAccount)
-load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
-load_constants = STONE.lane_access(StoneConstants).load
-load_stone, _, store_stone = STONE.lane_access(StoneState)
-load_peaks, _, store_peaks = STONE.lane_access(StonePeaks)
-load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
-load_axes, store_axes, _ = STONE.lane_access(Matrix3)
-load_change, store_change, _ = STONE.lane_access(StoneChange)
-load_sum, store_sum, _ = STONE.lane_access(StoneContactSums)
-load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointRelativeMotion).load
-load_history, _, store_history = JOINT.lane_access(JointBeforeAndAfter, "old")
-load_next_history, store_next_history, _ = JOINT.lane_access(JointBeforeAndAfter, "new")
-load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
-load_arm, store_arm, _ = JOINT.lane_access(PressureArmSum)
-load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
-load_place = POINT.lane_access(PointPlace).load
-load_point, _, store_point = POINT.lane_access(PointBeforeAndAfter, "old")
-load_next_point, store_next_point, _ = POINT.lane_access(PointBeforeAndAfter, "new")
-load_joint_change, store_joint_change, _ = JOINT.lane_access(JointEquations, "wrench")
-load_point_sum, store_point_sum, _ = JOINT.lane_access(SolvedJointPointSums, "at_end")
-add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
 add_end, no_end = tuple_arithmetic(PointEnd).plus, tuple_arithmetic(PointEnd).zero
-larger_of, no_findings = tuple_arithmetic(LargestContactChanges).largest, tuple_arithmetic(LargestContactChanges).zero
 FINE: Final = BODY.fine
 PRESENT: Final = STONE.row_start(StoneOutcome, "present")
 SLID, NEW_SLID = JOINT.row_start(JointBeforeAndAfter, "old.slid"), JOINT.row_start(JointBeforeAndAfter, "new.slid")
@@ -264,12 +265,12 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         lean = lean_as_squared_sine(axes)
         tick = load_time(case_rows, j).tick
         skip = again | (not present)
-        store_stone(rows, j, skip, StoneState(
+        store_stone_unless(rows, j, skip, StoneState(
             place=extrapolate_vector(p.place, half, change.velocity), turn=turn, velocity=velocity,
             momentum=plus(extrapolate_vector(p.momentum, half, moment), scale_vector(one, t)),
             acceleration=acceleration, moment=moment,
         ))  # fmt: skip
-        store_peaks(rows, j, skip, StonePeaks(
+        store_peaks_unless(rows, j, skip, StonePeaks(
             updated_maximum(peaks.lean, lean), tick if lean < constants.critical else peaks.last_upright
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
@@ -281,7 +282,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
                 account.lost + (half * (account.loss + losses.power) + losses.let_go),
                 0.0, losses.power, updated_maximum(account.depth, load_findings(case_rows, j).depth),
             )  # fmt: skip
-        store_account(case_rows, j, again, StackAccount(
+        store_account_unless(case_rows, j, again, StackAccount(
             account.work + half * power, account.lost, account.power + power, account.loss, account.depth
         ))  # fmt: skip
 
@@ -291,7 +292,7 @@ def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: 
     """Store the new state of a joint after accepted steps; after rejected ones, only whether it slid."""
     for j in range(lane_count):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
-        store_history(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
+        store_history_unless(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
         joint_rows[SLID + j] = select(rejected.sooner > 0.0, joint_rows[SLID + j], slid)
 
 
@@ -299,4 +300,4 @@ def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: 
 def store_accepted_point_histories(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store the new state of a point after accepted steps."""
     for j in range(lane_count):
-        store_point(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))
+        store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

@@ -6,10 +6,9 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.state import BodyBaseMotion, lean_as_squared_sine
+from overturning.dem.body.state import lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Matrix3,
-    Quaternion,
     Vector3,
     dot_product,
     matrix_product,
@@ -21,40 +20,41 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.ending import GOES_ON, CaseProgress
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER, create_window_slicer
+from overturning.dem.stack.access import (
+    load_account,
+    load_case,
+    load_constants,
+    load_course,
+    load_history,
+    load_joint,
+    load_outcome,
+    load_outline,
+    load_peaks,
+    load_point,
+    load_shaking,
+    load_stone,
+    load_time,
+    store_account,
+    store_outcome,
+)
 from overturning.dem.stack.joint import squared_length
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
-    JointBeforeAndAfter,
-    JointConstants,
-    PointBeforeAndAfter,
-    PointOutline,
 )
 from overturning.dem.stack.predict_loops import stone_spin
 from overturning.dem.stack.state import (
     CASE,
     STONE,
     StackAccount,
-    StackClock,
-    StackConstants,
     StoneConstants,
     StoneOutcome,
-    StonePeaks,
     StoneState,
 )
 from overturning.dem.stack.step import joint_size
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_case, load_time = CASE.lane_access(StackConstants).load, CASE.lane_access(StackClock).load
-load_account, store_account, _ = CASE.lane_access(StackAccount)
-load_course, load_shaking = CASE.lane_access(CaseProgress).load, CASE.lane_access(BodyBaseMotion).load
-load_constants, load_stone = STONE.lane_access(StoneConstants).load, STONE.lane_access(StoneState).load
-load_peaks = STONE.lane_access(StonePeaks).load
-load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
-load_joint, load_history = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointBeforeAndAfter, "old").load
-load_outline = POINT.lane_access(PointOutline).load
-load_point = POINT.lane_access(PointBeforeAndAfter, "old").load
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
 ENERGY, SAMPLE = CASE.row_start(CaseProgress, "energy"), CASE.row_start(CaseProgress, "sample")
 
@@ -283,10 +283,3 @@ def record_stack_motion(
         row[at + 7], row[at + 8], row[at + 9] = stone.velocity
         row[at + 10], row[at + 11], row[at + 12] = spin
         row[at + 13] = load_outcome(of_stone(state, s), 0).present
-
-
-@njit(**INLINE)
-def normalise_quaternion(q: Quaternion) -> Quaternion:
-    """Return a quaternion of nearly unit length scaled to length 1."""
-    unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
-    return Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit)

@@ -22,6 +22,18 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer, select
+from overturning.dem.stack.access import (
+    load_axes,
+    load_clip,
+    load_constants,
+    load_frame,
+    load_outline,
+    load_place,
+    load_predicted,
+    store_clip,
+    store_frame,
+    store_place,
+)
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
@@ -34,12 +46,6 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneOutcome
 
-load_outline = POINT.lane_access(PointOutline).load
-load_place, store_place, _ = POINT.lane_access(PointPlace)
-load_clip, store_clip, _ = POINT.lane_access(ClippedSide)
-load_constants, load_predicted = STONE.lane_access(StoneConstants).load, STONE.lane_access(PredictedStone).load
-load_axes = STONE.lane_access(Matrix3).load
-load_frame, store_frame, _ = JOINT.lane_access(JointRelativeMotion)
 P: Final = POINT.size
 point_window: Final = create_window_slicer(P)
 """Return the rows of a point of a joint."""

@@ -1,11 +1,13 @@
 """Trajectory of the stones of a 3-D stack."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.dem.body.path import rotate_to_east_north_up, vertical_axis_of_body
 from overturning.dem.path import dataset_variable_tuple
 from overturning.model.results import CaseResults
 from overturning.model.stack import STACK_VARIABLES
@@ -34,19 +36,11 @@ class StackTrajectory:
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the case's dataset, with the outcomes in `results`."""
-        cosine, sine = self.cosines
-
-        def to_east_north_up(components: FloatArray) -> FloatArray:
-            # x points towards the orientation, y 90° anticlockwise from it.
-            x, y, z = np.moveaxis(components, -1, 0)
-            return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
+        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
 
         columns = self.rows[:, GROUND_COLUMNS:].reshape(len(self.rows), len(self.stones), STONE_COLUMNS)
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
-        w, x, y, z = np.moveaxis(quaternion, -1, 0)
-        axis = to_east_north_up(
-            np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
-        )
+        axis = to_east_north_up(vertical_axis_of_body(quaternion))
         drawn = [stone.drawn_corners_and_edges() for stone in self.stones]
         outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
         edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import IN_THE_AIR, BodyBaseMotion
+from overturning.dem.body.state import IN_THE_AIR
 from overturning.dem.body.vectors import (
     Matrix3,
     SymmetricMatrix,
@@ -20,11 +20,48 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import (
     BODY,
-    CaseStepControl,
-    StepAttempt,
 )
 from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
 from overturning.dem.kernel.lanes import APART, INLINE, tuple_arithmetic
+from overturning.dem.stack.access import (
+    load_attempt,
+    load_axes,
+    load_case,
+    load_change,
+    load_clock,
+    load_constants,
+    load_diagonal,
+    load_elimination,
+    load_equations,
+    load_frame,
+    load_history,
+    load_inertial,
+    load_joint,
+    load_landing,
+    load_normal,
+    load_place,
+    load_point,
+    load_predicted,
+    load_shaking,
+    load_stone,
+    load_time,
+    no_findings,
+    no_losses,
+    store_axes,
+    store_change,
+    store_diagonal,
+    store_elimination,
+    store_equations,
+    store_findings,
+    store_friction,
+    store_inertial,
+    store_landing,
+    store_losses,
+    store_normal,
+    store_predicted,
+    store_sum,
+    store_time,
+)
 from overturning.dem.stack.joint import (
     joint_equation_terms,
     joint_lands_flat,
@@ -34,17 +71,8 @@ from overturning.dem.stack.joint import (
     predicted_force_per_weight_and_contact,
 )
 from overturning.dem.stack.joint_state import (
-    JOINT,
-    POINT,
-    JointBeforeAndAfter,
-    JointConstants,
-    JointEquations,
-    JointFriction,
     JointLanding,
     JointNormalSums,
-    JointRelativeMotion,
-    PointBeforeAndAfter,
-    PointPlace,
 )
 from overturning.dem.stack.patch import (
     upper_face_centre,
@@ -59,52 +87,17 @@ from overturning.dem.stack.solve import (
     wrench_plus,
 )
 from overturning.dem.stack.state import (
-    CASE,
-    STONE,
     DiagonalBlockAndRightSide,
-    EliminatedStone,
-    JointLosses,
-    LargestContactChanges,
     PredictedStone,
     StackClock,
-    StackConstants,
     StoneChange,
-    StoneConstants,
     StoneContactSums,
     StoneState,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_clock, load_case, load_shaking = (
-    CASE.lane_access(CaseStepControl).load,
-    CASE.lane_access(StackConstants).load,
-    CASE.lane_access(BodyBaseMotion).load,
-)
-load_time, store_time, _ = CASE.lane_access(StackClock)
-load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
-load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
-load_losses, store_losses, _ = CASE.lane_access(JointLosses)
-load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
-load_constants = STONE.lane_access(StoneConstants).load
-load_stone, _, store_stone = STONE.lane_access(StoneState)
-load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
-load_axes, store_axes, _ = STONE.lane_access(Matrix3)
-load_diagonal, store_diagonal, _ = STONE.lane_access(DiagonalBlockAndRightSide)
-load_elimination, store_elimination, _ = STONE.lane_access(EliminatedStone)
-load_change, store_change, _ = STONE.lane_access(StoneChange)
-load_sum, store_sum, _ = STONE.lane_access(StoneContactSums)
-load_joint, load_frame = JOINT.lane_access(JointConstants).load, JOINT.lane_access(JointRelativeMotion).load
-load_history, _, store_history = JOINT.lane_access(JointBeforeAndAfter, "old")
-load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
-load_normal, store_normal, _ = JOINT.lane_access(JointNormalSums)
-load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
-load_equations, store_equations, _ = JOINT.lane_access(JointEquations)
-load_place = POINT.lane_access(PointPlace).load
-load_point, _, store_point = POINT.lane_access(PointBeforeAndAfter, "old")
 add_normal, no_normal = tuple_arithmetic(JointNormalSums).plus, tuple_arithmetic(JointNormalSums).zero
-add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
-larger_of, no_findings = tuple_arithmetic(LargestContactChanges).largest, tuple_arithmetic(LargestContactChanges).zero
 no_sum, no_wrench = tuple_arithmetic(StoneContactSums).zero, tuple_arithmetic(Wrench).zero
 FINE: Final = BODY.fine
 

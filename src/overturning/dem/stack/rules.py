@@ -7,23 +7,40 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, lean_as_squared_sine
+from overturning.dem.body.state import LoadedSampleNumber, base_motion_over_sample, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
     Vector3,
     matrix_times_vector,
+    normalise_quaternion,
     rotation_matrix,
     transpose,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress
-from overturning.dem.kernel.ground import GroundMotion, base_acceleration_over_sample
+from overturning.dem.kernel.ending import CaseProgress, progress_after_sample_end
+from overturning.dem.kernel.ground import GroundMotion
 from overturning.dem.kernel.lanes import INNER, aligned_zeros
 from overturning.dem.kernel.queue import QueueSettings, register_model_functions
+from overturning.dem.stack.access import (
+    load_course,
+    load_outcome,
+    load_stone,
+    store_attempt,
+    store_case,
+    store_clock,
+    store_constants,
+    store_course,
+    store_joint,
+    store_outcome,
+    store_outline,
+    store_peaks,
+    store_shaking,
+    store_stone,
+    store_turn,
+)
 from overturning.dem.stack.ending import (
     first_fallen_stone,
-    normalise_quaternion,
     of_stone,
     record_stack_motion,
     stack_status,
@@ -33,9 +50,7 @@ from overturning.dem.stack.ending import (
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
-    JointBeforeAndAfter,
     JointConstants,
-    PointBeforeAndAfter,
     PointOutline,
 )
 from overturning.dem.stack.state import (
@@ -52,19 +67,6 @@ from overturning.dem.stack.state import (
 from overturning.dem.stack.step import advance_stacks, joint_size
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-store_step_control, store_case, store_time = (
-    CASE.lane_access(of).store for of in (CaseStepControl, StackConstants, StackClock)
-)
-load_course, store_course, _ = CASE.lane_access(CaseProgress)
-store_attempt, store_shaking = CASE.lane_access(StepAttempt).store, CASE.lane_access(BodyBaseMotion).store
-load_stone, store_stone, _ = STONE.lane_access(StoneState)
-load_constants, store_constants, _ = STONE.lane_access(StoneConstants)
-store_turn = STONE.lane_access(StoneState, "turn").store
-store_peaks = STONE.lane_access(StonePeaks).store
-load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
-load_joint, store_joint, _ = JOINT.lane_access(JointConstants)
-store_history = JOINT.lane_access(JointBeforeAndAfter, "old").store
-store_outline, store_point = POINT.lane_access(PointOutline).store, POINT.lane_access(PointBeforeAndAfter, "old").store
 TICK, SAMPLE = CASE.row_start(StackClock, "tick"), CASE.row_start(CaseProgress, "sample")
 ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(LoadedSampleNumber, "sample")
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
@@ -134,7 +136,7 @@ def initialise_lane(
     for s in range(stones.size):
         mass += stones[s].mass
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_size(outlines.shape[2])
-    store_step_control(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
+    store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
     store_case(state, lane, StackConstants(
         sampling_interval / ticks_per_sample, mass, case.deepest, case.steady, case.still
     ))  # fmt: skip
@@ -231,9 +233,9 @@ def load_next_sample(
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
             rows[LAST_UPRIGHT + j] = -1.0
     for j in range(lane_count):
-        tick = state[TICK + j]
-        over = (1.0 if tick >= ticks else 0.0) + (1.0 if tick >= 2.0 * ticks else 0.0)
-        state[SAMPLE + j], state[TICK + j] = state[SAMPLE + j] + over, tick - over * ticks
+        # The times at which the stones were upright are their own, above.
+        begun = progress_after_sample_end(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
+        state[SAMPLE + j], state[TICK + j] = begun[0], begun[1]
     last = up.shape[0] - 3
     for j in range(lane_count):
         course = load_course(state, j)
@@ -241,12 +243,8 @@ def load_next_sample(
             continue
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
-        # A base that accelerates one way pushes the stones the other way.
-        push_x = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 0], i, -course.amplitude, scale)
-        push_y = base_acceleration_over_sample(along[motion_rows[lane_cases[j]], 1], i, -course.amplitude, scale)
-        store_shaking(
-            state, j, BodyBaseMotion(push_x, push_y, base_acceleration_over_sample(up, i, course.amplitude, scale))
-        )
+        horizontal = along[motion_rows[lane_cases[j]]]
+        store_shaking(state, j, base_motion_over_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(

@@ -1,0 +1,92 @@
+"""Compiled functions that load the tuples of a stack, its stones, joints and points from a lane, and store them.
+
+A name says what is loaded or stored: ``load_stone(rows, lane)``, ``store_stone(rows, lane, value)``, and
+``store_stone_unless(rows, lane, keep, value)``, which leaves the lane as it is if `keep` is true. Histories and points
+are those before the step; ``next_`` stands for those after it.
+"""
+
+from overturning.dem.body.state import BodyBaseMotion, StepRejectionFlags
+from overturning.dem.body.vectors import Matrix3, Vector3
+from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import CaseProgress
+from overturning.dem.kernel.lanes import tuple_arithmetic
+from overturning.dem.stack.joint_state import (
+    JOINT,
+    POINT,
+    ClippedSide,
+    JointBeforeAndAfter,
+    JointConstants,
+    JointEquations,
+    JointFriction,
+    JointLanding,
+    JointNormalSums,
+    JointRelativeMotion,
+    PointBeforeAndAfter,
+    PointOutline,
+    PointPlace,
+    PressureArmSum,
+    SolvedJointPointSums,
+)
+from overturning.dem.stack.state import (
+    CASE,
+    STONE,
+    DiagonalBlockAndRightSide,
+    EliminatedStone,
+    JointLosses,
+    LargestContactChanges,
+    PredictedStone,
+    StackAccount,
+    StackClock,
+    StackConstants,
+    StoneChange,
+    StoneConstants,
+    StoneContactSums,
+    StoneOutcome,
+    StonePeaks,
+    StoneState,
+)
+
+load_account, store_account, store_account_unless = CASE.lane_access(StackAccount)
+load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
+load_case, store_case, _ = CASE.lane_access(StackConstants)
+load_clock, store_clock, _ = CASE.lane_access(CaseStepControl)
+load_course, store_course, _ = CASE.lane_access(CaseProgress)
+load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
+load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
+load_losses, store_losses, _ = CASE.lane_access(JointLosses)
+load_rejection, store_rejection, _ = CASE.lane_access(StepRejectionFlags)
+load_shaking, store_shaking, _ = CASE.lane_access(BodyBaseMotion)
+load_time, store_time, _ = CASE.lane_access(StackClock)
+
+load_axes, store_axes, _ = STONE.lane_access(Matrix3)
+load_change, store_change, _ = STONE.lane_access(StoneChange)
+load_constants, store_constants, _ = STONE.lane_access(StoneConstants)
+load_diagonal, store_diagonal, _ = STONE.lane_access(DiagonalBlockAndRightSide)
+load_elimination, store_elimination, _ = STONE.lane_access(EliminatedStone)
+load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
+load_peaks, store_peaks, store_peaks_unless = STONE.lane_access(StonePeaks)
+load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
+load_stone, store_stone, store_stone_unless = STONE.lane_access(StoneState)
+load_sum, store_sum, _ = STONE.lane_access(StoneContactSums)
+store_turn = STONE.lane_access(StoneState, "turn").store
+
+load_arm, store_arm, _ = JOINT.lane_access(PressureArmSum)
+load_equations, store_equations, _ = JOINT.lane_access(JointEquations)
+load_frame, store_frame, _ = JOINT.lane_access(JointRelativeMotion)
+load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
+load_history, _, store_history_unless = JOINT.lane_access(JointBeforeAndAfter, "old")
+load_joint, store_joint, _ = JOINT.lane_access(JointConstants)
+load_joint_change, store_joint_change, _ = JOINT.lane_access(JointEquations, "wrench")
+load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
+load_next_history, store_next_history, _ = JOINT.lane_access(JointBeforeAndAfter, "new")
+load_normal, store_normal, _ = JOINT.lane_access(JointNormalSums)
+load_point_sum, store_point_sum, _ = JOINT.lane_access(SolvedJointPointSums, "at_end")
+
+load_clip, store_clip, _ = POINT.lane_access(ClippedSide)
+load_next_point, store_next_point, _ = POINT.lane_access(PointBeforeAndAfter, "new")
+load_outline, store_outline, _ = POINT.lane_access(PointOutline)
+load_place, store_place, _ = POINT.lane_access(PointPlace)
+load_point, _, store_point_unless = POINT.lane_access(PointBeforeAndAfter, "old")
+
+add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
+larger_of, no_findings = tuple_arithmetic(LargestContactChanges).largest, tuple_arithmetic(LargestContactChanges).zero

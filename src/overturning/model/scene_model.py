@@ -1,0 +1,42 @@
+"""What the 2-D and the 3-D model of a scene have in common: names of elements, sizes, attributes of a dataset."""
+
+from typing import TYPE_CHECKING
+
+from typing_extensions import override
+
+from overturning.arrays import ArrayLike
+from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.model import Model
+
+if TYPE_CHECKING:
+    from overturning.model.scene import Scene
+
+
+class SceneModel(Model):
+    """Abstract base class of the models of a scene.
+
+    Attributes
+    ----------
+    scene : Scene
+        Scene with its elements.
+    """
+
+    scene: "Scene"
+
+    @property
+    @override
+    def free_element_names(self) -> tuple[str, ...]:
+        return self.scene.free_element_names
+
+    @property
+    @override
+    def scene_or_body_attributes(self) -> dict[str, str]:
+        return {"scene": self.scene.name}
+
+    @override
+    def height_and_b_over_h_or_defaults(
+        self, height: ArrayLike | None, b_over_h: ArrayLike | None
+    ) -> tuple[ArrayLike, ArrayLike]:
+        """Return heights (m) and B/H; sizes that are None are those of the reference element of the scene."""
+        own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
+        return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h

@@ -1,0 +1,157 @@
+"""What the 3-D models have in common: falls towards any azimuth, and one cell for each orientation."""
+
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from overturning.arrays import ArrayLike, FloatArray
+from overturning.model.grid import Grid
+from overturning.model.model import Model, StoneOutcomes, values_at_cells
+from overturning.model.symmetry import ComputedCells, nearest_computed_cells
+from overturning.model.variables import INT8_MISSING, outcome_is_known
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SQUARE_PERIOD: Final = 90.0
+"""Rotation period of a stone of square footprint, degrees."""
+
+MIN_AGREEMENT: Final = float(np.cos(np.radians(15.0)))
+"""Mean resultant of directions that lie 15° to either side of their mean."""
+
+_MEMBERS: Final = {
+    "falls": "probability_falls",
+    "direction_cosine": "fall_north",
+    "direction_sine": "fall_east",
+    "axis_cosine": "fall_axis_cosine",
+    "axis_sine": "fall_axis_sine",
+}
+"""Cube variables with ensemble means, by name of the variable of `Model.fall_probability_and_direction_by_cell`."""
+
+
+def cell_weight_in_direction_statistics(
+    fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
+) -> FloatArray:
+    """Return each cell's weight in direction statistics: 1 if all its members fall one way, 0 if in all directions.
+
+    The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
+    without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is
+    negative and 1 where fewer than two members fall, as they tell nothing of a spread.
+
+    Parameters
+    ----------
+    fall_share, mean_fall_north, mean_fall_east : array_like
+        ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
+    member_count : array_like
+        Members with an outcome.
+    """
+    fell = np.nan_to_num(np.asarray(fall_share, np.float64))
+    count = fell * np.asarray(member_count, np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = (np.asarray(mean_fall_north, np.float64) ** 2 + np.asarray(mean_fall_east, np.float64) ** 2) / fell**2
+        known = np.sqrt(np.clip((count * square - 1.0) / (count - 1.0), 0.0, 1.0))
+    return np.asarray(np.where(count > 1.5, known, 1.0))
+
+
+class SpaceModel(Model):
+    """Abstract base class of the 3-D models; each orientation of the grid has the same weight."""
+
+    direction: ClassVar = "orientation"
+    copied: ClassVar = "repeated"
+    one_component: ClassVar = False
+    twists: ClassVar = True
+    reads: ClassVar = ("overturned", "fall_azimuth", *_MEMBERS.values())
+    reads_outcomes: ClassVar = (
+        "overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist"
+    )  # fmt: skip
+
+    @override
+    def rotate_copied_outcomes_in_place(
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+    ) -> None:
+        own = np.arange(computed_cells.cell.shape[0])[:, None]
+        outcome_arrays["repeated"] = grid.broadcast_over_grid(computed_cells.cell != own).astype(np.int8)
+
+    @override
+    def ensemble_variables_of_cells(
+        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        """Compute the share of ensemble members that fall and the mean sines and cosines of their fall directions."""
+        known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
+        first, second = (
+            (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
+        )
+
+        def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
+            """Return each cell's mean over the selected members with an outcome; a standing member counts as 0."""
+            count = (known & selected_members).sum(axis=1)
+            # Rounded: cosines differ in the last digit between processors.
+            total = np.round(np.where(fell & selected_members, member_values, 0.0), 9).sum(axis=1)
+            return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+        return {
+            "probability_falls": member_mean(1.0),
+            "fall_north": member_mean(np.cos(angle)),
+            "fall_east": member_mean(np.sin(angle)),
+            "fall_axis_cosine": member_mean(np.cos(2 * angle)),
+            "fall_axis_sine": member_mean(np.sin(2 * angle)),
+            "scramble_difference": member_mean(1.0, first) - member_mean(1.0, second),
+            "members": known.sum(axis=1),
+        }
+
+    @override
+    def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+        return np.arange(cube.sizes[self.direction])
+
+    @override
+    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+        import xarray as xr
+
+        known = outcome_is_known(cube["overturned"])
+        fell = (cube["overturned"] == 1).where(known)
+        azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
+        found = {"falls": fell.astype("float64")}
+        for kind, angle in (("direction", azimuth), ("axis", 2.0 * azimuth)):
+            for name, of in (("cosine", np.cos), ("sine", np.sin)):
+                values = xr.apply_ufunc(of, angle, dask="allowed")
+                found[f"{kind}_{name}"] = values.where(fell == 1, 0.0).where(known)
+        if use_ensemble and "probability_falls" in cube:
+            found = {name: cube[_MEMBERS[name]].astype("float64").fillna(values) for name, values in found.items()}
+        count = cube.sizes[self.direction]
+        return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
+
+    @override
+    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Return, for each cell, the share of members that fall, and whether the directions of their falls differ.
+
+        Directions differ if they spread by more than 15° about their mean.
+        """
+        import xarray as xr
+
+        falls = cube["probability_falls"]
+        length = xr.apply_ufunc(np.hypot, cube["fall_north"], cube["fall_east"]) / falls.where(falls > 0)
+        agree = falls == 1
+        return xr.Dataset(
+            {
+                "towards": falls,
+                "away": 0.0 * falls,
+                "agree": agree,
+                "apart": agree & (length < MIN_AGREEMENT),
+            }
+        )
+
+    @override
+    def square_stone_outcomes(
+        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+    ) -> StoneOutcomes:
+        """Return, for each stone, the outcome of the square prism with the nearest orientation in a cube."""
+        square = site_cube
+        if "aspect" in site_cube.dims:
+            square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
+        sources = nearest_computed_cells(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
+        found = values_at_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
+        flag = found["overturned"]
+        slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
+        return StoneOutcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])

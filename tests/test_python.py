@@ -83,7 +83,7 @@ def test_every_public_name_is_in_the_reference() -> None:
     [
         (lambda: overturning.simulate(WAVE, "three-tier", azimuth_deg=[0]), "'three-tier'; give 'rectangle'"),
         (lambda: overturning.simulate(WAVE, CONTACT, azimuth_deg=[0]), "model: a Contact; give a scene"),
-        (lambda: overturning.Body(contact=CONTACT), "contact: a Contact; a body in space has a Vertex"),
+        (lambda: overturning.Body(contact=CONTACT), "contact: a Contact; a 3-D body has a Vertex"),
         (lambda: overturning.trajectory(WAVE, azimuth_deg=[0, 1]), "trajectory: 2 cases; give one value each"),
         (lambda: overturning.run_study("wtmc"), "give a list of them, run_study([record], …)"),
         (lambda: overturning.run_study(WAVE), "give a list of them, run_study([record], …)"),

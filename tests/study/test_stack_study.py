@@ -116,6 +116,15 @@ def test_a_complete_study_is_the_same_when_it_is_read_again(settings: Study) -> 
     assert "azimuth" not in content
 
 
+@pytest.mark.parametrize("step", [5, 30])
+def test_the_settings_that_a_job_gets_are_those_of_a_stack(step: int) -> None:
+    """Each job reads the study from JSON; 5° is the default step, which 2-D studies of earlier versions had, too."""
+    whole = study_from_content(SMALL | {"orientation": {"step": step}}, "stack")
+    read = study_from_content(json.loads(json.dumps(whole.model_dump(mode="json"))), "job")
+    assert read == whole
+    assert read.is_stack
+
+
 def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
     plane = study_from_content(SMALL | {"orientation": None}, "plane")
     content = study_without_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
@@ -124,18 +133,19 @@ def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
 
 def test_the_film_of_a_cell_is_of_the_stack(cube: xr.Dataset) -> None:
     found = film_command_options(cube)
-    assert found["missing"] == "the study has numerical settings of its own" or not found["missing"]
-    assert found["options"][:2] == ["--scene", "three-tier"]
+    assert found["missing"] == ""
+    assert found["options"] == ["--scene", "three-tier"]
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"scene": "against-a-wall"}, "element wall does not stand free on ground"),
-        ({"scene": None}, "orientation: only a body in space or a scene has one"),
+        ({"scene": None}, "orientation: only a 3-D body or a stack has one"),
         ({"orientation": {"step": 40}}, "a step of 40° does not divide 90°, after which the stack looks the same"),
         ({"orientation": {"step": 30, "start": 50}}, "orientation.start: 50°; it must lie below the step, 30°"),
-        ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once"),
+        ({"azimuth": {"step": 30}}, "azimuth: a 3-D body or stack moves in all directions at once"),
+        ({"azimuth": {}, "orientation": {}}, "azimuth: a 3-D body or stack moves in all directions at once"),
         ({"variants": {"wall": {"scene": "against-a-wall"}}}, "variants.wall.scene: orientation: scene against-a-wall"),
     ],
 )

@@ -426,5 +426,5 @@ def test_refuses(make_cube, site) -> None:
         compare_survey_with_prediction([fallen(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B")))
     with pytest.raises(ArgumentError, match="background"):
         compare_survey_with_prediction([fallen(1)], site, background=1.0)
-    with pytest.raises(ArgumentError, match="in space"):
+    with pytest.raises(ArgumentError, match="of 3-D bodies"):
         compare_survey_with_prediction([fallen(1)], site.rename(azimuth="orientation"))

@@ -195,7 +195,8 @@ def step_settings(*keys, use=RECORDS, **parts):
     own = SETTINGS["records"]
     pulses = {name: own["pulses"][name] for name in use if name in own["pulses"]}
     records = own | {"use": list(use), "pulses": pulses}
-    part = {key: SETTINGS[key] for key in keys if key != "records"}
+    # A stack has no azimuths.
+    part = {key: SETTINGS[key] for key in keys if key != "records" and key in SETTINGS}
     if "published" in part:
         part["published"] = [row for row in part["published"] if row["record"] in use]
     for key, inside in parts.items():

@@ -70,7 +70,7 @@ class Body(SpaceModel):
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape))
         if not isinstance(self.contact, VertexContact):
-            raise ArgumentError(f"contact: a {type(self.contact).__name__}; a body in space has a VertexContact")
+            raise ArgumentError(f"contact: a {type(self.contact).__name__}; a 3-D body has a VertexContact")
 
     variables: ClassVar = BODY_VARIABLES
     ensemble_variables: ClassVar = BODY_ENSEMBLE_VARIABLES

@@ -79,8 +79,6 @@ def load_study_from_file_or_json(file_or_json: str) -> Study:
 def study_without_absolute_paths(study: Study) -> dict[str, Any]:
     """Return a complete study as a dictionary in which every absolute path is replaced by its file name."""
     data = study.model_dump(mode="json")
-    if study.is_stack:
-        del data["azimuth"]  # so that it differs from a complete 2-D study of an earlier version
     for key in ("table", "folder"):
         data["records"][key] = path_without_absolute_folder(data["records"][key])
     for survey in data["surveys"]:

@@ -12,11 +12,11 @@ from overturning.study.sections import BodySettings, Variant
 from overturning.units import GRANITE_DENSITY
 
 _PLANAR_ONLY: Final = {
-    "scene": "a study has a scene in planes or a body in space; keep one",
-    "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
-    "published": "a body in space faces no single azimuth; compare in a study in planes",
-    "surveys": "surveys are compared with a study in planes; leave them out here",
-    "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
+    "scene": "a study has a scene or a single 3-D body; keep one",
+    "azimuth": "a 3-D body or stack moves in all directions at once; give orientation, the azimuths that it faces",
+    "published": "a 3-D body or stack faces no single azimuth; compare in a 2-D study",
+    "surveys": "surveys are compared with 2-D studies; leave them out here",
+    "density": "nothing depends on it in 3-D, where the contact is relative to the weight; leave it out",
 }
 """Keys that a study with the 3-D model refuses, with the reason."""
 
@@ -48,7 +48,7 @@ def _population_conflicts(study: Any) -> Iterator[str]:
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
         if said := [name for name, value in own if value != StonePopulation.model_fields[name].default]:
-            yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
+            yield f"population.{said[0]}: only 3-D stones have shifts and rotations; give `body`"
 
 
 def _variant_conflicts(study: Any) -> Iterator[str]:
@@ -87,26 +87,27 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
         yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
     study.orientation.orientations_of_body(body)
     if study.simulation.scheme not in (None, DEFAULT_SCHEME):
-        yield f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out"
+        yield f"simulation.scheme: a 3-D body supports {DEFAULT_SCHEME!r} only; leave the key out"
     for where, contact in contacts.items():
         if contact.stiffness != "auto" or contact.damping is not None:
-            yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
+            yield f"{where}contact: in 3-D the stiffness is auto and the dashpot is given as damping_ratio"
     if not body.body_shape().slenderness_is_parameter and study.ensemble.b_over_h not in (
         0.0,
         EnsembleSettings.model_fields["b_over_h"].default,
     ):
         yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
     if study.ensemble.initial_tilt:
-        yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
+        yield "ensemble.initial_tilt: a 3-D body starts at rest; leave it at 0"
 
 
 def _stack_conflicts(study: Any) -> Iterator[str]:
     """Yield messages on settings that conflict with a scene that is simulated in 3-D."""
     if study.scene == gravestone():
-        yield "orientation: only a body in space or a scene has one; give `body` or `scene`, or `azimuth` instead"
+        yield "orientation: only a 3-D body or a stack has one; give `body` or `scene`, or `azimuth` instead"
         return
     for key, reason in _PLANAR_ONLY.items():
-        if key not in ("scene", "density") and getattr(study, key) != type(study).model_fields[key].default:
+        given = "azimuth" in study.model_fields_set if key == "azimuth" else bool(getattr(study, key))
+        if key not in ("scene", "density") and given:
             yield f"{key}: {reason}"
     study.orientation.orientations_of_stack(study.scene)
     for name, variant in study.variants.items():
@@ -116,7 +117,7 @@ def _stack_conflicts(study: Any) -> Iterator[str]:
             except ValueError as error:
                 yield f"variants.{name}.scene: {error}"
     if study.simulation.scheme not in (None, DEFAULT_SCHEME):
-        yield f"simulation.scheme: a stack in space has {DEFAULT_SCHEME!r} alone; leave it out"
+        yield f"simulation.scheme: a 3-D stack supports {DEFAULT_SCHEME!r} only; leave the key out"
 
 
 def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
@@ -137,7 +138,7 @@ def _research_question_conflicts(study: Any) -> Iterator[str]:
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None and not study.is_stack:
-        yield "asks: reference, which only a body in space is free to follow; give `body`, or ask for direction"
+        yield "asks: reference, which only a 3-D body is free to follow; give `body`, or ask for direction"
     if study.asks not in CONTRASTS:
         return
     if study.primary.against not in study.variants:

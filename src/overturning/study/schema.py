@@ -1,16 +1,18 @@
 """The study configuration: the one source of defaults, of the JSON schema and of the key table in config/README.md."""
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import (
     AfterValidator,
     Discriminator,
     Field,
+    SerializerFunctionWrapHandler,
     Tag,
     ValidationError,
     ValidationInfo,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
@@ -51,6 +53,10 @@ Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST, le=HIGHEST)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
+
+
+_ALWAYS_STORED: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
+"""Some of the keys of a study that was stored complete; nobody writes all of them by hand."""
 
 
 class Study(StrictModel):
@@ -149,6 +155,14 @@ class Study(StrictModel):
         default=CrateMetadata(), description="authors and terms, for the research crate of the results"
     )
 
+    @model_serializer(mode="wrap")
+    def _leave_out_azimuths_of_a_stack(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Return the study as a dictionary, without azimuths if it is a stack, so that it is valid when read again."""
+        content: dict[str, Any] = handler(self)
+        if self.is_stack:
+            content.pop("azimuth", None)
+        return content
+
     @model_validator(mode="before")
     @classmethod
     def _fill_sizes_from_scene(cls, content: Any) -> Any:
@@ -160,8 +174,9 @@ class Study(StrictModel):
             if filled.get("orientation") is None:
                 filled["orientation"] = OrientationRange()
             return cls._fill_sizes_from_body(filled)
-        if "azimuth" in filled and filled.get("orientation") == OrientationRange().model_dump(mode="json"):
-            # A complete 2-D study of an earlier version, in which every study had orientations.
+        default = OrientationRange().model_dump(mode="json")
+        if filled.keys() >= _ALWAYS_STORED and filled.get("orientation") == default:
+            # A 2-D study stored by an earlier version, in which every study had orientations.
             del filled["orientation"]
         if "scene" not in filled:
             return filled

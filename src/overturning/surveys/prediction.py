@@ -42,7 +42,7 @@ class SiteFallPrediction:
         if not 0 <= background < 1:
             raise ArgumentError(f"background: {background}; a share from 0 to below 1")
         if "azimuth" not in cube.dims:
-            raise ArgumentError("cube: of bodies in space; a survey is compared with a study in planes")
+            raise ArgumentError("cube: of 3-D bodies; a survey is compared with a 2-D study")
         site = cube.isel(record=0) if "record" in cube.dims else cube
         dims = ("azimuth", "b_over_h", "height", "friction")
         self.background = background

@@ -27,6 +27,7 @@ from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
 from overturning.model.shapes import Polyhedron, RectangularPrism, shape_from_name_or_sides
+from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
 
@@ -152,6 +153,9 @@ OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
     },
     "scene of a block": partial(of_cases, PlanarModel(), drawn(30, 30), True, general=True),
     "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
+    "stack in 3-D": partial(
+        of_cases, Stack(shipped("three-tier")), drawn(16, 33, size_reference_height_and_b_over_h(shipped("three-tier")))
+    ),
     "stack, Cundall": partial(
         of_cases, PlanarModel(LOOSE), drawn(6, 32, size_reference_height_and_b_over_h(LOOSE)), True, scheme="cundall"
     ),

@@ -7,6 +7,7 @@ import pytest
 
 from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
+from overturning.errors import ArgumentError
 from overturning.figures.film_of_trajectory import film_of_trajectories, outcome_sentence
 from overturning.model.element import Element
 from overturning.model.scene import Scene, load_scene
@@ -20,16 +21,15 @@ from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
 def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
     """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
     for seed in (0, 1, 2):
-        rows = 4.5 * waves(seed, components=1)
+        rows = 4.2 * waves(seed, components=1)
         alone, above = (
             run(boxes((0.2, 0.2, 0.6)), rows, [0.0], 3.0),
             run(boxes((2.0, 2.0, 0.3), (0.2, 0.2, 0.6)), rows, [0.0], 3.0),
         )
         tilt = float(alone.peak_tilt.item())
-        assert tilt > 1.0
+        assert 0.5 < tilt < 15.0
         assert float(above.peak_tilt.to_numpy().ravel()[0]) < 1e-2
-        if tilt < 15.0:
-            assert float(above.peak_tilt.to_numpy().ravel()[1]) == pytest.approx(tilt, rel=5e-3)
+        assert float(above.peak_tilt.to_numpy().ravel()[1]) == pytest.approx(tilt, rel=5e-3)
 
 
 def test_a_compound_opens_at_its_lowest_joint_like_one_stone() -> None:
@@ -50,14 +50,16 @@ def offset_scene(offset: float) -> Scene:
     ))  # fmt: skip
 
 
-@pytest.mark.parametrize("offset", [0.05, 0.2])
+@pytest.mark.parametrize("offset", [0.05, 0.2, 0.24, 0.245])
 def test_a_stone_off_centre_rests(offset: float) -> None:
-    """At 0.2 m the shaft overhangs by 0.1 m, so that its patch is 0.2 m wide and its centre 0.05 m from the rim."""
+    """At 0.245 m the shaft overhangs by 0.145 m, and its centre is 5 mm from the rim; the springs hold energy."""
     quiet = Motion(np.zeros(200), np.zeros(200), sampling_interval=INTERVAL, trust_data=True)
     found = simulate(quiet, offset_scene(offset), orientation_deg=[0.0], friction=[0.6], leave_out=False)
     assert found.overturned.to_numpy().max() == 0.0
+    assert found.status.item() == CaseStatus.SIMULATED
     assert found.peak_tilt.to_numpy().max() < 1e-3
-    assert np.abs(found.residual_slip_north.to_numpy()).max() < 1e-5, "springs of 2e-6 of the width settle"
+    assert found.energy_error.item() < 1e-6
+    assert np.abs(found.residual_slip_north.to_numpy()).max() < 1e-8
     assert Stack(offset_scene(offset)).rotation_period_deg == 360.0
 
 
@@ -70,18 +72,48 @@ def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
     assert abs((float(above.fall_azimuth.to_numpy().ravel()[1]) + 180.0) % 360.0 - 180.0) < 20.0
 
 
+@pytest.mark.parametrize("ratio", [0.4, 1.0, 1.5])
+def test_a_size_at_which_the_stack_cannot_stand_is_refused(ratio: float) -> None:
+    """The base is the reference: at B/H = 1.5 it is 0.3 m wide, and the shaft's centre 0.2 m from its middle."""
+    scene = offset_scene(0.2).model_copy(update={"reference": "base"})
+    quiet = Motion(np.zeros(20), np.zeros(20), sampling_interval=INTERVAL, trust_data=True)
+    with pytest.raises(ArgumentError, match="centre of mass outside it"):
+        simulate(quiet, scene, orientation_deg=[0.0], friction=[0.6], b_over_h=[ratio])
+
+
+def test_a_leaning_outline_has_its_own_outcome_for_every_direction() -> None:
+    """A parallelogram looks the same after half a turn about its axis across the plane, not about the vertical."""
+    leaning = Scene(name="leaning", elements=(
+        Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
+        Element(
+            name="stone", vertices=((-0.25, 0.0), (0.125, 0.0), (0.25, 0.5), (-0.125, 0.5)), depth=0.3,
+            stands_on="ground",
+        ),
+    ))  # fmt: skip
+    assert Stack(leaning).rotation_period_deg == 360.0
+    assert Stack(load_scene("three-tier", ROOT)).rotation_period_deg == 90.0
+
+
 def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
-    found = run(load_scene("cross", ROOT), plateau(0.1, 30.0), [0.0], 0.7)
-    assert found.overturned.to_numpy().max() == 0.0
-    assert found.status.item() == CaseStatus.SIMULATED or found.status.item() == CaseStatus.AT_REST
+    scene = load_scene("cross", ROOT)
+    still, moving = (run(scene, plateau(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4))
+    assert still.status.item() == CaseStatus.AT_REST
+    assert moving.status.item() == CaseStatus.SIMULATED
+    assert moving.overturned.to_numpy().ravel()[-1] == 1.0
 
 
 def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
-    rows = 7.0 * waves(4)
-    first, second = run(THREE, rows, [0.0], 0.6), run(THREE, rows * np.array([[1.0], [-1.0]]), [0.0], 0.6)
-    np.testing.assert_array_equal(first.overturned, second.overturned)
-    azimuths = [found.fall_azimuth.to_numpy().ravel()[2] for found in (first, second)]
-    assert sum(azimuths) % 360.0 == pytest.approx(0.0, abs=2.0) or sum(azimuths) % 360.0 > 358.0
+    """Sums over contact points round differently in the mirror image; where a case is sensitive, this grows to 3°."""
+    away = []
+    for seed in range(6):
+        rows = 7.0 * waves(seed)
+        first, second = run(THREE, rows, [0.0], 0.6), run(THREE, rows * np.array([[1.0], [-1.0]]), [0.0], 0.6)
+        assert first.overturned.to_numpy().ravel().tolist() == [0.0, 0.0, 1.0]
+        np.testing.assert_array_equal(first.overturned, second.overturned)
+        one, other = (found.fall_azimuth.to_numpy().ravel()[2] for found in (first, second))
+        away.append(abs((one + other + 180.0) % 360.0 - 180.0))
+    assert max(away) < 10.0
+    assert np.median(away) < 0.1
 
 
 @pytest.mark.long
@@ -108,8 +140,8 @@ def test_stiff_and_extreme_stacks_return_with_an_outcome_or_a_reason() -> None:
         assert set(known.tolist()) <= {0.0, 1.0}
     counts = np.bincount(statuses, minlength=6)
     # Without friction, or under strong vertical motion, a stack may slide or hop on until the time limit.
-    assert counts[CaseStatus.OVER_BUDGET] == counts[CaseStatus.FAILED] == 0, counts
-    assert counts[CaseStatus.UNSTABLE] <= 0.15 * len(statuses), counts
+    assert counts[CaseStatus.FAILED] == 0, counts
+    assert counts[CaseStatus.UNSTABLE] + counts[CaseStatus.OVER_BUDGET] <= 0.12 * len(statuses), counts
 
 
 def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None:
@@ -127,6 +159,8 @@ def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None
     assert (path["simulated"].to_numpy()[-1] == ~fallen).all()
     heights = path["place"].to_numpy()[-1, fallen, 2]
     assert (heights < 0.5).all(), "a fallen stone is drawn down to the ground"
+    along_north = np.interp(path["time"], INTERVAL * np.arange(motion.sample_count), motion.north, right=0.0)
+    np.testing.assert_allclose(path["ground_acceleration"].to_numpy()[:, 1], along_north, atol=1e-6)
     film = film_of_trajectories([path], motion, "film")
     assert [body.name for body in film.panels[0].bodies] == ["lower-base", "upper-base", "shaft"]
     assert film.panels[0].shows_3d_body

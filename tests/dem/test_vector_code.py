@@ -24,6 +24,7 @@ from overturning.dem.polygon.step import correct_element_motion, predict_element
 from overturning.dem.run import run, run_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
+from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from tests.expect import lacking
 
@@ -108,6 +109,7 @@ KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
     "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
     "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
     "body": (lambda motion, _: run(RectangularPrism(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
+    "stack": (lambda motion, _: run(Stack(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 10),
 }
 """Function that makes a kernel compile or load, and its number of large loops over the lanes."""
 

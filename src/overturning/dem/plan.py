@@ -174,14 +174,23 @@ class SimulationPlan(ABC):
             before = int(self.first[0])
             outcomes, path = self.compute_cases(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
-            path = self.continue_trajectory(path, aftermath) if aftermath > 0.0 else path
+            if aftermath > 0.0:
+                path = self.continue_trajectory(path, aftermath, np.atleast_1d(results.overturned[0]) == 1)
         rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         return results, self.convert_trajectory_rows(
             self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
         )
 
-    def continue_trajectory(self, trajectory: NDArray[Any], aftermath: float) -> NDArray[Any]:  # noqa: ARG002
-        """Return a trajectory continued for `aftermath` seconds after its end; unchanged for a single block or body."""
+    def continue_trajectory(
+        self,
+        trajectory: NDArray[Any],
+        aftermath: float,  # noqa: ARG002
+        has_fallen: NDArray[np.bool_],  # noqa: ARG002
+    ) -> NDArray[Any]:
+        """Return a trajectory continued for `aftermath` seconds after its end; unchanged for a single block or body.
+
+        `has_fallen`, shape (elements,), is True for the elements that fell by the end of the case.
+        """
         return trajectory
 
     def insert_skipped_sample_rows(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:

@@ -10,12 +10,13 @@ from typing_extensions import override
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
+from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import Grid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.space import SQUARE_PERIOD, SpaceModel
 from overturning.model.stack_stones import StackStone, check_stack, stack_stones
-from overturning.model.symmetry import FULL_TURN, ComputedCells
+from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD, ComputedCells
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
 
 if TYPE_CHECKING:
@@ -98,14 +99,12 @@ class Stack(SceneModel, SpaceModel):
     @property
     def rotation_period_deg(self) -> float:
         """Rotation about the vertical after which the stack looks the same, degrees: 90, 180 or 360."""
-        stones = self.stones()
-        if any(
-            stone.x != 0.0 or not np.array_equal(np.sort(stone.outline[:, 0]), -np.sort(stone.outline[:, 0])[::-1])
-            for stone in stones
-        ):
+        if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN:
             return FULL_TURN
+        stones = self.stones()
         is_box = all(len(stone.outline) == 4 and np.ptp(stone.base[:, 0]) == stone.depth for stone in stones)
-        return SQUARE_PERIOD if is_box and all(np.array_equal(one.base, one.upper) for one in stones) else 180.0
+        is_square = is_box and all(np.array_equal(one.base, one.upper) for one in stones)
+        return SQUARE_PERIOD if is_square else PLANE_PERIOD
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Stack":

@@ -38,11 +38,6 @@ class StackStone:
     stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
     damping_ratio: float | None  # damping ratio of the joint below; None for that of the model
 
-    @property
-    def height(self) -> float:
-        """Height, m."""
-        return float(np.ptp(self.outline[:, 1]))
-
     def drawn_corners_and_edges(self) -> tuple[FloatArray, FloatArray]:
         """Return corners about the centre of mass, shape (2 n, 3), m, and edges as corner indices, shape (3 n, 2)."""
         count, half = len(self.outline), 0.5 * self.depth

@@ -20,6 +20,7 @@ from overturning.dem.body.state import (
     PredictedBody,
     PredictedContactPoint,
     angular_velocity_from_momentum,
+    rotate_over_step,
 )
 from overturning.dem.body.vectors import (
     Matrix3,
@@ -34,7 +35,6 @@ from overturning.dem.body.vectors import (
     matrix_times_vector,
     minus,
     plus,
-    rotate_quaternion,
     rotation_matrix,
     scale_vector,
     transpose,
@@ -75,10 +75,7 @@ def predict_body_at_step_end(
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.momentum, half, state.moment),
     )
-    w = angular_velocity_from_momentum(body, rotation_matrix(state.turn), momentum)
-    w = angular_velocity_from_momentum(body, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
-    turn = rotate_quaternion(state.turn, dt, w)
-    spin = angular_velocity_from_momentum(body, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
+    turn, spin = rotate_over_step(body.inverse, state.turn, momentum, state.moment, dt)
     at_end = Vector3(
         base_acceleration_up_to_next_sample(shaking.push_x, tick, past),
         base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
@@ -192,7 +189,7 @@ def predict_contact_point(
     slides = square > most * most if step_is_fine else point_history.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity_from_momentum(body, body_axes, Vector3(
+    turn = angular_velocity_from_momentum(body.inverse, body_axes, Vector3(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip

@@ -15,8 +15,10 @@ from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
     Vector3,
+    extrapolate_vector,
     full_matrix,
     matrix_times_vector,
+    rotate_quaternion,
     rotation_matrix,
     transpose,
 )
@@ -350,18 +352,34 @@ def base_motion_over_sample(
 
 
 @njit(**INLINE)
-def angular_velocity_from_momentum(body: BodyConstants, body_axes: Matrix3, angular_momentum: Vector3) -> Vector3:
+def angular_velocity_from_momentum(
+    inverse_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum: Vector3
+) -> Vector3:
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
     return matrix_times_vector(
         body_axes,
-        matrix_times_vector(full_matrix(body.inverse), matrix_times_vector(transpose(body_axes), angular_momentum)),
+        matrix_times_vector(full_matrix(inverse_inertia), matrix_times_vector(transpose(body_axes), angular_momentum)),
     )
+
+
+@njit(**INLINE)
+def rotate_over_step(
+    inverse_inertia: SymmetricMatrix, turn: Quaternion, momentum_at_mid_step: Vector3, moment: Vector3, step: float
+) -> tuple[Quaternion, Vector3]:
+    """Return quaternion and angular velocity at the end of a step (s) with a constant moment per mass."""
+    half = 0.5 * step
+    w = angular_velocity_from_momentum(inverse_inertia, rotation_matrix(turn), momentum_at_mid_step)
+    mid_turn = rotate_quaternion(turn, half, w)
+    w = angular_velocity_from_momentum(inverse_inertia, rotation_matrix(mid_turn), momentum_at_mid_step)
+    end_turn = rotate_quaternion(turn, step, w)
+    end_momentum = extrapolate_vector(momentum_at_mid_step, half, moment)
+    return end_turn, angular_velocity_from_momentum(inverse_inertia, rotation_matrix(end_turn), end_momentum)
 
 
 @njit(**INLINE)
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
-    return angular_velocity_from_momentum(body, rotation_matrix(state.turn), state.momentum)
+    return angular_velocity_from_momentum(body.inverse, rotation_matrix(state.turn), state.momentum)
 
 
 @njit(**INLINE)

@@ -103,7 +103,12 @@ class PolygonSimulationPlan(SimulationPlan):
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
-    def continue_trajectory(self, trajectory: FloatArray, aftermath: float) -> FloatArray:
+    def continue_trajectory(
+        self,
+        trajectory: FloatArray,
+        aftermath: float,
+        has_fallen: NDArray[np.bool_],  # noqa: ARG002
+    ) -> FloatArray:
         """Return a trajectory that continues for `aftermath` s after the end of the given `trajectory`.
 
         The case is computed again; the trajectory is returned unchanged if the longer computation takes other steps.

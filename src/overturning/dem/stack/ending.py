@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.state import lean_as_squared_sine
+from overturning.dem.body.state import angular_velocity_from_momentum, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -42,7 +42,6 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
 )
-from overturning.dem.stack.predict_loops import stone_spin
 from overturning.dem.stack.state import (
     CASE,
     STONE,
@@ -78,7 +77,7 @@ def sum_of_stone_state_components(state: StoneState) -> float:
 @njit(**INNER)
 def kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
-    spin = stone_spin(constants.inverse, rotation_matrix(state.turn), state.momentum)
+    spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.turn), state.momentum)
     return float(
         0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.momentum, spin))
     )
@@ -153,8 +152,10 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
 
 
 @njit(**INNER)
-def remove_fallen_stones(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> bool:
-    """End the computation of the lowest stone that has fallen and of those above; True if one was removed.
+def remove_fallen_stones(
+    state: Any, lane: int, stone_count: int, corner_limit: int, ticks_per_sample: float, heights: Any
+) -> bool:
+    """End the computation of the lowest stone that has fallen and of those above; True if no stone is left.
 
     The energy account goes on with the stones that are left.
     """
@@ -162,13 +163,16 @@ def remove_fallen_stones(state: Any, lane: int, stone_count: int, corner_limit: 
     if fallen == stone_count:
         return False
     before = stack_energy(state, lane, stone_count, corner_limit, heights)
+    start_of_sample, tick = load_course(state, lane).sample * ticks_per_sample, load_case(state, lane).step
     for s in range(fallen, stone_count):
         rows = of_stone(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
+        last = load_peaks(rows, lane).last_upright
+        upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.upright_until
         slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical
         slid_off = slid_off or (s > 0 and hangs_over_rim(state, lane, s, stone_count, corner_limit))
         store_outcome(rows, lane, StoneOutcome(
-            0.0, outcome.upright_until, 1.0 if slid_off and s == fallen else 0.0
+            0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_account(state, lane)
     gone = before - stack_energy(state, lane, stone_count, corner_limit, heights)
@@ -188,7 +192,7 @@ def stack_status(
     last_sample: float,
     heights: Any,
 ) -> int:
-    """Return the `CaseStatus` of a case at the end of a sample, or `GOES_ON`."""
+    """Remove a fallen stone and those above it; return the `CaseStatus` at the end of a sample, or `GOES_ON`."""
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
@@ -204,7 +208,7 @@ def stack_status(
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
     if load_account(state, lane).depth > case.deepest:
         return CaseStatus.UNSTABLE
-    if remove_fallen_stones(state, lane, stone_count, corner_limit, heights):
+    if remove_fallen_stones(state, lane, stone_count, corner_limit, ticks_per_sample, heights):
         return CaseStatus.SIMULATED
     sample = course.sample + time.tick / ticks_per_sample
     if (
@@ -277,7 +281,10 @@ def record_stack_motion(
     row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
     for s in range(stone_count):
         constants, stone = load_constants(of_stone(state, s), 0), load_stone(of_stone(state, s), 0)
-        spin, at = stone_spin(constants.inverse, rotation_matrix(stone.turn), stone.momentum), 4 + 14 * s
+        spin, at = (
+            angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.turn), stone.momentum),
+            4 + 14 * s,
+        )
         row[at], row[at + 1], row[at + 2] = stone.place
         row[at + 3], row[at + 4], row[at + 5], row[at + 6] = stone.turn
         row[at + 7], row[at + 8], row[at + 9] = stone.velocity

@@ -31,6 +31,8 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import ForceVelocityBlocks, JointLosses, LargestContactChanges, Wrench
 
+NO_POINT: Final = 1e300
+"""Shortest landing time of a joint without points, s."""
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
 
@@ -38,7 +40,7 @@ LEAST_WEIGHT: Final = 1e-3
 @njit(**INLINE)
 def joint_lands_flat(landing: JointLanding) -> bool:
     """True if all points of a joint land together, so that dashpots may pull; see `dem.block.landing`."""
-    return landing.shortest > 0.0
+    return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
 
 
 @njit(**INLINE)

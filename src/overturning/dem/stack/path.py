@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import rotate_to_east_north_up, vertical_axis_of_body
@@ -19,9 +20,6 @@ GROUND_COLUMNS: Final = 4
 
 STONE_COLUMNS: Final = 14
 """Columns of a stone: position (3), quaternion (4), velocity (3), angular velocity (3), and 1 until it has fallen."""
-
-UPRIGHT_COSINE: Final = 0.85
-"""Cosine of the tilt below which a stone at the end of a case is falling."""
 
 
 @dataclass(frozen=True)
@@ -95,27 +93,22 @@ class StackTrajectory:
         return variables, coordinates, {"reference": self.stones[-1].name}
 
 
-def draw_fallen_stones(rows: FloatArray, stones: list[StackStone], interval: float, aftermath: float) -> FloatArray:
+def draw_fallen_stones(
+    rows: FloatArray, stones: list[StackStone], has_fallen: NDArray[np.bool_], interval: float, aftermath: float
+) -> FloatArray:
     """Return a trajectory in which each fallen stone continues in free flight until it meets the ground.
 
     A stone that has fallen is not simulated any more; its path is drawn only. Rows are appended for `aftermath`
-    seconds after the end (at most until all stones lie), in steps of `interval`, s.
+    seconds after the end, in steps of `interval`, s, without the base motion of these times. `has_fallen`, shape
+    (stones,), is that of the end of the case.
     """
-    last = rows[-1, GROUND_COLUMNS:].reshape(len(stones), STONE_COLUMNS)
-    height = rows[0, GROUND_COLUMNS:].reshape(len(stones), STONE_COLUMNS)[:, 2]
-    # The last stone falls after the last row: at the end of a case the others stand upright.
-    leans = (1.0 - 2.0 * (last[:, 4] ** 2 + last[:, 5] ** 2) < UPRIGHT_COSINE) | (
-        last[:, 2] < height - 0.5 * np.array([stone.drop for stone in stones])
-    )
-    falls = np.logical_or.accumulate(leans) | (last[:, 13] == 0.0)
-    if not falls.any():
+    if not has_fallen.any():
         return rows
     more = np.repeat(rows[-1:], int(np.ceil(aftermath / interval)), axis=0)
     more[:, 0] += interval * np.arange(1, len(more) + 1)
-    more[:, 1:GROUND_COLUMNS] = 0.0
     rows = np.concatenate([rows, more])
     columns = rows[:, GROUND_COLUMNS:].reshape(len(rows), len(stones), STONE_COLUMNS)
-    columns[len(rows) - len(more) :, falls, 13] = 0.0
+    columns[len(rows) - len(more) :, has_fallen, 13] = 0.0
     for index, stone in enumerate(stones):
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
@@ -127,26 +120,15 @@ def draw_fallen_stones(rows: FloatArray, stones: list[StackStone], interval: flo
 def _fly(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
     """Fill in, in place, the poses of a stone in free flight from the first row until it meets the ground."""
     place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
-    corners, speed, lies = stone.drawn_corners_and_edges()[0], float(np.sqrt(np.sum(spin * spin))), False
+    from scipy.spatial.transform import Rotation
+
+    corners, lies = stone.drawn_corners_and_edges()[0], False
+    start = Rotation.from_quat(turn, scalar_first=True)
     for row, passed in zip(columns[1:], (time - time[0])[1:], strict=True):
         if not lies:
-            angle = 0.5 * speed * passed
-            axis = spin / speed if speed > 0.0 else spin
-            step = np.array([np.cos(angle), *(np.sin(angle) * axis)])
             there = place + passed * velocity - np.array([0.0, 0.0, 0.5 * STANDARD_GRAVITY * passed**2])
-            turned = _quaternion_product(step, turn)
-            low = float((there + rotate_vectors(turned, corners))[:, 2].min())
+            turned = Rotation.from_rotvec(passed * spin) * start
+            low = float((there + turned.apply(corners))[:, 2].min())
             lies = low <= 0.0
-            last = there - np.array([0.0, 0.0, min(low, 0.0)]), turned
+            last = there - np.array([0.0, 0.0, min(low, 0.0)]), turned.as_quat(scalar_first=True)
         row[0:3], row[3:7], row[7:13] = *last, 0.0
-
-
-def _quaternion_product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the product of two quaternions (w, x, y, z)."""
-    return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
-
-
-def rotate_vectors(quaternion: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Return vectors, shape (n, 3), rotated by a unit quaternion (w, x, y, z)."""
-    w, u = quaternion[0], quaternion[1:]
-    return np.asarray(vectors + 2.0 * np.cross(u, np.cross(u, vectors) + w * vectors))

@@ -1,5 +1,6 @@
 """Plan of the cases of a 3-D stack: stones, joints, time steps, and samples that can be skipped."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
@@ -18,9 +19,12 @@ from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import COLUMNS, TICKS
 from overturning.dem.stack.statics import (
+    inertia_coupling_factor,
     joint_table,
     motion_threshold,
     outline_rows,
+    slip_at_rest,
+    spring_energy_at_rest,
     stiffness_matrix,
     stone_table,
     unit_mass_scale,
@@ -30,13 +34,9 @@ from overturning.dem.time_step import IntegrationScheme, parse_scheme
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.stack import Stack
-from overturning.model.stack_stones import StackStone
+from overturning.model.stack_stones import StackStone, patches_at_rest
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-FALLEN_TILT: Final = np.pi / 3.0
-"""Tilt at which a stone has fallen, rad, or half of the angle beyond its critical angle, whichever is more."""
-
 
 LONGER_STEP: Final = 2.0
 """Whole step over that of a single 3-D body.
@@ -97,7 +97,7 @@ class StackSimulationPlan(SimulationPlan):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
-        each["slip_x"] -= np.diff(self.stones["start"]["x"], axis=1, prepend=0.0)[stack]
+        each["slip_x"] -= slip_at_rest(self.stones)[stack]
         return stack_outcomes(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
@@ -119,9 +119,18 @@ class StackSimulationPlan(SimulationPlan):
             columns[:, 13] = 1.0
         return rows
 
-    def continue_trajectory(self, trajectory: FloatArray, aftermath: float) -> FloatArray:
+    def continue_trajectory(
+        self, trajectory: FloatArray, aftermath: float, has_fallen: NDArray[np.bool_]
+    ) -> FloatArray:
         """Return a trajectory in which fallen stones go on in free flight, for `aftermath` seconds after its end."""
-        return draw_fallen_stones(trajectory, self._stones_of_case, self.motion.sampling_interval, aftermath)
+        longer = draw_fallen_stones(
+            trajectory, self._stones_of_case, has_fallen, self.motion.sampling_interval, aftermath
+        )
+        new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
+        at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
+        for column in (1, 2, 3):
+            longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)
+        return longer
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's trajectory rows of the plan's only case to a `StackTrajectory`."""
@@ -135,6 +144,17 @@ class StackSimulationPlan(SimulationPlan):
         return self.model.stones(height, b_over_h)
 
 
+def _check_that_stacks_stand(sizes: FloatArray, stacks: list[list[StackStone]]) -> None:
+    """Raise an `ArgumentError` if a stack with one of the `sizes` (height, B/H) cannot stand."""
+    for (height, ratio), stones in zip(sizes.tolist(), stacks, strict=True):
+        for stone, patch in zip(stones, patches_at_rest(stones), strict=True):
+            if not np.all(patch.reach > 0.0):
+                raise ArgumentError(
+                    f"b_over_h: {ratio:g} at the height {height:g} m; what stands on the joint below {stone.name} then "
+                    "has its centre of mass outside it: choose B/H and height nearer to those of the scene"
+                )
+
+
 def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: Numerics) -> StackSimulationPlan:
     """Check the arguments and plan the cases of a 3-D stack; see `overturning.dem.run.run`."""
     if parse_scheme(numerics.scheme) != IntegrationScheme.CENTRED:
@@ -143,17 +163,19 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
         raise ArgumentError("initial_tilt: a 3-D stack starts at rest; leave it at 0")
     sizes, which = np.unique(np.stack([cases.height, cases.b_over_h], axis=1), axis=0, return_inverse=True)
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
+    _check_that_stacks_stand(sizes, stacks)
     joints = [joint_table(stones, model.contact) for stones in stacks]
     tables = np.stack([stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
-        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_scale(stones)))
+        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_scale(stones))) * inertia_coupling_factor(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
     foot, reach = tables["foot"], tables["reach"]
-    period = np.sqrt(np.hypot(foot, reach) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
+    # Not np.hypot: its last digit differs between processors.
+    period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_clock_settings(
@@ -162,9 +184,9 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     threshold = np.zeros(cases.case_count)
-    for index, (stones, table) in enumerate(zip(stacks, joints, strict=True)):
+    for index, table in enumerate(joints):
         of_stack = which == index
-        threshold[of_stack] = motion_threshold(stones, table, friction[of_stack])
+        threshold[of_stack] = motion_threshold(table, friction[of_stack])
     first, calm, at_rest = (
         np.zeros(cases.case_count, np.int64),
         np.full(cases.case_count, np.inf),
@@ -179,17 +201,18 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
         min(
-            patch.mass * STANDARD_GRAVITY * (float(np.hypot(r, patch.height)) - patch.height)
+            patch.mass * STANDARD_GRAVITY * (math.sqrt(r**2 + patch.height**2) - patch.height)
             for r, patch in zip(table.reach, table.patches, strict=True)
         )
         for table in joints
     ])  # fmt: skip
+    springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     case_table = np.zeros(cases.case_count, CASE)
     columns = {
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
         "deepest": (MAX_PENETRATION * np.minimum(reach, foot).min(axis=1))[which],
         "steady": REST_THRESHOLD_FACTOR * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
-        "first": first, "calm": calm, "barrier": barrier[which],
+        "first": first, "calm": calm, "barrier": barrier[which], "spring_energy": springs[which],
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval), **pace,
     }  # fmt: skip
     for name, values in columns.items():

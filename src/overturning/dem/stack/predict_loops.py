@@ -4,19 +4,14 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import IN_THE_AIR
+from overturning.dem.body.state import IN_THE_AIR, rotate_over_step
 from overturning.dem.body.vectors import (
-    Matrix3,
     SymmetricMatrix,
     Vector3,
     extrapolate_vector,
-    full_matrix,
-    matrix_times_vector,
     minus,
-    rotate_quaternion,
     rotation_matrix,
     scale_vector,
-    transpose,
 )
 from overturning.dem.kernel.clock import (
     BODY,
@@ -63,6 +58,7 @@ from overturning.dem.stack.access import (
     store_time,
 )
 from overturning.dem.stack.joint import (
+    NO_POINT,
     joint_equation_terms,
     joint_lands_flat,
     landing_including_point,
@@ -103,14 +99,6 @@ FINE: Final = BODY.fine
 
 
 @njit(**INLINE)
-def stone_spin(inverse: SymmetricMatrix, axes: Matrix3, momentum: Vector3) -> Vector3:
-    """Return the angular velocity in space, rad/s, from the angular momentum per mass and the axes of a stone."""
-    return matrix_times_vector(
-        axes, matrix_times_vector(full_matrix(inverse), matrix_times_vector(transpose(axes), momentum))
-    )
-
-
-@njit(**INLINE)
 def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> PredictedStone:
     """Predict a stone at the end of a step with constant rates of momentum."""
     half = 0.5 * dt
@@ -118,10 +106,7 @@ def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> Pre
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.momentum, half, state.moment),
     )
-    w = stone_spin(inverse, rotation_matrix(state.turn), momentum)
-    w = stone_spin(inverse, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
-    turn = rotate_quaternion(state.turn, dt, w)
-    spin = stone_spin(inverse, rotation_matrix(turn), extrapolate_vector(momentum, half, state.moment))
+    turn, spin = rotate_over_step(inverse, state.turn, momentum, state.moment, dt)
     return PredictedStone(
         place=extrapolate_vector(state.place, dt, v), turn=turn, velocity=v, momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration), spin=spin,
@@ -168,7 +153,9 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
 def begin_joint(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums of a joint of all stacks."""
     for j in range(lane_count):
-        store_landing(joint_rows, j, JointLanding(1e300, IN_THE_AIR))
+        # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
+        longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
+        store_landing(joint_rows, j, JointLanding(NO_POINT, longest))
         store_normal(joint_rows, j, no_normal())
 
 

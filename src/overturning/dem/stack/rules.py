@@ -12,10 +12,8 @@ from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
     Vector3,
-    matrix_times_vector,
     normalise_quaternion,
     rotation_matrix,
-    transpose,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, progress_after_sample_end
@@ -31,6 +29,7 @@ from overturning.dem.stack.access import (
     store_clock,
     store_constants,
     store_course,
+    store_history,
     store_joint,
     store_outcome,
     store_outline,
@@ -51,7 +50,9 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     JointConstants,
+    JointHistory,
     PointOutline,
+    TangentialVector,
 )
 from overturning.dem.stack.state import (
     CASE,
@@ -132,13 +133,10 @@ def initialise_lane(
     (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
     for row in range(state.size // COLUMNS):
         state[row * COLUMNS + lane] = 0.0
-    mass = 0.0
-    for s in range(stones.size):
-        mass += stones[s].mass
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
     store_case(state, lane, StackConstants(
-        sampling_interval / ticks_per_sample, mass, case.deepest, case.steady, case.still
+        sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still
     ))  # fmt: skip
     store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
     for s in range(stones.size):
@@ -157,7 +155,8 @@ def initialise_lane(
                 o = outlines[s - 1, 1, i]
                 store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(state, lane, CaseProgress(
-        case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, 0.0, case.barrier
+        case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, case.spring_energy,
+        case.barrier,
     ))  # fmt: skip
 
 
@@ -170,20 +169,10 @@ def initialise_stone(rows: Any, lane: int, given: Any) -> None:
         mass=given.mass, foot=given.foot, top=given.top, critical=given.critical, fallen=given.fallen,
         lowest=given.lowest,
     ))  # fmt: skip
-    at = given.start
-    turn, zero = Quaternion(at.qw, at.qx, at.qy, at.qz), Vector3(0.0, 0.0, 0.0)
-    axes, w = rotation_matrix(turn), Vector3(at.wx, at.wy, at.wz)
-    own = matrix_times_vector(transpose(axes), w)
-    momentum = matrix_times_vector(axes, Vector3(
-        (given.axx * own.x + given.axy * own.y) + given.axz * own.z,
-        (given.axy * own.x + given.ayy * own.y) + given.ayz * own.z,
-        (given.axz * own.x + given.ayz * own.y) + given.azz * own.z,
-    ))  # fmt: skip
-    store_stone(rows, lane, StoneState(
-        place=Vector3(at.x, at.y, at.z), turn=turn, velocity=Vector3(at.vx, at.vy, at.vz), momentum=momentum,
-        acceleration=zero, moment=zero,
-    ))  # fmt: skip
-    store_peaks(rows, lane, StonePeaks(lean_as_squared_sine(axes), -1.0))
+    at, still = given.start, Vector3(0.0, 0.0, 0.0)
+    turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
+    store_stone(rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
+    store_peaks(rows, lane, StonePeaks(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
     store_outcome(rows, lane, StoneOutcome(1.0, 0.0, 0.0))
 
 
@@ -191,12 +180,14 @@ def initialise_stone(rows: Any, lane: int, given: Any) -> None:
 def initialise_joint(
     rows: Any, lane: int, given: Any, friction: float, damping_factor: float, foot: float, reach: float
 ) -> None:
-    """Load the contact constants of a joint."""
+    """Load the contact constants and the load at rest of a joint."""
     store_joint(rows, lane, JointConstants(
         stiffness=given.stiffness, dashpot=given.dashpot * damping_factor, tangential=given.tangential,
         compliance=given.compliance, damping=given.damping * damping_factor, friction=friction,
         landing=given.landing * damping_factor, tilting=0.0 if friction * foot <= reach else 1.0,
     ))  # fmt: skip
+    still = TangentialVector(0.0, 0.0, 0.0)
+    store_history(rows, lane, JointHistory(still, still, given.cx, given.cy, given.arm, given.normal, 0.0, 0.0))
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
@@ -311,7 +302,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Remove stones that have fallen; return the `CaseStatus` of the case, or `GOES_ON` if stones still stand."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),

@@ -29,8 +29,6 @@ class StackConstants(NamedTuple):
 
     step: float
     """Length of a tick, s."""
-    mass: float
-    """Mass of all stones, kg."""
     deepest: float
     """Penetration beyond which the case has failed, m."""
     steady: float

@@ -1,5 +1,6 @@
 """Statics of a 3-D stack: contact constants, pose at rest, highest frequency, and the acceleration that moves it."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -53,7 +54,9 @@ def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
     rows["tangential"] = ratio * stiffness
     rows["compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential"], 1e-300), 0.0)
     rows["landing"] = LANDING * dashpot / stiffness
-    return JointTable(rows, penetration, patches)
+    table = JointTable(rows, penetration, patches)
+    _fill_in_loads_at_rest(stones, table)
+    return table
 
 
 def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void]:
@@ -78,6 +81,19 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
         row["rest"], row["lowest"] = start["z"], centre - max(stone.drop, 2.0 * depth)
         level += stone.foot + stone.top
     return table
+
+
+def slip_at_rest(stones: NDArray[np.void]) -> FloatArray:
+    """Return the position along x of each stone's base at rest in the axes of what it stands on, (stacks, stones), m.
+
+    `stones` has the type `overturning.dem.stack.tables.STONE`. Stones off centre lean a little under their weight.
+    """
+    start = stones["start"]
+    lean = 2.0 * np.arctan2(start["qy"], start["qw"])
+    below = [np.concatenate([np.zeros_like(column[:, :1]), column[:, :-1]], axis=1)
+             for column in (start["x"], start["z"], lean)]  # fmt: skip
+    apart, above, tilt = (column - under for column, under in zip((start["x"], start["z"], lean), below, strict=True))
+    return np.cos(below[2]) * apart - np.sin(below[2]) * above - stones["foot"] * np.sin(tilt)
 
 
 def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
@@ -136,6 +152,16 @@ def unit_mass_scale(stones: list[StackStone]) -> FloatArray:
     ])  # fmt: skip
 
 
+def inertia_coupling_factor(stones: list[StackStone]) -> float:
+    """Return an upper bound of the factor by which products of inertia raise the square of the highest frequency.
+
+    `unit_mass_scale` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled mass
+    matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
+    """
+    correlation = [abs(stone.inertia[0, 2]) / math.sqrt(stone.inertia[0, 0] * stone.inertia[2, 2]) for stone in stones]
+    return 1.0 / (1.0 - max(correlation))
+
+
 def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
     """Return displacement (m) and rotation (rad) of each stone under its weight, shape (stones, 6).
 
@@ -152,21 +178,46 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
         if shift is None:
             return level  # the stack finds its pose by itself
         shift = shift * scale
-        depth = np.array([
-            [-(_corner_motion(stones, k, corner) @ shift)[2] for corner in patch.corners]
-            for k, patch in enumerate(joints.patches)
-        ])  # fmt: skip
+        depth = _corner_depths(stones, joints, shift)
         if (depth[carries] > 0.0).all():
             return np.asarray(shift.reshape(count, 6))
         carries &= depth > 0.0
     return level
 
 
-def motion_threshold(stones: list[StackStone], joints: JointTable, friction: FloatArray) -> FloatArray:
+def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArray) -> FloatArray:
+    """Return the penetration at the corners of the patches, shape (joints, 4), m; negative at open corners.
+
+    `shift` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
+    """
+    return np.array([
+        [-(_corner_motion(stones, k, corner) @ shift)[2] for corner in patch.corners]
+        for k, patch in enumerate(joints.patches)
+    ])  # fmt: skip
+
+
+def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None:
+    """Fill in, in place, the normal force, centre of pressure and mean distance from it of each joint at rest."""
+    depths = np.maximum(_corner_depths(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
+    for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
+        force = 0.25 * row["stiffness"] * depth
+        share = force / force.sum()
+        corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
+        centre = share @ corners
+        row["normal"], (row["cx"], row["cy"]) = force.sum(), centre
+        row["arm"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
+
+
+def spring_energy_at_rest(stones: list[StackStone], joints: JointTable) -> float:
+    """Return the energy of the springs of a stack that stands at rest, J."""
+    depths = np.maximum(_corner_depths(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
+    return float(np.sum(0.5 * 0.25 * joints.rows["stiffness"][:, None] * depths**2))
+
+
+def motion_threshold(joints: JointTable, friction: FloatArray) -> FloatArray:
     """Return |a|/g below which no joint opens or slides, shape (n,); `friction` has shape (n, joints).
 
     Joint k opens at the least ratio of the distance of a side of its patch to the height of the centre of all stones
     above, and slides at µ.
     """
-    del stones
     return np.minimum(float(np.min(joints.reach / joints.height)), friction.min(axis=1))

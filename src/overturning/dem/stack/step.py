@@ -1,6 +1,6 @@
 """Step of the centred scheme for the stacks in all lanes: order of the loops over stones, joints and points."""
 
-from typing import Any, Final
+from typing import Any
 
 from numba import njit
 
@@ -43,8 +43,6 @@ from overturning.dem.stack.predict_loops import (
 from overturning.dem.stack.state import CASE, STONE
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-MAX_CORNERS: Final = 16
-"""Largest number of corners of a base or an upper face."""
 
 
 @njit(**INNER)

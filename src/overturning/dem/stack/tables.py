@@ -4,7 +4,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from overturning.dem.body.tables import BodyInitialStateTableColumns, GroundAccelerationTableColumns
+from overturning.dem.body.tables import BodyInitialStateTableColumns
 from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.stack.joint_state import JointConstants
@@ -32,6 +32,21 @@ class StackCaseColumns(NamedTuple):
     """Sample at which the case ends as undecided."""
     barrier: float
     """Smallest energy that overturns a part of the stack, J."""
+    spring_energy: float
+    """Energy of the springs at rest, J."""
+
+
+class JointLoadAtRest(NamedTuple):
+    """Load of a joint at rest, with which a case begins."""
+
+    normal: float
+    """Normal force, N."""
+    cx: float
+    """Centre of pressure along x, m."""
+    cy: float
+    """Centre of pressure along y, m."""
+    arm: float
+    """Mean distance of the normal forces from the centre of pressure, m."""
 
 
 class StoneResultColumns(NamedTuple):
@@ -76,9 +91,6 @@ STONE: Final = np.dtype([(name, "f8") for name in (
     "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz",
     *(name for name in StoneConstants._fields if name not in {"inverse", "inertia"}), "reach", "rest",
 )] + [("start", START)])  # fmt: skip
-JOINT: Final = table_dtype_of_named_tuples(JointConstants)
+JOINT: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
 RESULT: Final = table_dtype_of_named_tuples(StackResultColumns)
 STONE_RESULT: Final = table_dtype_of_named_tuples(StoneResultColumns)
-ROW: Final = np.dtype(
-    [("time", "f8"), *table_dtype_of_named_tuples(BodyInitialStateTableColumns, GroundAccelerationTableColumns).descr]
-)

@@ -23,8 +23,8 @@ from overturning.statistics.criteria import (
     ishiyama_velocity_limit,
     kaneko_hayashi_acceleration_limit,
     kaneko_hayashi_branch_frequency,
-    pulse_acceleration_limit_with_impact,
-    pulse_acceleration_limit_without_impact,
+    pulse_acceleration_to_overturn_after_impact,
+    pulse_acceleration_to_overturn_without_impact,
     score_overturning_criteria,
     west_acceleration_limit,
 )
@@ -82,13 +82,13 @@ def pulse_factor(criterion: Any, ratio: float, height: float, slender: float) ->
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
 def test_pulse_without_impact_is_that_of_the_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = pulse_factor(pulse_acceleration_limit_without_impact, ratio, 1.0, 0.1)
+    factor = pulse_factor(pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1)
     assert (one_sine([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
 def test_pulse_after_one_impact_is_near_that_of_the_rocking_block(ratio: float) -> None:
-    factor = pulse_factor(pulse_acceleration_limit_with_impact, ratio, 1.0, 0.1)
+    factor = pulse_factor(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
     factors = np.arange(1.01, 2.0, 0.01)
     first = factors[one_sine(factors, ratio, 1.0, 0.1) == 1].min()
     assert 0.98 <= factor / first <= 1.11
@@ -134,7 +134,7 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
     pga = STANDARD_GRAVITY * np.linspace(0.15, 0.60, azimuth.size)
     ratio = np.where(np.arange(azimuth.size) % 3 == 0, 0.05, 0.15)
     limit = {
-        each: np.array([float(pulse_acceleration_limit_with_impact(0.6, each, one)) for one in ratio])
+        each: np.array([float(pulse_acceleration_to_overturn_after_impact(0.6, each, one)) for one in ratio])
         for each in slender.tolist()
     }  # fmt: skip
     falls = {each: pga >= limit[each] for each in limit}

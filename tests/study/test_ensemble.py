@@ -16,7 +16,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
 from overturning.model.space import cell_weight_in_direction_statistics
@@ -39,7 +39,7 @@ from overturning.study.recheck import recheck
 from tests.study.small_study import cube_of, pulse
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
-GRID = Grid({
+GRID = CaseGrid({
     "azimuth": AZIMUTH, "height": np.array([0.6]), "b_over_h": np.array([0.1, 0.2, 0.3, 0.4, 0.5]),
     "friction": np.array([0.5, 1.0]),
 })  # fmt: skip
@@ -127,7 +127,7 @@ def test_cells_near_a_change_of_fall_azimuth() -> None:
 
 def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Motion) -> None:
     """Every cell falls; that of B/H 0.2 goes another way than its neighbours, and its members go every way."""
-    grid = Grid({
+    grid = CaseGrid({
         "orientation": np.array([0]), "height": np.array([0.6]), "b_over_h": np.arange(1, 10) / 10,
         "aspect": np.array([1.0]), "friction": np.array([0.5]),
     })  # fmt: skip

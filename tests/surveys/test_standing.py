@@ -15,7 +15,7 @@ from overturning.statistics.fragility_files import write_fragility_csv
 from overturning.surveys.standing import (
     FragilityCurveRow,
     HazardCurve,
-    estimate_survival,
+    estimate_standing_probability,
     read_fragility_curves,
     read_hazard_curves,
     upper_bound_of_annual_fall_rate,
@@ -37,7 +37,7 @@ def curve(median: float, spread: float, **more: float) -> FragilityCurveRow:
 def test_a_lognormal_fragility_under_a_power_law(k: float, median: float, spread: float, count: int) -> None:
     """λ = k0 m^−k exp(k²β²/2) (Cornell et al. 2002)."""
     hazard = power_law(1e-4, k, 1e-4, 1e4, count)
-    found = estimate_survival(curve(median, spread), hazard, 500.0)
+    found = estimate_standing_probability(curve(median, spread), hazard, 500.0)
     rate = 1e-4 * median**-k * math.exp(0.5 * (k * spread) ** 2)
     assert found.rate == pytest.approx(rate, rel=1e-9)
     assert found.stands == pytest.approx(math.exp(-500 * rate), rel=1e-9)
@@ -61,15 +61,15 @@ def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
         return total
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]
-    found = estimate_survival(
+    found = estimate_standing_probability(
         curve(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
     )
     assert found.rate == pytest.approx(falls(0, 9) + top, rel=1e-8)
     assert found.beyond == pytest.approx(1 - falls(0.3, 0.8) / (falls(0, 9) + top), rel=1e-7)
     assert (found.low, found.high) == pytest.approx((math.exp(-1000 * (falls(0, 9) + rate[-1])), 1.0), rel=1e-8)
-    inside = estimate_survival(curve(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
+    inside = estimate_standing_probability(curve(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
     assert inside.beyond == pytest.approx(0.0, abs=1e-12), "the last level's falls were beyond records that reach it"
-    without = estimate_survival(curve(0.6, 0.4), hazard, 1000.0)
+    without = estimate_standing_probability(curve(0.6, 0.4), hazard, 1000.0)
     assert without.stands == found.stands
     assert math.isnan(without.low)
     assert math.isnan(without.high)
@@ -78,11 +78,11 @@ def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
 def test_stones_with_constant_deviations_stand_longer() -> None:
     """Without a spread of records stone s falls as often as ln s is exceeded: E exp(−k0 s^−k T), by SciPy."""
     hazard = power_law(1e-3, 2.0, 1e-4, 1e4)
-    found = estimate_survival(curve(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0)
+    found = estimate_standing_probability(curve(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0)
     share, _ = quad(lambda v: norm.pdf(v) * math.exp(-0.3 * (0.6 * math.exp(0.5 * v)) ** -2), -8, 8)
     assert found.share == pytest.approx(share, rel=1e-3)
     assert found.share > found.stands
-    alike = estimate_survival(curve(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0)
+    alike = estimate_standing_probability(curve(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0)
     assert alike.share == pytest.approx(alike.stands)
 
 
@@ -248,7 +248,9 @@ def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, stood: Callab
     for first in (0.155, 0.0155, 0.005):
         files = class_and_hazard(tmp_path, first)
         text = stood(*files, years=800)
-        rates.append((estimate_survival(curve(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0).rate, text))
+        rates.append(
+            (estimate_standing_probability(curve(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0).rate, text)
+        )
     (high, said), (low, quiet), _ = rates
     assert low - high > 0.08 * low
     (added,) = re.findall(r"it would add (\S+) falls a year", said)

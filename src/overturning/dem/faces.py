@@ -12,7 +12,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.body import Body
 from overturning.model.contact import Contact
 from overturning.model.edges import combined_fall_flag_and_azimuth
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 
 
 def simulate_grid_and_body_face_planes(
-    model: Model, motion: Motion, grid: Grid, numerics: Numerics
+    model: Model, motion: Motion, grid: CaseGrid, numerics: Numerics
 ) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.
 
@@ -47,7 +47,7 @@ def simulate_grid_and_body_face_planes(
                 "b_over_h": grid["b_over_h"] * ratio,
                 "friction": grid["friction"],
             }
-            outcome = simulate_grid(planes, motion, Grid(rows), options)
+            outcome = simulate_grid(planes, motion, CaseGrid(rows), options)
             at = (face, slice(None), slice(None), slice(None), index)
             side = outcome["overturned"].astype(np.float64)
             flags[at] = np.where(side == INT8_MISSING, np.nan, np.abs(side))

@@ -11,7 +11,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.falls import model_from_scene_or_shape
-from overturning.model.grid import AXES, Grid
+from overturning.model.grid import AXES, CaseGrid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
@@ -32,7 +32,7 @@ def create_case_grid(
     aspect: ArrayLike = 1.0,
     azimuth_deg: ArrayLike | None = None,
     orientation_deg: ArrayLike | None = None,
-) -> Grid:
+) -> CaseGrid:
     """Return the grid of all combinations of case parameters of a model; they are those of `overturning.simulate`.
 
     Raises
@@ -55,10 +55,10 @@ def create_case_grid(
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.free_element_names if len(model.free_element_names) > 1 else ()
     rows: dict[str, Any] = {f"{given}_deg": directions[given]} | {name: sizes[name] for name in model.case_dims}
-    return Grid.from_values(several, **rows)
+    return CaseGrid.from_values(several, **rows)
 
 
-def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
+def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numerics) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid under one motion; return arrays of the shape of the grid by variable name."""
     few = model.drop_ineffective_frictions(grid)
     sources = model.computed_cell_of_each_direction(few, numerics.leave_out)
@@ -189,7 +189,7 @@ def simulate(
 
 
 def critical_angle_coordinate(
-    model: Model, grid: Grid
+    model: Model, grid: CaseGrid
 ) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
     """Return dimensions, values (rad) and attributes of the critical angles of a scene; None for a block or body.
 

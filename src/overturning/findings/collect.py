@@ -43,7 +43,7 @@ from overturning.findings.extent import (
     CellCount,
     RecordSource,
     ReportMaps,
-    StudyExtent,
+    StudyCounts,
     cell_counts_by_status,
     choose_report_maps,
     source_and_licence_of_records,
@@ -84,7 +84,7 @@ class Findings(Finding):
 
     study: StudyFacts
     """Question and grid."""
-    extent: StudyExtent
+    extent: StudyCounts
     cases: CaseCounts
     """Number of cases and their outcomes."""
     direction: FallDirection
@@ -137,7 +137,7 @@ class Findings(Finding):
 
 
 def findings_from_results(results: StudyResults) -> Findings:
-    """Compute all findings of a study from its results, which are open."""
+    """Compute all findings of a study from its opened result files."""
     records = record_facts(results)
     return Findings(
         study=study_facts(results),

@@ -13,7 +13,7 @@ from overturning.study.cube import element_name_of_cube, first_shown_height_and_
 from overturning.study.scenes import variant_scene
 
 
-class StudyExtent(Finding):
+class StudyCounts(Finding):
     """Numbers of records, earthquakes, blocks and directions of a study, and properties of its motions."""
 
     records: int
@@ -84,7 +84,7 @@ class RecordSource(Finding):
     licence: str
 
 
-def study_extent(results: StudyResults) -> StudyExtent:
+def study_extent(results: StudyResults) -> StudyCounts:
     """Return the numbers of records, earthquakes, blocks and directions of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
@@ -93,7 +93,7 @@ def study_extent(results: StudyResults) -> StudyExtent:
     neither = ~np.any(groups, axis=0)
     mirrored = not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
     plan = study.body
-    return StudyExtent(
+    return StudyCounts(
         records=len(results.record_names),
         earthquakes=results.earthquake_count,
         heights=sizes["height"],

@@ -28,7 +28,7 @@ class PublishedPeak(Finding):
 
 
 class PublishedAgreement(Finding):
-    """Number of blocks of one variant with which the study reproduces all published outcomes."""
+    """Number of blocks, in one variant of a study, whose outcomes all equal the published ones."""
 
     variant: str
     blocks: int

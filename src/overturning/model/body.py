@@ -10,7 +10,7 @@ from typing_extensions import override
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
 from overturning.model.space import SpaceModel
 from overturning.model.symmetry import FULL_TURN, ComputedCells
@@ -135,7 +135,7 @@ class Body(SpaceModel):
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each orientation of a grid, the computed orientation, a whole number of rotation periods away."""
         direction = grid.direction_values_deg[:, None]
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
@@ -152,7 +152,7 @@ class Body(SpaceModel):
 
     @override
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
     ) -> None:
         super().rotate_copied_outcomes_in_place(outcome_arrays, grid, computed_cells)
         faces = len(self.shape.solid(1.0, 0.5, 1.0).faces)

@@ -28,7 +28,7 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 
 
 @dataclass(frozen=True)
-class Grid:
+class CaseGrid:
     """Grid of the cases of one motion: values along each dimension.
 
     Parameters

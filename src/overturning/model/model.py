@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.symmetry import FULL_TURN, ComputedCells, first_symmetric_direction_of_each
 from overturning.model.variables import OutcomeVariable
 
@@ -129,16 +129,16 @@ class Model(ABC):
         """Attributes of the direction coordinate of a cube."""
         return {}
 
-    def drop_ineffective_frictions(self, grid: Grid) -> Grid:
+    def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
         """Return the grid with a single friction value if the friction of the study has no effect on the model."""
         return grid
 
-    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each direction of a grid, the symmetric direction whose outcome is computed and rotated to it.
 
         Parameters
         ----------
-        grid : Grid
+        grid : CaseGrid
             Cases.
         use_symmetry : bool
             Use the symmetry of the model; otherwise only a full turn leaves a case unchanged.
@@ -153,13 +153,13 @@ class Model(ABC):
             grid.direction_values_deg, self._rotation_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN
         )
 
-    def _rotation_periods_of_grid_deg(self, grid: Grid) -> FloatArray:
+    def _rotation_periods_of_grid_deg(self, grid: CaseGrid) -> FloatArray:
         """Return the rotation period of each aspect of a grid, degrees; shape (1,) for a grid without aspects."""
         return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 
     @abstractmethod
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
     ) -> None:
         """Rotate, in place, the outcomes of copied cells from the computed direction to their own; mark the copies."""
 

@@ -17,7 +17,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.edges import combined_fall_flag_and_azimuth
 from overturning.model.geometry import azimuth_period_of_outcome_deg
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.model import StoneOutcomes, values_at_cells
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
@@ -122,7 +122,7 @@ def circle_share_of_planes(
 
 
 def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
-    """Return the weight of each azimuth: 1 on a regular grid; an added azimuth shares the weight of its neighbours."""
+    """Return the weight of each azimuth: 1 on a regular grid; an added one takes a part of its neighbours' weights."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
     weight = circle_share_of_planes(azimuth[index], period_deg) * index.size
@@ -214,12 +214,12 @@ class PlanarModel(SceneModel):
         return replace(self, scene=self.scene.model_copy(update={"contacts": tuple(laws)}))
 
     @override
-    def drop_ineffective_frictions(self, grid: Grid) -> Grid:
+    def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
         """Return the grid with a single friction if the scene file sets the friction of all its contacts."""
         return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
-    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each azimuth of a grid, the azimuth that is computed; outcomes at φ + 180° are mirrored."""
         found = super().computed_cell_of_each_direction(grid, use_symmetry)
         return (
@@ -228,7 +228,7 @@ class PlanarModel(SceneModel):
 
     @override
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
     ) -> None:
         mirrored = grid.broadcast_over_grid(computed_cells.mirrored)
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.model import Model, StoneOutcomes, values_at_cells
 from overturning.model.symmetry import ComputedCells, nearest_computed_cells
 from overturning.model.variables import INT8_MISSING, outcome_is_known
@@ -69,7 +69,7 @@ class SpaceModel(Model):
 
     @override
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
     ) -> None:
         own = np.arange(computed_cells.cell.shape[0])[:, None]
         outcome_arrays["repeated"] = grid.broadcast_over_grid(computed_cells.cell != own).astype(np.int8)

@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
 from overturning.model.geometry import azimuth_period_of_outcome_deg
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.space import SQUARE_PERIOD, SpaceModel
@@ -112,11 +112,11 @@ class Stack(SceneModel, SpaceModel):
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def drop_ineffective_frictions(self, grid: Grid) -> Grid:
+    def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
         return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
-    def computed_cell_of_each_direction(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
         """Return, for each orientation of a grid, the computed one, which differs by whole rotation periods."""
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period

@@ -104,7 +104,9 @@ def _pulse_over_block_frequency(height: ArrayLike, b_over_h: ArrayLike, pgv_over
     return 2 / _checked_positive_array("pgv_over_pga", pgv_over_pga) / block_frequency_parameter(height, b_over_h)
 
 
-def pulse_acceleration_limit_with_impact(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+def pulse_acceleration_to_overturn_after_impact(
+    height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
+) -> FloatArray:
     """Return the PGA, m/s², at which a one-sine pulse overturns a block after one impact.
 
     a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for
@@ -115,7 +117,7 @@ def pulse_acceleration_limit_with_impact(height: ArrayLike, b_over_h: ArrayLike,
     return west_acceleration_limit(b_over_h) * (1 + ratio / 6)
 
 
-def pulse_acceleration_limit_without_impact(
+def pulse_acceleration_to_overturn_without_impact(
     height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
 ) -> FloatArray:
     """Return the PGA, m/s², at which a one-sine pulse overturns a block without any impact.
@@ -165,12 +167,12 @@ CRITERIA: Final = (
         "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration_limit
     ),
     OverturningCriterion(
-        "pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration_limit_with_impact
+        "pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration_to_overturn_after_impact
     ),
     OverturningCriterion(
         "pulse, no impact",
         "PGA above that of the one-sine pulse without impact",
-        pulse_acceleration_limit_without_impact,
+        pulse_acceleration_to_overturn_without_impact,
     ),
 )
 """Criteria in the order of tables and figures."""
@@ -226,7 +228,7 @@ SLENDERNESS_ONLY: Final = "B/H alone"
 """Name of the rule that ignores the motion."""
 
 PULSE_VALID: Final = 5.0
-"""Largest ω/p for which `pulse_acceleration_limit_with_impact` is valid; above it the limit is far too low."""
+"""Largest ω/p for which `pulse_acceleration_to_overturn_after_impact` is valid; above it the limit is far too low."""
 
 
 @dataclass(frozen=True)

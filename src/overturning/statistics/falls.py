@@ -21,7 +21,7 @@ from overturning.statistics.circular import NO_DIRECTION
 
 
 def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
-    """Add the azimuth φ + 180° for each azimuth φ of a planar cube (or of data derived from one).
+    """Add the azimuth φ + 180° for each azimuth φ of a cube of 2-D simulations (or of data derived from one).
 
     Azimuths are ascending in the result.
 

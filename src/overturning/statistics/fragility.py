@@ -63,7 +63,7 @@ class FittedFragilityCurve:
 
     @property
     def record_and_stone_spread(self) -> tuple[float, float]:
-        """Spread between records, and between stones under one record; NaN if unknown."""
+        """Logarithmic standard deviations between records, and between stones under one record; NaN if unknown."""
         spread = self.median_and_spread_within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 

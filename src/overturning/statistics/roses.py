@@ -80,7 +80,7 @@ def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, Fl
 
 
 def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
-    """Return the width, degrees, over which a rose spreads the falls at each azimuth of a planar cube.
+    """Return the width, degrees, over which a rose diagram spreads the falls of 2-D simulations at one azimuth.
 
     It is 0 for a single plane, and if all sectors have equally many planes.
     """

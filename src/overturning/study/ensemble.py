@@ -21,7 +21,7 @@ from overturning.dem.numerics import Progress
 from overturning.errors import ResultError
 from overturning.files import append_checksum, atomic_write, checksum_at_end_matches
 from overturning.model.cases import Cases
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -228,7 +228,7 @@ class EnsembleRunner:
     def run_members_of_cells(
         self,
         motion: Motion,
-        grid: Grid,
+        grid: CaseGrid,
         nominal_outcomes: Mapping[str, NDArray[Any]],
         run_cases: Runner,
         progress: Progress | None = None,
@@ -270,7 +270,7 @@ class EnsembleRunner:
 
     def _fill_member_outcomes(
         self,
-        grid: Grid,
+        grid: CaseGrid,
         cells: NDArray[np.int64],
         run_cases: Runner,
         member_flags: NDArray[np.int8],
@@ -298,7 +298,7 @@ class EnsembleRunner:
             progress(1, 1)
         return block_steps
 
-    def _member_cases(self, grid: Grid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
+    def _member_cases(self, grid: CaseGrid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
         """Return the cases of all `members` in `cells`; the members of a cell follow each other."""
         direction, *rest = (
             grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
@@ -319,7 +319,7 @@ class EnsembleRunner:
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
-    def _fill_copied_cells(self, grid: Grid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
+    def _fill_copied_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
         """Fill in the ensemble variables of the cells marked in `copied_cells` from cells equal by symmetry."""
         source = self.model.computed_cell_of_each_direction(grid).cell
         for column in range(source.shape[1]):

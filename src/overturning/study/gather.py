@@ -13,7 +13,7 @@ import numpy as np
 from overturning.dem.simulate import critical_angle_coordinate
 from overturning.errors import ResultError
 from overturning.files import atomic_write
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.variables import INT8_MISSING, OutcomeVariable
 from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicate_records
@@ -99,7 +99,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
 
 
 def _copy_parts_of_record(
-    sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: Grid, variables: Sequence[OutcomeVariable]
+    sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
 ) -> bool:
     """Copy a record's parts into a cube and add their time steps × stones; False if a cell is in no part."""
     with ExitStack() as stack:

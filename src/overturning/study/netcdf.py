@@ -10,7 +10,7 @@ import numpy as np
 
 from overturning.errors import ResultError
 from overturning.files import checksum_at_end_matches
-from overturning.model.grid import AXES, Grid
+from overturning.model.grid import AXES, CaseGrid
 from overturning.model.variables import OutcomeVariable
 
 
@@ -43,7 +43,7 @@ def add_coordinate(
         variable[index] = fill_value if value is None else value
 
 
-def add_grid_dimensions(file: Any, grid: Grid) -> None:
+def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:
     """Create a grid's dimensions and coordinates in an open netCDF4 file; elements have numbers and names."""
     for name, values in grid.rows.items():
         file.createDimension(name, values.size)
@@ -69,7 +69,7 @@ def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
-def add_variable(file: Any, variable: OutcomeVariable, grid: Grid, *leading_dimensions: str) -> Any:
+def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
     """Create an outcome variable with dimensions `leading_dimensions` and those of a grid; all values are missing."""
     dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
     own = chunk_shape_of_variable(grid.cube_shape_of_variable(variable)[1 if grid.amplitude else 0 :])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.variables import VARIABLES, OutcomeVariable
 from overturning.study.netcdf import add_grid_dimensions, add_variable, open_netcdf_unscaled
 from overturning.study.scenes import NOMINAL, variant_model
@@ -55,7 +55,7 @@ def sweep_part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) 
     return [sweep_part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
-def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NOMINAL) -> Grid:
+def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL) -> CaseGrid:
     """Return the piece of the grid of a variant that a chunk simulates.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
@@ -74,7 +74,7 @@ def grid_of_chunk(study: Study, grid: Grid, chunk: SweepChunk, variant: str = NO
 
 def write_sweep_part(
     path: Path,
-    grid: Grid,
+    grid: CaseGrid,
     outcome_arrays: dict[str, NDArray[Any]],
     attributes: dict[str, str | int],
     variables: tuple[OutcomeVariable, ...] = VARIABLES,
@@ -112,7 +112,7 @@ def record_and_variant_of_part(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def open_sweep_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
+def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
     """Open a part and check that its cells belong to a grid; raise a `ResultError` if they do not."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
@@ -123,7 +123,7 @@ def open_sweep_part(path: Path, grid: Grid, variables: Sequence[OutcomeVariable]
         yield OpenedSweepPartFile(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
 
 
-def _first_mismatch_with_grid(file: Any, grid: Grid, variables: Sequence[OutcomeVariable]) -> str:
+def _first_mismatch_with_grid(file: Any, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> str:
     """Return the first difference between an open part and a grid; "" if the part belongs to the grid."""
     factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
     needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ArgumentError, ResultError
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
@@ -93,7 +93,7 @@ def recheck(
 
 
 def _recompute_cell(
-    motion: Motion, grid: Grid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
+    motion: Motion, grid: CaseGrid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """Simulate a cell, with the cell of which it is a symmetric copy if any; return the cell's variables by name."""
     sources = variant_model(study, variant).computed_cell_of_each_direction(grid).cell[cell_position[0]]

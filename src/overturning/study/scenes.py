@@ -14,7 +14,7 @@ from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
 from overturning.model.geometry import size_reference_height_and_b_over_h
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
@@ -68,7 +68,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
-def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
+def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
     """Return the grid of a variant; directions ascend and are int16 if all are integers, otherwise float64."""
     model = variant_model(study, variant)
     values = {
@@ -78,7 +78,7 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
     rows = {name: np.array(values[name], np.float64) for name in model.case_dims}
     element = model.free_element_names if len(model.free_element_names) > 1 else ()
     amplitude = study.amplitude if len(study.amplitude) > 1 else ()
-    return Grid(
+    return CaseGrid(
         {model.direction: integer_or_float_directions(study.azimuths_or_orientations_deg)} | rows, element, amplitude
     )
 

@@ -12,7 +12,7 @@ from overturning.dem.faces import simulate_grid_and_body_face_planes
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.model.cases import Cases
-from overturning.model.grid import Grid
+from overturning.model.grid import CaseGrid
 from overturning.model.results import COUNTS, CaseResults
 from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
@@ -61,7 +61,7 @@ def create_cell_ensemble(
 
 
 def simulate_variant(
-    study: Study, variant: str, motion: Motion, grid: Grid, numerics: Numerics
+    study: Study, variant: str, motion: Motion, grid: CaseGrid, numerics: Numerics
 ) -> dict[str, NDArray[Any]]:
     """Simulate the model of a variant on the grid of the study, or on a piece of it; for arrays see `simulate_grid`.
 

@@ -126,7 +126,7 @@ class HazardCurve:
 
 
 @dataclass(frozen=True)
-class SurvivalEstimate:
+class StandingProbability:
     """Probability that the stones of a class survive a seismic hazard for an exposure time, T years.
 
     Attributes
@@ -158,7 +158,9 @@ class SurvivalEstimate:
     first: float
 
 
-def estimate_survival(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float) -> SurvivalEstimate:
+def estimate_standing_probability(
+    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float
+) -> StandingProbability:
     """Compute the probability that stones with a fragility curve stand after `years` of a hazard.
 
     The median of the curve is known.
@@ -199,7 +201,7 @@ def estimate_survival(fragility_curve: FragilityCurveRow, hazard_curve: HazardCu
     first = float(fall_probability(float(hazard_curve.level[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
-    return SurvivalEstimate(
+    return StandingProbability(
         fragility_curve.stones, fragility_curve.measure, rate, stands, low, high, share, beyond, first
     )
 
@@ -225,7 +227,7 @@ class SurvivalByClass:
     years: float
     hazard: str
     hazards: dict[str, HazardCurve]
-    estimates: tuple[tuple[FragilityCurveRow, HazardCurve, SurvivalEstimate], ...]
+    estimates: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbability], ...]
     without_curve: tuple[FragilityCurveRow, ...]
 
 
@@ -255,7 +257,8 @@ def survival_by_class(
         )
     known = [one for one in shared if math.isfinite(one.log_spread)]
     estimates = (
-        (one, hazard_curves[one.measure], estimate_survival(one, hazard_curves[one.measure], years)) for one in known
+        (one, hazard_curves[one.measure], estimate_standing_probability(one, hazard_curves[one.measure], years))
+        for one in known
     )
     return SurvivalByClass(
         years, hazard, hazard_curves, tuple(estimates), tuple(one for one in shared if one not in known)
@@ -304,15 +307,15 @@ def upper_bound_of_hazard_factor(
     larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
     spread are unknown. NaN without a bound.
     """
-    rate = estimate_survival(fragility_curve, hazard_curve, years).rate
+    rate = estimate_standing_probability(fragility_curve, hazard_curve, years).rate
     if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
     def standing_share_minus_five_percent(log_hazard_factor: float) -> float:
         """Return the share that stands under exp(`log_hazard_factor`) times the hazard, minus 5 %."""
-        return estimate_survival(fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)).share - (
-            1 - BOUND_PROBABILITY
-        )
+        return estimate_standing_probability(
+            fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)
+        ).share - (1 - BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
     first, last = math.log(fall_rate_bound / rate), math.log(LARGEST_FACTOR * max(1.0, fall_rate_bound / rate))

@@ -175,9 +175,9 @@ def resting_normal_force_and_velocity_derivative(
     normal_force: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return the normal force of a corner at rest at the end of a step, and its decrease per upward velocity.
+    """Return the normal force of a sticking corner at the end of a step, and its decrease with the corner's velocity.
 
-    The force is per mass, m/s²; its decrease is per upward velocity of the corner, times half the step.
+    The force is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner, times half the step.
     """
     normal = block.dashpot + half_step_time * block.stiffness
     return (normal_force + normal * predicted_corner.uz if is_in_contact else 0.0), (

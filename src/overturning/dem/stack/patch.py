@@ -313,7 +313,7 @@ def place_lower_points(
 def place_upper_points(
     joint_rows: Any, point: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Place the ends of the part of an upper side that is left, and set the weight of the corner where it starts."""
+    """Store both ends of the part of an upper side that remains after clipping, and the weight of its first corner."""
     for j in range(lane_count):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(after, j)
         own, previous = load_clip(point, j), load_clip(last, j)

@@ -124,7 +124,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
 
 
 def _extra_entries_of_agency_processing(header: Header) -> dict[str, str]:
-    """Return the agency that processed a corrected file and its filter, as entries of ``extra``."""
+    """Return, as entries of ``extra``, the agency and the filter with which a file was corrected."""
     if not header.field_text("corrected"):
         return {}
     when, corners = header.field_text("processed"), " ".join(header.field_text("filter").split())

@@ -112,7 +112,7 @@ def _under_six_records(cases: Cases) -> list[CaseGroup]:
     return [CaseGroup(read_fema_motion(source), cases) for source in RECORDS.values()]
 
 
-def record_masks_by_group(friction_kind: str) -> list[CaseGroup]:
+def record_groups(friction_kind: str) -> list[CaseGroup]:
     """Return blocks of the default study under six records, with the `FRICTIONS` of "sliding" or "rocking"."""
     return _under_six_records(
         case_grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[friction_kind])

@@ -25,7 +25,7 @@ from verification.inputs import (
     every_nth_case,
     every_nth_value,
     pulse_groups,
-    record_masks_by_group,
+    record_groups,
     rigid_record_groups,
     slide_groups,
 )
@@ -153,7 +153,7 @@ def reference_outcomes(groups: Sequence[CaseGroup], setting: SchemeSetting) -> t
 
 def measure_against_finer_steps(kind: str) -> Iterator[Row]:
     """Measure schemes over time steps on six real records; the reference is the centred scheme at a far finer step."""
-    groups, finest = record_masks_by_group(kind), SchemeSetting("centred", FINEST)
+    groups, finest = record_groups(kind), SchemeSetting("centred", FINEST)
     right, few = reference_outcomes(groups, finest), every_nth_case(groups, EVERY)
     right_few = (every_nth_value(groups, right[0], EVERY), every_nth_value(groups, right[1], EVERY))
     where = find_boundaries(groups, right[0], MOST)
@@ -169,7 +169,7 @@ def measure_against_finer_steps(kind: str) -> Iterator[Row]:
 
 def measure_over_stiffness(kind: str) -> Iterator[Row]:
     """Measure stiffnesses at the automatic step; references: finer steps with the same and the largest one."""
-    groups, stiffest = record_masks_by_group(kind), PENETRATIONS[-1]
+    groups, stiffest = record_groups(kind), PENETRATIONS[-1]
     exact = {
         delta: reference_outcomes(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
         for delta in PENETRATIONS
@@ -191,7 +191,7 @@ def measure_over_stiffness(kind: str) -> Iterator[Row]:
 
 def measure_energy_balance() -> Iterator[Row]:
     """Measure the mean residual of work and energy of cases that slide or rock, over time steps."""
-    groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(record_masks_by_group(kind), 6)]
+    groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(record_groups(kind), 6)]
     for setting in step_settings(finest=False):
         found = run_case_groups(groups, **setting.arguments).results
         simulated = found.status == 0

@@ -56,7 +56,8 @@ def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
 
 def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
     """Register a function, with the project style, as the one that draws a kind of figure of a cube; return it."""
-    return cast(DrawFunction, KINDS.setdefault(kind, _with_project_style(draw_figure)))
+    KINDS[kind] = styled = _with_project_style(draw_figure)
+    return styled
 
 
 @partial(_register_cube_figure, "polar")

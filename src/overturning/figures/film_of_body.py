@@ -16,6 +16,13 @@ STILL = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
+def _stones(trajectory: "xr.Dataset") -> list["xr.Dataset"]:
+    """Return the trajectory of each stone, in the order of the elements; of a single body, one named "body"."""
+    if "element" not in trajectory.dims:
+        return [trajectory.assign_coords(element="body")]
+    return [trajectory.isel(element=index) for index in range(trajectory.sizes["element"])]
+
+
 def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return the outcome of a 3-D body as a sentence without a full stop."""
     if float(trajectory["overturned"]) == 1:
@@ -31,7 +38,7 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return the outcome of a 3-D stack as a sentence without a full stop: falls by name and time, or how it stands."""
-    stones = [trajectory.isel(element=index) for index in range(trajectory.sizes["element"])]
+    stones = _stones(trajectory)
     falls = sorted(
         (float(one["overturning_time"]), str(one["element"].item()), round(float(one["fall_azimuth"])))
         for one in stones
@@ -46,9 +53,7 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 def stack_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return tilt, quaternion and position of all stones of a stack, shape (times, 9 × stones)."""
-    return np.concatenate(
-        [body_poses_by_time(trajectory.isel(element=index)) for index in range(trajectory.sizes["element"])], axis=1
-    )
+    return np.concatenate([body_poses_by_time(one) for one in _stones(trajectory)], axis=1)
 
 
 def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
@@ -62,12 +67,7 @@ def body_film_panel(
     trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
 ) -> FilmPanel:
     """Return the film panel of a 3-D body or stack at `frame_times`, s, titled by `heading_and_outcome`."""
-    stones = (
-        [trajectory.isel(element=index) for index in range(trajectory.sizes["element"])]
-        if "element" in trajectory.dims
-        else [trajectory.assign_coords(element="body")]
-    )
-    bodies = tuple(_film_body(one, frame_times, str(one["element"].item())) for one in stones)
+    bodies = tuple(_film_body(one, frame_times, str(one["element"].item())) for one in _stones(trajectory))
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal_components, None if motion.up is None else amplitude * motion.up
     ground = ground_displacement_at_times((level[1], level[0], up), interval, frame_times)  # east, north, up

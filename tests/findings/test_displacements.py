@@ -1,0 +1,60 @@
+"""Slip and twist of stones that stand, and falls over a rim, from cubes written by hand."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.findings.displacements import element_displacement_findings
+from overturning.findings.results import StudyResults
+from overturning.study.load import load_study
+from overturning.study.scenes import NOMINAL
+
+STUDY = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
+
+
+def cube(elements: list[str], **values: Any) -> xr.Dataset:
+    """Return a cube of one record: values of each element, then of each of its five orientations."""
+    shape = (len(elements), 5)
+    names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist", "slid_off")
+    return xr.Dataset(
+        {
+            name: (("record", "element", "orientation"), np.broadcast_to(values.get(name, 0.0), shape)[None])
+            for name in names
+        },
+        {"element": elements},
+    )
+
+
+@pytest.fixture
+def results() -> StudyResults:
+    """A base and a shaft, which falls in two of five cases, once over the rim; and the shaft alone, which stands."""
+    stack = cube(
+        ["base", "shaft"],
+        overturned=[[0] * 5, [0, 0, 0, 1, 1]],
+        slid_off=[[0] * 5, [0, 0, 0, 0, 1]],
+        residual_slip_north=[[0.03] * 5, [0.0, 0.01, -0.02, 9.0, 9.0]],
+        residual_slip_east=[[-0.04] * 5, [0.0] * 5],
+        residual_twist=[[-2.0, 2.0, -2.0, 2.0, np.nan], [1.0, -3.0, 5.0, 90.0, 90.0]],  # NaN: too weak to move it
+    )
+    alone = cube(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
+    cubes = {NOMINAL: stack, "shaft-alone": alone.isel(element=0, drop=True)}
+    return cast(StudyResults, SimpleNamespace(study=load_study(STUDY), cubes=cubes))
+
+
+def test_displacements_are_those_of_the_standing_cases(results: StudyResults) -> None:
+    base, shaft, alone = element_displacement_findings(results)
+    assert [one.element for one in (base, shaft)] == ["base", "shaft"]
+    assert (base.variant, shaft.variant, alone.variant) == (NOMINAL, NOMINAL, "shaft-alone")
+    assert (base.standing, base.falls, base.share_slid_off) == (5, 0, None)
+    assert base.median_slip_cm == pytest.approx(5.0), "3-4-5 cm, whatever its azimuth"
+    assert (base.median_twist_deg, base.percentile_90_twist_deg) == (2.0, 2.0), "of 0, 2, 2, 2, 2 degrees"
+    assert (shaft.standing, shaft.falls, shaft.share_slid_off) == (3, 2, 0.5)
+    assert shaft.median_slip_cm == pytest.approx(1.0)
+    assert shaft.percentile_90_slip_cm == pytest.approx(1.8), "of 0, 1, 2 cm: 0.8 of the way to the last"
+    assert (shaft.median_twist_deg, shaft.percentile_90_twist_deg) == pytest.approx((3.0, 4.6))
+    assert (alone.element, alone.standing, alone.falls) == ("shaft", 5, 0)
+    assert alone.median_twist_deg == 7.0

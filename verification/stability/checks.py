@@ -81,7 +81,7 @@ def find_contradiction(bounds: CaseBounds, results: CaseResults, row: int, flags
     `flags_match` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION * 0.5 * bounds.size
-    if results.status[row] not in (CaseStatus.SIMULATED, CaseStatus.AT_REST):
+    if not CaseStatus(results.status[row]).has_outcome:
         return "" if np.all(results.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
     if not np.isin(results.overturned[row], (-1, 0, 1)).all():
         return "no flag and no mark"

@@ -205,7 +205,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         reason = find_scene_contradiction(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
         rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
-        if not reason and found.status[row] in (CaseStatus.SIMULATED, CaseStatus.AT_REST):
+        if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if scene.is_single_block:

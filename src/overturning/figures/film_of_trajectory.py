@@ -38,7 +38,7 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
     """True if the simulation of a trajectory is valid, so that it is known whether anything falls."""
-    return int(trajectory["status"]) in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
+    return CaseStatus(int(trajectory["status"])).has_outcome
 
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:

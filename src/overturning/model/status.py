@@ -18,3 +18,8 @@ class CaseStatus(IntEnum):
     """Not computed because of an error."""
     OVER_BUDGET = 5
     """Needs more block steps than the budget of a case."""
+
+    @property
+    def has_outcome(self) -> bool:
+        """True if it is known which elements fall: the case was computed to the end, or nothing can move."""
+        return self in (CaseStatus.SIMULATED, CaseStatus.AT_REST)

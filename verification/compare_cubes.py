@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
+from overturning.motion.direction import azimuth_difference
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percentage
@@ -28,8 +29,8 @@ SLIDES = 1e-3
 
 def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
     """True where the azimuths, degrees, of two falls differ by at least `MAX_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
-    turn = np.nan_to_num(np.asarray(second_azimuths, np.float64) - np.asarray(first_azimuths, np.float64))
-    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= MAX_AZIMUTH_DIFFERENCE_DEG)
+    first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths, second_azimuths))
+    return np.asarray(azimuth_difference(first, second) >= MAX_AZIMUTH_DIFFERENCE_DEG)
 
 
 def neighbours_agree(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:

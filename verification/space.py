@@ -24,6 +24,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
+from overturning.motion.direction import azimuth_difference
 from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
@@ -61,11 +62,6 @@ def rocking_motion(samples: int = 2000) -> Motion:
     """Return a motion of 20 s that rocks bodies and overturns none."""
     t = np.arange(samples) * 0.01
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
-
-
-def azimuth_difference(first_azimuth_deg: np.ndarray, second_azimuth_deg: np.ndarray) -> np.ndarray:
-    """Return the angle between two azimuths, degrees, 0 to 180."""
-    return np.abs((first_azimuth_deg - second_azimuth_deg + 180.0) % 360.0 - 180.0)
 
 
 def run_grid_under_motions(

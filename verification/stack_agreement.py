@@ -14,6 +14,7 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
+from overturning.motion.direction import azimuth_difference
 from overturning.study.ensemble import wilson_interval
 from verification.stack_cases import StackCase, case_row, draw_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, critical_angle
@@ -42,8 +43,7 @@ def same_fall(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
     """True if two outcomes agree: both stand (NaN), or both fall to azimuths within 20°."""
     if math.isnan(first_azimuth_deg) or math.isnan(second_azimuth_deg):
         return math.isnan(first_azimuth_deg) and math.isnan(second_azimuth_deg)
-    away = abs((first_azimuth_deg - second_azimuth_deg + 180.0) % 360.0 - 180.0)
-    return away <= MAX_AZIMUTH_DIFFERENCE_DEG
+    return azimuth_difference(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
 def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
@@ -63,7 +63,7 @@ def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str
 
 def has_outcome(outcome: dict[str, Any]) -> bool:
     """True if this program states whether the topmost stone falls."""
-    return outcome["status"] in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
+    return CaseStatus(outcome["status"]).has_outcome
 
 
 def program_row(case: StackCase) -> dict[str, Any]:

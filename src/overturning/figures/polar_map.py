@@ -27,6 +27,7 @@ from overturning.figures.cells import (
 )
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probability_to_either_side
+from overturning.motion.direction import azimuth_difference
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
@@ -293,7 +294,7 @@ def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> floa
     azimuth = map_cells["azimuth"].to_numpy().astype(np.float64)
     count = {}
     for middle in np.arange(22.5, 360.0, 45.0):
-        away = np.abs((azimuth - middle + 180.0) % 360.0 - 180.0)
+        away = azimuth_difference(azimuth, middle)
         marked = any(abs((middle - axis + 90.0) % 180.0 - 90.0) < 20.0 for axis in marked_deg)
         count[float(middle)] = float(falls[away <= 12.0].sum()) + 1e6 * marked
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))

@@ -1,6 +1,7 @@
 """Direction cosines that are the same on every processor, and the largest motion along many azimuths."""
 
 import math
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,6 +39,15 @@ def cosine_and_sine_of_azimuth(azimuth_deg: float) -> tuple[float, float]:
             return -first, -second
         case _:
             return second, -first
+
+
+@overload
+def azimuth_difference(first_deg: float, second_deg: float) -> float: ...
+@overload
+def azimuth_difference(first_deg: Any, second_deg: Any) -> Any: ...
+def azimuth_difference(first_deg: Any, second_deg: Any) -> Any:
+    """Return the angle between two azimuths, degrees, 0 to 180; of numbers, arrays or data arrays."""
+    return abs((first_deg - second_deg + 180.0) % 360.0 - 180.0)
 
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:

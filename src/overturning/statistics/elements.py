@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.motion.direction import azimuth_difference
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_record_cubes
 
@@ -183,7 +184,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
         known = np.isfinite(this) & np.isfinite(that)
         fell, other_fell = known & (this != 0), known & (that != 0)
         both, (way, other_way) = fell & other_fell, (_fall_azimuths_deg(c) for c in (one, another))
-        same = both & (np.abs((way - other_way + 180.0) % 360.0 - 180.0) <= 45.0)
+        same = both & (azimuth_difference(way, other_way) <= 45.0)
         when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (one, another))
         counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, both & (when < other_when))
         rows.append([int(cells.sum()) for cells in counted])

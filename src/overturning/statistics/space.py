@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from overturning.motion.direction import azimuth_difference
 from overturning.statistics.by_record import apply_to_record_batches, iterate_record_cubes
 from overturning.statistics.circular import wrap_axis_difference
 
@@ -43,7 +44,7 @@ def _planar_model_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
         "only_space": (space == 1) & (plane == 0),
         "only_plane": (space == 0) & (plane == 1),
         "both": both,
-        "over_edge": np.abs((apart + 180.0) % 360.0 - 180.0) <= 45.0,
+        "over_edge": azimuth_difference(apart, 0.0) <= 45.0,
         "axes_apart": np.abs(xr.apply_ufunc(wrap_axis_difference, apart)),
     })  # fmt: skip
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from overturning.model.variables import INT8_MISSING
+from overturning.motion.direction import azimuth_difference
 
 MAX_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
@@ -70,8 +71,8 @@ def fall_azimuths_differ(
     The shape is (n, elements).
     """
     both = (first_outcomes["overturned"] == 1) & (second_outcomes["overturned"] == 1)
-    turn = np.where(both, first_outcomes["azimuth"], 0.0) - np.where(both, second_outcomes["azimuth"], 0.0)
-    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= min_difference_deg)
+    first, second = (np.where(both, one["azimuth"], 0.0) for one in (first_outcomes, second_outcomes))
+    return np.asarray(azimuth_difference(first, second) >= min_difference_deg)
 
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:

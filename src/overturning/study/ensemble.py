@@ -24,6 +24,7 @@ from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
+from overturning.motion.direction import azimuth_difference
 from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings
 from overturning.tables import read_table_rows
@@ -161,8 +162,8 @@ def select_ensemble_cells(
     change = nominal_flags[:, :, 1:] != nominal_flags[:, :, :-1]
     change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
     if fall_azimuth_deg is not None:
-        turn = np.diff(fall_azimuth_deg.astype(np.float64), axis=2)
-        turned = np.abs((turn + 180.0) % 360.0 - 180.0) >= MIN_AZIMUTH_CHANGE_DEG
+        azimuth = fall_azimuth_deg.astype(np.float64)
+        turned = azimuth_difference(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_AZIMUTH_CHANGE_DEG
         change = change | (turned.any(axis=dimension_count) if turned.ndim > dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
     padded = np.pad(

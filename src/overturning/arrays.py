@@ -39,11 +39,11 @@ def create_xarray_dataset(
 
 
 class _DaskArrayType:
-    """Replacement for the entry of dask in xarray's table of array types; it does not import dask."""
+    """Entry for dask in xarray's table of array types that, unlike the original entry, does not import dask."""
 
     @property
     def type(self) -> tuple[Any, ...]:
-        """Tuple of the class of dask arrays; empty if dask was not imported."""
+        """Tuple with the class of dask arrays, for `isinstance`; empty if dask is not imported."""
         dask: Any = sys.modules.get("dask.array")
         return (dask.Array,) if hasattr(dask, "Array") else ()
 

@@ -102,7 +102,7 @@ def _root_command(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line.
+    """Run the command line program `overturning`; print a user's error in one or two lines and exit with status 1.
 
     For an error that a user can cause, it prints one or two lines on standard error and exits with status 1; a
     traceback is a bug of this package.

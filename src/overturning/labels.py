@@ -45,7 +45,7 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
 
 
 def element_size_note(cube: "xr.Dataset") -> str:
-    """Return a note on whose sizes H and B/H of a cube are; "" if they belong to the stone of its outcomes."""
+    """Return a note that names the stone whose height and B/H a cube states; "" if it is the stone of the outcomes."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name
     if element_name_of_cube(cube) != reference:

@@ -107,7 +107,7 @@ def simulate_one_stone(
 
 
 def _time_origin_notes(file_time_shift: float) -> list[str]:
-    """Return a note on the time origin of printed lines, films and figures; empty if the first sample was not moved."""
+    """Return a note that times count from the first sample of the file, if the simulated motion starts elsewhere."""
     if not file_time_shift:
         return []
     first = (
@@ -126,7 +126,7 @@ def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -
 
 
 def _motion_in_file_time(motion: "Motion", file_time_shift: float) -> "Motion":
-    """Return the motion from the first sample of the record file on, without zeros that the filter added before."""
+    """Return the motion from the first sample of the record file on, without the zeros that the filter put before."""
     import numpy as np
 
     from overturning.motion.motion import Motion
@@ -154,7 +154,7 @@ class _SimulatedTrajectories:
 
     @property
     def trajectory_of_shown_stone(self) -> "xr.Dataset":
-        """First trajectory; of a stack only that of the reference element."""
+        """First trajectory of the simulated stone; if a 3-D stack was simulated, only that of its reference element."""
         first = self.trajectories[0]
         return first.sel(element=first.attrs["reference"]) if "element" in first.dims else first
 
@@ -177,7 +177,7 @@ def _simulate_stack(
     stone_options: StoneOptions,
     file_time_shift: float,
 ) -> _SimulatedTrajectories:
-    """Simulate a scene in 3-D at each orientation; motion times plus ``file_time_shift``, s, are times in the file."""
+    """Simulate a stack in 3-D at each orientation; `file_time_shift` (s) converts its times to times of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence, panel_heading_of_trajectory
     from overturning.model.stack import Stack
@@ -222,7 +222,7 @@ def _simulate_planar(
     stone_options: StoneOptions,
     file_time_shift: float,
 ) -> _SimulatedTrajectories:
-    """Simulate a 2-D scene along each azimuth; motion times plus ``file_time_shift``, s, are times in the file."""
+    """Simulate a 2-D scene along each azimuth; `file_time_shift` (s) converts its times to times of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_bearing
@@ -261,7 +261,7 @@ def _simulate_planar(
 def _simulate_body(
     motion: "Motion", amplitude: float, body_options: BodyOptions, stone_options: StoneOptions, file_time_shift: float
 ) -> _SimulatedTrajectories:
-    """Simulate a 3-D body at each orientation; motion times plus ``file_time_shift``, s, are times in the file."""
+    """Simulate a 3-D body at each orientation; `file_time_shift` (s) converts its times to times of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory

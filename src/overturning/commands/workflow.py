@@ -286,7 +286,7 @@ def write_study_report(
     study: StudySettings = None,
     language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
-    """Write the report of a study."""
+    """Write the HTML report of a study from its folder of results, and a PDF of the report on request."""
     from overturning.report.write import write_report
     from overturning.study.load import load_study_from_file_or_json
 

@@ -66,7 +66,7 @@ def simulate_cases_on_cluster(
 
 
 def _motion_on_worker(motion: Motion) -> Motion:
-    """Return the motion unchanged, as the result of a task on which all other tasks depend."""
+    """Return the motion unchanged: a task on the cluster whose result all simulation tasks share."""
     return motion
 
 

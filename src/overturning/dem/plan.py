@@ -26,7 +26,7 @@ MAX_PATH_NUMBERS: Final = 100_000_000
 
 
 def check_trajectory_size(value_count: int) -> None:
-    """Raise an `ArgumentError` if `value_count`, the least size of a trajectory, exceeds `MAX_PATH_NUMBERS`."""
+    """Raise an `ArgumentError` if a trajectory of at least `value_count` numbers would exceed `MAX_PATH_NUMBERS`."""
     if value_count > MAX_PATH_NUMBERS:
         raise ArgumentError(
             f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
@@ -44,7 +44,7 @@ class Trajectory(Protocol):
 
 
 def group_numbers_of_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:
-    """Return a number for each of n cases, shape (n,), the same for cases that are equal in all columns."""
+    """Return a number for each of n cases, shape (n,); cases get the same number if all given columns are equal."""
     return np.asarray(np.unique(np.stack(case_columns), axis=1, return_inverse=True)[1]).ravel()
 
 
@@ -109,7 +109,7 @@ class SimulationPlan(ABC):
         )
 
     def initial_results(self) -> CaseResults:
-        """Return results for all cases before the simulation: at rest, or missing where the contact is too soft."""
+        """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
         results = CaseResults.of_cases_at_rest(
             self.model.variables, self.cases.case_count, len(self.model.free_element_names)
         )
@@ -279,7 +279,7 @@ class SimulationPlan(ABC):
 
 
 def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return, for n cases, the row of each case in the base accelerations, and these accelerations, m/s².
+    """Return for each of n cases the index of its row of base accelerations, and these accelerations, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.
     """
@@ -293,6 +293,6 @@ def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[ND
 
 
 def evaluate_and_round_results(function: np.ufunc, arguments: FloatArray) -> FloatArray:
-    """Return a function of each of the `arguments`, rounded: the last digit differs between processors."""
+    """Return `function` evaluated at `arguments`, rounded, since the last digit differs between processors."""
     distinct, where = np.unique(arguments, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

@@ -35,7 +35,7 @@ def find_quiet_windows(
     ground: FloatArray,
     motion_threshold: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Find, for each case, the samples at the start and at the end of the motion in which it cannot move the block.
+    """Return, for each case, the range of samples outside which the base motion cannot move a block at rest.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.

@@ -33,7 +33,7 @@ def create_case_grid(
     azimuth_deg: ArrayLike | None = None,
     orientation_deg: ArrayLike | None = None,
 ) -> CaseGrid:
-    """Return the grid of all combinations of case parameters of a model; they are those of `overturning.simulate`.
+    """Return the grid of all combinations of case parameters of a model, given as for `overturning.simulate`.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numeri
 def simulate_arrays(
     motion: Accelerogram, model: Model | Scene | Shape | str | int | None = None, **parameters: Any
 ) -> dict[str, NDArray[Any]]:
-    """Simulate a model for every combination of direction, size, slenderness, aspect and friction; return arrays.
+    """Simulate a block, scene or body for all combinations of direction, size and friction; return arrays.
 
     Parameters and exceptions are those of `overturning.simulate`.
 
@@ -108,7 +108,7 @@ def simulate(
     orientation_deg: ArrayLike | None = None,
     **options: Any,
 ) -> "xr.Dataset":
-    """Simulate every combination of direction, size, slenderness, aspect and friction of a model, as a dataset.
+    """Simulate a block, scene or body for all combinations of direction, size and friction; return a dataset.
 
     Parameters
     ----------

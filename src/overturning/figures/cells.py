@@ -35,7 +35,7 @@ def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
-    """Return a cube without its largest B/H: those in which no fall is possible, except the smallest of them.
+    """Return a cube without the B/H too large for any fall; the smallest of those B/H stays as an empty ring.
 
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
@@ -44,7 +44,7 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
 
 
 def count_b_over_h_rings_with_falls(*falls: xr.DataArray) -> int:
-    """Return the number of B/H values from the smallest to the first one beyond which no fall is possible."""
+    """Return the number of B/H values from the smallest up to the first one from which on no fall is possible."""
 
     def has_possible_fall_by_ring(fall_values: xr.DataArray) -> xr.DataArray:
         computed = fall_values.notnull().any(

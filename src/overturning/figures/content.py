@@ -59,7 +59,7 @@ def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Datas
 
 
 def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:
-    """Raise an ArgumentError if the ground is at rest: its peak acceleration, m/s², does not exceed `LEAST_PGA`."""
+    """Raise an ArgumentError if the ground is at rest: `peak_acceleration`, m/s², does not exceed `LEAST_PGA`."""
     if not peak_acceleration > LEAST_PGA:
         raise ArgumentError(
             f"{figure_kind}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal); "

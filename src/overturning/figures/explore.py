@@ -190,7 +190,7 @@ def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
 
 
 def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
-    """Return for each element True if its rotations are in degrees, not in units of its critical angle."""
+    """Return for each element True if its rotations are stored in degrees, not in units of its critical angle."""
     if "critical_angle" not in cube:
         return element_count * [not model_of_cube(cube).one_component]
     unknown = cube["critical_angle"].isnull()

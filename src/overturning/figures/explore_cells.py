@@ -90,7 +90,7 @@ def _encode_as_base64_integers(values: FloatArray, step: float, integer_type: st
 
 
 def _clip_probability_away_from_0_and_1(probability: FloatArray) -> FloatArray:
-    """Return probabilities; any between 0 and 1 are moved so far inside that rounding to a step gives neither."""
+    """Return probabilities, with any strictly between 0 and 1 moved inwards so that rounding gives neither 0 nor 1."""
     return np.where(
         (probability > 0) & (probability < 1),
         np.clip(probability, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS),
@@ -150,7 +150,7 @@ def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
 
 
 def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return ``towards`` and ``away``: probabilities of a fall towards the azimuth (3-D: of any fall) and opposite."""
+    """Return the probabilities ``towards``, of a fall towards the azimuth (3-D: any fall), and ``away``, opposite."""
     chance = fall_probability_to_either_side(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])

@@ -167,7 +167,7 @@ class Film:
 
     @property
     def last_frame_time(self) -> float:
-        """Time of the last frame, s."""
+        """Time of the last frame of the film, s after the start of the record."""
         return self.start + (self.frames - 1) * self.frame_interval
 
     def player_data(self) -> dict[str, Any]:

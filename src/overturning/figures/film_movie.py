@@ -86,7 +86,7 @@ def write_film_movie(film: Film, path: Path) -> None:
 
 
 def matplotlib_font_of_language(file_name: str) -> str:
-    """Return the name of an installed font of the current language; if there is none, an error names its package."""
+    """Return the name of an installed font for the current language; raise an error that names the package if none."""
     from matplotlib import font_manager
 
     language = current_language()

@@ -136,7 +136,7 @@ def _contact_points_and_forces(
 
 
 def _fill_missing_with_last_known(values_by_time: FloatArray) -> FloatArray:
-    """Return values over time (first axis) with NaN replaced by the last known value, or else by the first one."""
+    """Return values over time (first axis) with each NaN replaced by the last known value, or else the first one."""
     known = np.isfinite(values_by_time)
     rows = np.arange(len(values_by_time)).reshape(-1, 1, 1)
     before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)

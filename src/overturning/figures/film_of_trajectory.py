@@ -59,7 +59,7 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 
 
 def _first_return_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
-    """Return the times, s, of the first movement, of the return from the largest one, and of the last movement.
+    """Return the times (s) of the first movement, of the return after the largest movement, and of the last movement.
 
     See `first_and_last_movement_times`.
     """
@@ -152,7 +152,7 @@ def film_of_trajectories(
 
 
 class _TrajectoryFilmFunctions(NamedTuple):
-    """Functions and texts with which a film of 2-D or of 3-D trajectories is made."""
+    """Functions and texts for making a film of trajectories, one set each for 2-D scenes, 3-D bodies and stacks."""
 
     direction: str  # name of the attribute with the direction, degrees
     outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation

@@ -100,7 +100,7 @@ def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None
 
 
 def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
-    """Return a body whose only pose is that at a frame such as 2.5 (interpolated), at most that of the last frame."""
+    """Return a body with one pose only, interpolated at a frame position such as 2.5 (at most the last frame)."""
 
     def interpolate_at_frame(values_by_frame: FloatArray) -> FloatArray:
         low = min(int(frame_position), len(values_by_frame) - 1)

@@ -26,7 +26,7 @@ hide the rotations."""
 
 
 def element_rotation_slip_and_uplift(element_trajectory: xr.Dataset) -> list[Any]:
-    """Return rotation (degrees), slip of the base (cm) and uplift of the highest base vertex (cm) of one element."""
+    """Return rotation (degrees), slip of the base (cm) and uplift of the highest base vertex (cm) of an element."""
     p, q = element_trajectory["vertices"].to_numpy()[np.isfinite(element_trajectory["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
     angle, z = (element_trajectory[name].to_numpy()[:, None] for name in ("rotation", "z"))

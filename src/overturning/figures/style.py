@@ -96,7 +96,7 @@ def project_style() -> Iterator[None]:
 
 
 def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of minimum and maximum in each group of `group_size` samples, shape (2 × groups,).
+    """Return indices and values of the minimum and maximum in each group of samples, shape (2 × groups,).
 
     Each group has two: its minimum and its maximum, in the order of the samples.
     """
@@ -254,7 +254,7 @@ def turn_axes_into_compass(
 
 
 def azimuths_inside_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
-    """Return the azimuths, degrees, one step inside both ends of every range of azimuths without simulations."""
+    """Return the azimuths, degrees, one grid step inside both ends of each range without simulations."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     not_computed, step = azimuth_gaps_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]

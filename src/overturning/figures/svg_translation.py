@@ -35,7 +35,7 @@ def translate_svg(svg_text: str, language: str | None = None) -> str:
 
 
 class _SvgTextLine(NamedTuple):
-    """One line of text in an SVG file: indentation, style, attributes with its place, and letters."""
+    """One line of text in an SVG file: indentation, style, position and other attributes, and letters."""
 
     indent: str
     style: str
@@ -92,7 +92,7 @@ def _width_of_line(english_line: _SvgTextLine) -> float:
 
 
 def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
-    """Return the lines of one text, each moved to the anchor at which they are aligned: start, middle or end.
+    """Return the lines of a text, each moved to the point to which it is aligned: its start, middle or end.
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """

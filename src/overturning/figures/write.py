@@ -231,7 +231,7 @@ def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figu
 
 @contextmanager
 def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
-    """Empty a folder before the block that fills it, and list its files afterwards.
+    """Context manager that empties a folder, and at its end lists the files made in the folder in a text file.
 
     The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
     The list goes into a file next to the folder, ``maps.txt`` for ``maps/``, which

@@ -84,7 +84,7 @@ class CriterionScore(Finding):
 
 
 class SkillDifference(Finding):
-    """Difference of the skills of two criteria within blocks, in the order in which the criteria are listed."""
+    """Difference of the skills of two criteria within blocks: the criterion listed first minus the other."""
 
     first: str
     """Name of the criterion that is listed first."""
@@ -220,7 +220,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 def _insignificant_score_differences(
     criterion: str, leads: Mapping[str, Estimate], listed_names: Sequence[str]
 ) -> list[SkillDifference]:
-    """Return the leads of a criterion whose interval does not exclude 0, as differences of criteria in listed order."""
+    """Return the differences of skill between a criterion and each other one that are not significant."""
     differences = []
     for other, lead in leads.items():
         if lead.excludes_zero:

@@ -146,7 +146,7 @@ FALL_RATE = "share of the stones of a cemetery that fall under the records as th
 
 
 def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
-    """Return the names of the settings in which two variants differ, of scene, contact, vertical, site."""
+    """Return which of the settings scene, contact, vertical and site differ between two variants."""
     one, other = variant_settings(study, variant), variant_settings(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
@@ -158,7 +158,7 @@ def names_of_differing_settings(study: Study, variant: str, other_variant: str) 
 
 
 def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:
-    """Return the indices of the records over which the study is compared with `variant`.
+    """Return the indices of the records over which the study is compared with its variant `variant`.
 
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
     the same cases for them, which show nothing about vertical motion.
@@ -349,7 +349,7 @@ def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset)
 
 
 def unconverged_soil_analyses(results: StudyResults) -> list[str]:
-    """Return a label for each soil computation that did not converge: variant, record and components."""
+    """Return a label for each soil analysis that did not converge: variant, record and components."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:

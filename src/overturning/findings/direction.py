@@ -149,7 +149,7 @@ class PlanarModelAgreement(Finding):
 def _block_selection_alignment(
     rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
 ) -> BlockSelectionAlignment:
-    """Convert the alignment under one block selection rule to a finding.
+    """Convert the alignment of falls over the blocks that one rule selects to a finding.
 
     `direction_noun`, such as "plane", completes the name of the rule.
     """

@@ -17,7 +17,7 @@ TRUSTED: Final = "contradictions that were trusted"
 
 
 class RecordProcessing(Finding):
-    """Origin and processing of a record, and all notes on its data."""
+    """Origin and processing of a record, and all notes about its data."""
 
     data: str
     """"raw", "raw, response of a velocity sensor removed", "processed", "processed, as declared", or "as given"."""
@@ -56,7 +56,7 @@ class RecordProcessing(Finding):
 
 
 class DoubtfulRecords(Finding):
-    """Records whose data one kind of doubt concerns."""
+    """Records whose data are doubtful for one kind of reason."""
 
     doubt: str
     """Kind of doubt, such as "clipped samples"."""

@@ -39,13 +39,13 @@ class RecordName:
 
     @property
     def heading(self) -> str:
-        """Heading for the record: its station and earthquake, or its identifier if both are empty."""
+        """Station and earthquake of the record as a heading; the identifier if both names are empty."""
         return ", ".join(text for text in (self.station, self.event) if text) or self.id
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResults:
-    """Results of one study: its open files, and statistics that are computed when first used.
+    """Results of one study: its opened files, and statistics that are computed when they are first needed.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class StudyResults:
 
     @cached_property
     def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:
-        """Fall counts of each element of the study's own scene, and of the scene as a whole.
+        """Number of falls of each element of the study's own scene, and of the scene as a whole.
 
         Empty for a scene of one free element.
         """
@@ -128,7 +128,7 @@ class StudyResults:
 
     @cached_property
     def element_fall_counts_by_variant(self) -> dict[str, tuple[ElementFallCounts, ...]]:
-        """Fall counts of each element of the scene, by name of the variant.
+        """Number of falls of each element of the scene in each variant, by name of the variant.
 
         A scene of one free element has one row, "block".
         """
@@ -136,7 +136,7 @@ class StudyResults:
 
     @cached_property
     def cell_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
-        """Number of cells, and of cells without an outcome, by name of the status."""
+        """Number of cells with each computation status and of those without an outcome, by name of the status."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
@@ -195,7 +195,7 @@ class StudyResults:
 
     @cached_property
     def fall_alignment_by_reference(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
-        """Alignment of falls with reference directions, by group of records; labels of B/H ranges.
+        """Alignment of falls with reference directions by group of records, and the labels of the ranges of B/H.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """

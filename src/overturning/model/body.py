@@ -136,7 +136,7 @@ class Body(SpaceModel):
 
     @override
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the computed orientation, a whole number of rotation periods away."""
+        """Return, for each orientation of a grid, the equivalent one (rotated by whole periods) that is simulated."""
         direction = grid.direction_values_deg[:, None]
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))

@@ -82,7 +82,7 @@ class Cases:
 
     @property
     def case_count(self) -> int:
-        """Number of cases."""
+        """Number of simulated cases: combinations of direction, size and friction."""
         return int(np.asarray(self.azimuth_deg).size)
 
 

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 def combined_fall_flag_and_azimuth(
     plane_fall_flags: ArrayLike, last_tipping_time: ArrayLike, fall_azimuth_deg: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Combine the 2-D outcomes of a stone in the vertical planes of several edges: whether it falls, and where to.
+    """Combine the 2-D outcomes of a stone in several vertical planes: return if it falls, and the azimuth.
 
     The stone falls if it falls in any plane. If it falls in several, it falls over the edge whose tipping angle it
     passes for the last time first: from then on it cannot return, so the other edges no longer matter.

@@ -27,15 +27,15 @@ WIDE_GROUND: Final = 20.0
 
 
 class SceneLayout(Protocol):
-    """Attributes of a scene that determine the positions of its elements."""
+    """Attributes of a scene that determine where its elements stand."""
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """Elements, each listed after the one on which it stands."""
+        """Elements of the scene, each listed after the element on which it stands."""
 
     @property
     def materials(self) -> Mapping[str, Material]:
-        """Materials by name."""
+        """Materials of the elements of the scene, by name."""
 
     @property
     def size_reference_element_name(self) -> str:
@@ -71,7 +71,7 @@ class PlacedElement:
 
     @property
     def fallen_rotations_rad(self) -> tuple[float, float]:
-        """Rotations to −x and +x at which the element counts as fallen, rad: as its scene states, or by its shape."""
+        """Rotations to −x and +x at which the element counts as fallen, rad, from the scene file or its shape."""
         asked = self.element.fallen_rotation_deg
         return (
             self.shape.smallest_rotations_to_another_rest_rad

@@ -81,7 +81,7 @@ class CaseGrid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of values of each dimension."""
+        """Number of values along each dimension of the grid, such as azimuth, height, B/H and friction."""
         return tuple(row.size for row in self.rows.values())
 
     @property

@@ -74,7 +74,7 @@ class Model(ABC):
     @property
     @abstractmethod
     def free_element_names(self) -> tuple[str, ...]:
-        """Names of the free elements, in order."""
+        """Names of the elements that forces can move (neither driven nor held), in the order of the scene."""
 
     @property
     @abstractmethod
@@ -90,7 +90,7 @@ class Model(ABC):
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return height (m) and B/H; the model's own size replaces a size that is None.
+        """Return height (m) and B/H, where the size of the model itself replaces a value that is None.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class Model(ABC):
         return grid
 
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each direction of a grid, the symmetric direction whose outcome is computed and rotated to it.
+        """Return, for each direction of a grid, the equivalent one that is simulated, and the rotation between them.
 
         Parameters
         ----------
@@ -219,7 +219,7 @@ class Model(ABC):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return the outcomes of stones of square footprint from the nearest directions of a cube.
+        """Return the outcomes of stones with a square footprint, from the nearest directions of a cube.
 
         Parameters
         ----------
@@ -235,7 +235,7 @@ class Model(ABC):
 def values_at_cells(
     site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return, by variable name, the values at the given cells of a cube of one record.
+    """Return values of the named variables at given cells of a cube of one record, by variable name.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """

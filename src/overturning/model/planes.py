@@ -122,7 +122,7 @@ def circle_share_of_planes(
 
 
 def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
-    """Return the weight of each azimuth: 1 on a regular grid; an added one takes a part of its neighbours' weights."""
+    """Return the weight of each azimuth: 1 on a regular grid; azimuths added between share their neighbours' weight."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
     weight = circle_share_of_planes(azimuth[index], period_deg) * index.size
@@ -220,7 +220,7 @@ class PlanarModel(SceneModel):
 
     @override
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each azimuth of a grid, the azimuth that is computed; outcomes at φ + 180° are mirrored."""
+        """Return, for each azimuth of a grid, the equivalent simulated one; outcomes at φ + 180° are mirrored."""
         found = super().computed_cell_of_each_direction(grid, use_symmetry)
         return (
             mark_mirrored_planes(found, float(self._rotation_periods_of_grid_deg(grid)[0])) if use_symmetry else found

@@ -34,7 +34,7 @@ class Polygon:
 
     @property
     def convex_parts(self) -> tuple["Polygon", ...]:
-        """Convex pieces; the polygon itself if it is convex."""
+        """Convex pieces of the polygon; the polygon itself if it is convex."""
         return self.pieces or (self,)
 
     @property
@@ -57,7 +57,7 @@ class Polygon:
 
     @cached_property
     def smallest_rotations_to_another_rest_rad(self) -> tuple[float, float]:
-        """Least rotations to −x and to +x at which the polygon can rest on another face, rad; π if there is none.
+        """Least rotations to −x and +x after which the polygon can rest on another face, rad; π if there is none.
 
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
         last digit of libm differs between processors.

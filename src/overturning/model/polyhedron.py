@@ -116,7 +116,7 @@ def _least_tilt_and_resting_face_normals(hull: ConvexHull, size: float) -> tuple
 
 
 def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
-    """Return the indices of the vertices that are the body's lowest point at some tilt below `max_tilt`, rad.
+    """Return the indices of the vertices that are the body's lowest point at any tilt below `max_tilt`, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
     of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SceneModel(Model):
-    """Abstract base class of the models of a scene.
+    """Abstract base class of the 2-D and 3-D models of a scene.
 
     Attributes
     ----------

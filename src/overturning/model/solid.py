@@ -79,7 +79,7 @@ class RigidSolid:
 
     @property
     def load_sharing_point_count(self) -> int:
-        """Number of contact points among which the weight is divided to size springs and dashpots.
+        """Number of contact points by which the weight is divided to choose the stiffness of springs and dashpots.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
         single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
@@ -88,7 +88,7 @@ class RigidSolid:
 
     @property
     def lowest_vertex_tolerance_share(self) -> float:
-        """Share of a tilted base's height range, from its lowest vertex, within which other vertices count as lowest.
+        """Tolerance for equally low base vertices, as a share of the height difference within the tilted base.
 
         For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
         """
@@ -112,7 +112,7 @@ class RigidSolid:
 
     @property
     def min_base_edge_distance(self) -> float:
-        """Least horizontal distance from the point below the centre to an edge of the base, m."""
+        """Least horizontal distance from the point of the base below the centre of mass to an edge of the base, m."""
         return float(self.base_edge_distances.min())
 
     @property

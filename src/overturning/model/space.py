@@ -34,7 +34,7 @@ _MEMBERS: Final = {
 def cell_weight_in_direction_statistics(
     fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
-    """Return each cell's weight in direction statistics: 1 if all its members fall one way, 0 if in all directions.
+    """Return the weight of each cell in statistics: 1 if all its falls have one direction, 0 if they cancel.
 
     The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
     without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is
@@ -56,7 +56,7 @@ def cell_weight_in_direction_statistics(
 
 
 class SpaceModel(Model):
-    """Abstract base class of the 3-D models; each orientation of the grid has the same weight."""
+    """Abstract base class of the 3-D models, in which each orientation of the grid has the same weight."""
 
     direction: ClassVar = "orientation"
     copied: ClassVar = "repeated"
@@ -85,7 +85,7 @@ class SpaceModel(Model):
         )
 
         def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
-            """Return each cell's mean over the selected members with an outcome; a standing member counts as 0."""
+            """Return the mean of each cell over the selected members with an outcome; standing members count as 0."""
             count = (known & selected_members).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
             total = np.round(np.where(fell & selected_members, member_values, 0.0), 9).sum(axis=1)

@@ -70,7 +70,7 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
 
 
 def _stones_without_facing_level_faces(scene: Scene) -> list[str]:
-    """Return the stones of a chain of elements that do not rest on two facing level faces."""
+    """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
     placed = place_elements(scene)[1:]
     faults = [
         f"element {item.element.name} has no level {name}"

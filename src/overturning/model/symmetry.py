@@ -100,7 +100,7 @@ def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> Co
 
 
 def first_symmetric_direction_of_each(direction_deg: ArrayLike, periods_deg: ArrayLike) -> ComputedCells:
-    """Return, for each direction of a grid, the first direction of the grid that is the same case by symmetry.
+    """Return, for each direction of a grid, the first direction of the grid that is equivalent by symmetry.
 
     Parameters
     ----------

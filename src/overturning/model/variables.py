@@ -29,7 +29,7 @@ def outcome_is_known(outcome_flag: Any) -> Any:
 
 @dataclass(frozen=True)
 class OutcomeVariable:
-    """Outcome variable of a simulation: name, data type, meaning, and behaviour under mirroring."""
+    """Outcome variable of a simulation: name, data type, units, and change under mirroring."""
 
     name: str  # in the cube
     dtype: str  # in the file

@@ -119,7 +119,7 @@ class Accelerogram:
 
 @suggest_closest_keyword()
 class Motion(Accelerogram):
-    """Ground acceleration at a point.
+    """Ground motion at a point: acceleration towards north, east and optionally up, m/s², at equal intervals.
 
     Parameters
     ----------

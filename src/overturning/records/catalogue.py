@@ -100,7 +100,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @property
     def coordinate_source_and_fault_trace(self) -> dict[str, str]:
-        """Entries named in `PLACES` that this line of the record table states: sources of places, and fault trace.
+        """Sources of the coordinates and the fault trace that this line of the record table states (`PLACES`).
 
         ``coordinates_source`` is there, perhaps empty, if the line has coordinates.
         """
@@ -112,7 +112,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @property
     def metadata_for_statistics(self) -> dict[str, Any]:
-        """Values that this line of the record table states for the names in `METADATA`; empty ones are left out."""
+        """Values for statistics (`METADATA`) that this line of the record table states; empty ones are left out."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
@@ -135,7 +135,7 @@ class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
     """Expected SHA-256 of the record's file; empty: not checked."""
 
     def without_descriptive_columns(self) -> "RecordEntry":
-        """Return a copy of the entry with the default in every column of `LABELS`; they do not affect the samples."""
+        """Return the entry without descriptive columns (`LABELS`), which do not affect the samples."""
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property

@@ -182,7 +182,7 @@ def sensor_location_in_header_line(header_line: str) -> str:
 
 
 def note_on_sensor_in_structure(sensor_location: str) -> str:
-    """Return a note if a sensor is located high up in a structure; "" for any other location."""
+    """Return a note if a sensor is located high up in a building or other structure; "" for any other location."""
     return (
         f"a sensor at {sensor_location!r} has the motion of a structure, not of the ground"
         if _RAISED_PLACE.search(sensor_location)

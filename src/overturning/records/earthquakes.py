@@ -77,7 +77,7 @@ class _EarthquakeMetadata:
 
 
 def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
-    """Return the earthquake metadata of a record, or of a record-table entry whose files were not read."""
+    """Return the earthquake metadata of a record, or of an entry of the record table."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
         named, stated, times = record.id, record.model_dump(), (record.origin_time, None)

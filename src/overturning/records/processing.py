@@ -85,7 +85,7 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
 def _with_processing_entry(
     record_before: Record, record_after: Record, step: Step | SoilSite, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
-    """Return ``record_after`` with an entry on the parameters and effect of ``step`` added to its processing."""
+    """Return ``record_after`` with an entry on a processing step, its parameters and its effect appended."""
     peaks = [
         pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)

@@ -203,7 +203,7 @@ def missing_vertical_notes(
 def read_components_of_file_and_siblings(
     path: Path, declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[Path]]:
-    """Read a file and, if it holds only one component, the other files of the same record in its folder.
+    """Read a file and, if it holds only one component, the files in its folder with the other components.
 
     Returns the components and their files, with the StationXML of the folder if they need it.
     """

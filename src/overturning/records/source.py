@@ -116,7 +116,7 @@ def read_source_file(path: Path) -> SourceFile:
 def unpack_archive(
     archive_file: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None
 ) -> Iterator[SourceFile]:
-    """Yield the members of a .tar, .tar.gz or .zip file, nested archives (as NIED delivers them) included.
+    """Yield the files in a .tar, .tar.gz or .zip archive, also those of archives inside it (as NIED sends them).
 
     Members are unpacked in memory only. A RecordError refuses member names that point out of the archive, links,
     devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the

@@ -86,7 +86,7 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class ButterworthFilter(_ProcessingStep):
-    """Butterworth filter, forward and backward (zero phase)."""
+    """Butterworth low-pass or high-pass filter, run forward and backward so that the phase is unchanged."""
 
     step: Literal["highpass", "lowpass"]  # first key of the step
     corner_hz: Positive | Literal["auto"] = Field(
@@ -116,7 +116,7 @@ class ButterworthFilter(_ProcessingStep):
 
 
 class Highpass(ButterworthFilter):
-    """Butterworth high-pass filter, forward and backward (zero phase).
+    """Butterworth high-pass filter, run forward and backward so that the phase is unchanged.
 
     The record is padded with zeros at both ends, 1.5 n/f_c seconds each. The pads stay, because the filtered motion
     extends into them and the velocity would drift without them; the record's start moves accordingly. The corner
@@ -151,7 +151,7 @@ def _constant_offset(samples: FloatArray, sampling_interval: float) -> float:
 
 
 class Lowpass(ButterworthFilter):
-    """Butterworth low-pass filter, forward and backward (zero phase); the record keeps its length."""
+    """Butterworth low-pass filter, run forward and backward (phase unchanged); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"
     corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
@@ -210,7 +210,7 @@ class Baseline(_ProcessingStep):
 
 
 class Resample(_ProcessingStep):
-    """Band-limited resampling (polyphase FIR); the ratio of the intervals must be a fraction of small whole numbers."""
+    """Band-limited change of the sampling interval; new/old interval must be a fraction of small whole numbers."""
 
     step: Literal["resample"] = "resample"
     sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
@@ -258,7 +258,7 @@ class Cut(_ProcessingStep):
 
 
 class Scale(_ProcessingStep):
-    """Multiply every sample by a factor."""
+    """Multiply every sample of a record by a factor."""
 
     step: Literal["scale"] = "scale"
     factor: float = Field(gt=0, description="Factor, without unit.")

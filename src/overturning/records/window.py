@@ -25,7 +25,7 @@ MAX_STATION_DISTANCE_KM = 1.0
 
 
 class AssemblyRefusalCollector(RecordRefusalReasons):
-    """Collector of the reasons to refuse components as one record, and of contradictions that the user trusts."""
+    """Collector of reasons to refuse components as one record, and of contradictions that the user accepts."""
 
     def __init__(self, *, trust_contradictions: bool) -> None:
         super().__init__()

@@ -69,7 +69,7 @@ def fall_shares_by_sector(
 def mean_angle_and_resultant(
     angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False
 ) -> tuple[float, float]:
-    """Compute the mean of directions (or axes) and the mean resultant length, both of weighted angles.
+    """Compute the mean direction (or axis) of weighted angles, and their mean resultant length.
 
     Formulas: Mardia & Jupp (2000, eqs 2.2.2 to 2.2.4).
 

@@ -169,12 +169,12 @@ BLOCK_RULES: Final = (
 
 
 def block_selection_rule_of_model(cube: xr.Dataset) -> BlockSelectionRule:
-    """Return the block selection rule of the cube's model: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
+    """Return the rule that selects blocks for direction statistics: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
     return MARGINAL if model_of_cube(cube).one_component else EVERY_BLOCK
 
 
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
-    """Compute, for each record and block, the share of azimuths (3-D: orientations) where it overturns.
+    """Compute, per record and block, the share of azimuths (3-D: orientations) at which the block overturns.
 
     Each plane counts once; directions with a missing outcome do not count. The result is in memory.
     """
@@ -184,7 +184,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
-    """Return True for the blocks whose falls show a direction: marginal ones in 2-D, all in 3-D.
+    """Return True for blocks whose falls show a direction: in 2-D those that fall at some azimuths only, in 3-D all.
 
     The result has the dimensions of ``overturned`` without the direction.
 

@@ -57,7 +57,7 @@ class BestCaseOfRecord(NamedTuple):
 
 
 class IllustrativeCaseRule(NamedTuple):
-    """Rule that finds an illustrative case in the cube of one record.
+    """Rule that finds the best illustrative case of one kind in the cube of one record.
 
     The dimensions of this cube are in the order of the model.
     """
@@ -72,7 +72,7 @@ class IllustrativeCaseRule(NamedTuple):
 def _case_with_largest_score(
     record_cube: xr.Dataset, outcome_flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
 ) -> BestCaseOfRecord | None:
-    """Return the eligible case of outcome `outcome_flag` with the largest score; None if there is none."""
+    """Return the case with the largest score among eligible cases of one outcome; None if there is none."""
     may = ((record_cube["overturned"] == outcome_flag) & eligible_cells).to_numpy()
     if not may.any():
         return None

@@ -48,7 +48,7 @@ def unbiased_first_batch_statistic(
     run_counts: ArrayLike,
     ensemble_settings: EnsembleSettings,
 ) -> FloatArray:
-    """Estimate, for each cell, a statistic of its first batch of ensemble runs from all runs of the cell.
+    """Estimate a statistic of each cell's first batch of ensemble runs from all runs of the cell, without bias.
 
     The estimate has no bias from sequential stopping.
 
@@ -105,7 +105,7 @@ def unbiased_first_batch_statistic(
 
 
 def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
-    """Return the numbers of runs that fall to +1 and to −1, for each code of a pair of such numbers.
+    """Return the numbers of runs that fall to +1 and to −1 that each code stands for (code: a pair of numbers).
 
     A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
     """
@@ -114,7 +114,7 @@ def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
 
 
 def _share_of_run_orders_by_outcome_code(run_count: int) -> FloatArray:
-    """Return, for each code of `_fall_counts_by_outcome_code`, which share of all orders of outcomes has its counts.
+    """Return, for each code of `_fall_counts_by_outcome_code`, the share of outcome sequences with these counts.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """

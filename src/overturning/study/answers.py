@@ -17,7 +17,7 @@ CaseOutcomes = NDArray[np.void]
 
 
 def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
-    """Return an array of outcomes: flag and fall azimuth (3-D, degrees) of each element, and time steps × stones."""
+    """Return an empty array for the outcomes of cases: flag and fall azimuth of each element, and block steps."""
     answers = np.zeros(
         case_count,
         [("overturned", np.int8, (element_count,)), ("azimuth", "f4", (element_count,)), ("block_steps", np.int64)],

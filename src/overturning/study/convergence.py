@@ -22,7 +22,7 @@ WARN_ABOVE: Final = 0.01
 
 
 class OutcomeChangesOfElement(OutcomeDifferenceCounts):
-    """Numbers of cases in which a rerun changes the outcome of one element; its name is "" for a single block."""
+    """Numbers of cases in which a rerun changes the outcome of one element; "" names a single block."""
 
     element: str
     undivided: int  # cases with an outcome in both whose ensemble is not divided

@@ -62,7 +62,7 @@ def check_convergence(
     progress: Progress | None = None,
     rigid_sample: CellSample | None = None,
 ) -> ConvergenceCheckResult:
-    """Rerun a sample of cases with finer time steps and with stiffer contact springs, within the allowed cost.
+    """Rerun a sample of a study's cases with finer time steps and with stiffer contacts, within the allowed cost.
 
     Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
@@ -106,7 +106,7 @@ def check_convergence(
 
 
 class _CaseReruns:
-    """Reruns of cases of a random sample, in growing batches, and their outcomes by kind of rerun."""
+    """Reruns of a random sample of a study's cases, in growing batches, and their outcomes by kind of rerun."""
 
     def __init__(
         self, study: Study, records: Sequence[Record], sample: CellSample, threads: int, progress: Progress | None

@@ -76,7 +76,7 @@ _MEDIA: Final = {
 
 
 def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[Path]) -> None:
-    """Write ``ro-crate-metadata.json`` and the configuration, ``study.yaml``, into a study's folder of results.
+    """Write ``study.yaml`` and its description ``ro-crate-metadata.json`` (RO-Crate) into a study's results folder.
 
     Parameters
     ----------

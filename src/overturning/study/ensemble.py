@@ -58,7 +58,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class EnsembleMembers:
-    """Changes of the parameters in each run (member) of an ensemble, the same for every cell.
+    """Parameter changes of the runs (members) of an ensemble, which are the same in every cell.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class EnsembleMembers:
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
     def write_csv(self, csv_path: Path) -> None:
-        """Write the members as CSV, with a checksum."""
+        """Write the parameter changes of all ensemble members to a CSV file that ends with its SHA-256 checksum."""
         rows = zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True)
         with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (COLUMNS, *rows)), encoding="utf-8")

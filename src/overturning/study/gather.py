@@ -155,7 +155,7 @@ def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_
 
 
 def _add_station_coordinates(add_record_coordinate: Callable[..., None], records: Sequence[Record]) -> None:
-    """Add latitude and longitude of stations and epicentres with a function that adds a coordinate to a cube."""
+    """Add latitude and longitude of stations and epicentres to a cube, by a function that adds a coordinate."""
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
         ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),

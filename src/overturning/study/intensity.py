@@ -27,7 +27,7 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 
 
 def write_intensity_measures(study: Study, records: Sequence[Record], output_path: Path) -> None:
-    """Write the intensity measures of all processed records, in the order of the cube, along the study's azimuths.
+    """Write intensity measures, such as PGA, of all processed records along the study's azimuths to a NetCDF file.
 
     The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
     of PGA and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra

@@ -28,7 +28,7 @@ from overturning.study.sweep import (
 
 @dataclass
 class RecheckResult:
-    """Result of running some cells of a cube again: their number, and a line for each value that differs."""
+    """Result of running some cells of a cube again: number of cells, and a line for each value that differs."""
 
     of: int  # number of cells of the cube
     content_as_stated: bool  # True if the values match the hash in the file

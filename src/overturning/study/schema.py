@@ -252,7 +252,7 @@ class Study(StrictModel):
 
     @property
     def cases_per_record(self) -> int:
-        """Number of cases per record."""
+        """Number of cases per record: all combinations of direction, aspect, height, B/H and friction."""
         return math.prod(
             map(
                 len,

@@ -36,7 +36,7 @@ class ValueRange(StrictModel):
 
 
 class AzimuthRange(StrictModel):
-    """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
+    """Range of azimuths, degrees: from start by step up to, but not including, stop (0° and 360° are the same)."""
 
     start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
     stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")

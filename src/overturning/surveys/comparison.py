@@ -197,7 +197,7 @@ _Fallen = tuple[Stone, FloatArray, FloatArray]
 
 
 def _stones_with_fall_direction(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> list[_Fallen]:
-    """Return each stone that fell in a known direction, with its predicted probabilities, `_Fallen`.
+    """Return each stone that fell in a known direction, with the predicted probabilities of sectors and octants.
 
     A stone is repeated ``count`` times.
     """

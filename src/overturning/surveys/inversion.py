@@ -177,7 +177,7 @@ class SurveyInversion:
 
 
 def possible_outcome_indices(stone: Stone) -> NDArray[np.intp]:
-    """Return the indices of the outcomes that agree with what was observed of a stone.
+    """Return the indices of the outcomes that agree with what the survey observed of a stone.
 
     The outcomes are `STOOD`, the direction bins of the fall, or all direction bins for an unknown direction.
     """

@@ -97,7 +97,7 @@ def sample_stones(population: StonePopulation) -> SampledStones:
 def random_neighbour_grid_indices(
     grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
 ) -> NDArray[np.intp]:
-    """Choose for each stone, at random, the lower or upper neighbour of its value in a grid; return indices.
+    """Choose at random the lower or upper grid neighbour of each stone's value, and return its index in the grid.
 
     `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,).
 

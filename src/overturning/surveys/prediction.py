@@ -71,7 +71,7 @@ class SiteFallPrediction:
     def _interpolate_fall_probabilities_and_times(
         self, azimuth_deg: FloatArray, b_over_h: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Interpolate probabilities of falls towards and away from n azimuths; return fall times, too.
+        """Interpolate the probabilities of falling towards and away from n azimuths in a cube; return fall times, too.
 
         Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H.
         """
@@ -182,7 +182,7 @@ class SiteFallPrediction:
     def _fall_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for n face azimuths, shape (5, blocks, n).
+        """Return the probabilities of the outcomes `SIDES` for n face azimuths and each block, shape (5, blocks, n).
 
         A block is a height and friction of the cube. A probability is NaN if unknown.
         """

@@ -49,7 +49,7 @@ LEAST_FREEDOM: Final = 0.25
 def predict_corner(
     side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: ExtrapolatedBlock
 ) -> PredictedCorner:
-    """Predict position, velocity and spring of a corner at the end of a step.
+    """Predict position, velocity and spring stretch of a corner of a block at the end of a step (centred scheme).
 
     The spring of a corner that was not in contact starts unstretched.
     """
@@ -74,7 +74,7 @@ def predict_block(
     inertial_accelerations: BlockInertialAccelerations,
     ticks_per_sample: float,
 ) -> PredictedBlock:
-    """Predict the state of a block and its corners at the end of a step, as if the acceleration stayed constant."""
+    """Predict the state of a block and its corners at the end of a step with constant acceleration."""
     dt, tick = block.step * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.aw
@@ -136,7 +136,7 @@ def predict_normal_force_and_contact(
 def assume_corner_friction(
     block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
 ) -> AssumedCornerFriction:
-    """Return the friction and sliding that a step assumes for a corner.
+    """Return the friction force of a corner, and whether the corner slides, as the equations of a step assume them.
 
     In a fine step they are predicted; in a longer one, sliding is that of the step before.
 
@@ -175,7 +175,7 @@ def resting_normal_force_and_velocity_derivative(
     normal_force: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return the normal force of a sticking corner at the end of a step, and its decrease with the corner's velocity.
+    """Return the normal force of a sticking corner at the end of a step, and its derivative by the velocity.
 
     The force is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner, times half the step.
     """
@@ -196,7 +196,7 @@ def corner_equation_terms(
     is_sliding: bool,
     signed_friction: float,
 ) -> CornerEquationTerms:
-    """Return the contribution of a corner to the equations of a step; a sliding corner has a friction of ±μ n."""
+    """Return the terms of one corner in the equations for a block's velocities; friction is ±μ n if it slides."""
     normal_force, press = resting_normal_force_and_velocity_derivative(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )

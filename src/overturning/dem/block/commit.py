@@ -165,7 +165,7 @@ def slip_directions_for_next_attempt(
 def contact_time_beyond_half_step(
     half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
-    """Return the time beyond half of the step during which a corner contact that closed in the step acts, s.
+    """Return how much longer than half the step a new corner contact acts, s; 0 if it did not close in the step.
 
     It is 0 if the contact of `corner` has not closed in the step. One division serves both corners.
     """

@@ -29,7 +29,7 @@ load_inertial_accelerations = ROWS.lane_access(BlockInertialAccelerations).load
 def velocities_at_whole_step(
     block: BlockConstants, state: BlockState, velocity_lag: float
 ) -> tuple[float, float, float]:
-    """Return the velocities of a block at the time of its position; those in `state` lag `velocity_lag` steps."""
+    """Return the velocities of a block at the time of its position; in `state` they are `velocity_lag` steps behind."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
 

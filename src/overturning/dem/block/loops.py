@@ -52,14 +52,14 @@ class CentredSchemeConstants(NamedTuple):
 
 
 def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
-    """Return the fields that a variant of the centred scheme neither loads nor stores."""
+    """Return names of the state fields that the block kernel leaves out without vertical motion or friction."""
     springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
     return springs if with_vertical else [*springs, "lift"]
 
 
 @cache
 def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:
-    """Return a compiled function that advances blocks by the centred scheme, for one variant of the kernel.
+    """Return the compiled centred scheme for blocks, with or without vertical base motion and friction.
 
     The variants are those with or without vertical base motion, and with or without friction.
     """
@@ -114,7 +114,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 
 
 def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
-    """Return the compiled third loop of the centred scheme: contact forces, acceptance of the step, and new state."""
+    """Return the compiled loop that computes contact forces, accepts or rejects the step, and stores the new state."""
     unused = unused_block_state_fields(with_vertical, with_friction)
     load_block, load_step_control = ROWS.lane_access(BlockConstants).load, ROWS.lane_access(CaseStepControl).load
     load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)

@@ -94,7 +94,7 @@ class RigidRockingOutcomes(NamedTuple):
 
 @njit(**INNER)
 def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
-    """Return the base motion from `delay` (in samples) later on."""
+    """Return a base motion whose time counts from `delay` later on; `delay` in sampling intervals."""
     ground, weight = (
         base_motion.ground + base_motion.ground_slope * delay,
         base_motion.weight + base_motion.weight_slope * delay,

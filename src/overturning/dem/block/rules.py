@@ -238,7 +238,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample in all lanes, and record the motion of the first lane.
+    """Compute the time steps of one sample for the blocks in all lanes, and record the motion of the first block.
 
     The motion is recorded at the start of the sample, and when it reaches the end of its own sample.
     """
@@ -361,7 +361,7 @@ def skip_samples_at_rest(
 
 @njit(**INLINE)
 def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: BlockConstants) -> float:
-    """Return the largest component of a velocity or acceleration of a block; `rotational` times half the height."""
+    """Return the largest of |horizontal|, |vertical| and half height × |rotational| component of a block's motion."""
     turn, most = (
         abs(rotational) * block.half_height,
         abs(horizontal) if abs(horizontal) > abs(vertical) else abs(vertical),

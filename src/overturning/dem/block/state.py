@@ -317,12 +317,12 @@ ROWS: Final = TupleRowLayout(
 
 @njit(**INLINE)
 def corner_position(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
-    """Return the position of a lower corner (`side` −1: left, 1: right) from the centre: along s and down, m."""
+    """Return a block's lower corner (`side` −1: left, 1: right) relative to its centre: along x and down, m."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 
 @njit(**INLINE)
 def base_displacement(block: BlockConstants, centre_x: float, sine: float) -> float:
-    """Return the displacement of the midpoint of a block's base, m, from that of its centre and from sin θ."""
+    """Return the displacement (m) of the middle of a block's base, from that of its centre and from sin θ."""
     return centre_x - block.half_height * sine

@@ -52,7 +52,7 @@ def base_contact_including_vertex(
     vertex: BodyVertex,
     point_history: ContactPointHistory,
 ) -> BaseContactState:
-    """Return `base_contact` in which `vertex`, if of the base, replaces a less extreme lowest or highest vertex."""
+    """Return `base_contact` in which a vertex of the base replaces the lowest or highest one if it is more extreme."""
     height, below, still = (
         matrix_times_vector(body_axes, vertex.own).z,
         vertex_belongs_to_base(body, vertex),
@@ -105,7 +105,7 @@ def longest_landing_time_including_point(
 
 @njit(**INLINE)
 def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
-    """Return the landing time (s) of a point that touches now: that of the points in contact, or the full time."""
+    """Return the landing time (s) of a new contact point: that of the points already in contact, else the full time."""
     return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
 

@@ -125,7 +125,7 @@ def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) 
 def flat_landing_slip_direction(
     body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
-    """Return how a contact point slides in a flat landing: x and y of its direction, whether it slides, tilting share.
+    """Return slip direction (x, y), True if sliding, and tilting share of a contact point in a flat landing.
 
     The tilting share is the part of the moment of its friction that tilts the body. `landing` holds whether the body
     lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See
@@ -218,7 +218,7 @@ def predict_contact_point(
 
 @njit(**INLINE)
 def friction_share_of_holding_force(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
-    """Return friction limit / tangential force that would hold a sliding contact point, at most 1."""
+    """Return the friction limit over the force that would stop a sliding contact point, from 0 to 1."""
     part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0

@@ -82,7 +82,7 @@ SLID: Final = VERTEX.row_start(ContactPointBeforeAndAfter, "old.slid")
 
 @njit(**INNER)
 def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Predict the body of each lane at the end of its step, with constant acceleration; contact points come later."""
+    """Predict pose and velocities of the body in each lane at the end of its step, with constant acceleration."""
     for j in range(lane_count):
         w = predict_body_at_step_end(
             load_body(state, j),
@@ -97,7 +97,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
 
 @njit(**INNER)
 def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
-    """Predict the contact of a vertex and of the vertex opposite to it across the base, for the bodies of all lanes."""
+    """Predict penetration, contact and sliding of two opposite base vertices at the step end, in all lanes."""
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
@@ -149,7 +149,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
 def predict_rim_point_pair(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
 ) -> None:
-    """Predict the contact of a rim point and of the point opposite to it, for the bodies of all lanes.
+    """Predict penetration, contact and sliding of two opposite rim points at the step end, in all lanes.
 
     For `lean_component` and `transverse_component` see `rim_point_position_from_centre`.
     """
@@ -277,7 +277,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
 
 @njit(**INNER)
 def store_accepted_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
-    """Store the new state of a contact point where the step is accepted; elsewhere only whether the point slid."""
+    """Store a contact point's new state in lanes whose step is accepted; in others only whether the point slid."""
     for j in range(lane_count):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)

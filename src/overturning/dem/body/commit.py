@@ -78,7 +78,7 @@ def contact_changes_of_point(
     slips: bool,
     step_is_fine: bool,
 ) -> LargestContactChanges:
-    """Return what the step control needs to know of a contact point at the end of an attempted step.
+    """Return the contact changes (opening, sliding, …) of one contact point in an attempted step.
 
     In a fine step, no assumed state of the point counts as wrong.
     """
@@ -112,7 +112,7 @@ def compute_point_forces(
     step_is_fine: bool,
     has_rim: bool,
 ) -> tuple[ContactForceSum, LargestContactChanges, ContactPointHistory]:
-    """Return forces, step-control findings and new state of a contact point at the end of a step."""
+    """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
     half, r, e = (
         predicted_body.half,
         predicted_point.arm,
@@ -214,7 +214,7 @@ def base_motion_stays_below_limit(
 def step_contact_changes(
     largest_contact_changes: LargestContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
-    """Return what the step control needs to know of a body's step; `rim_turns_fast` asks for a shorter step."""
+    """Return the contact changes of a body's attempted step, from which the step control accepts or rejects it."""
     slides = (largest_contact_changes.holds == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_contact_changes.off == 0.0)
     return StepContactChanges(
@@ -247,7 +247,7 @@ def complete_body_step(
     largest_penetration: float,
     step_ticks: float,
 ) -> AcceptedBodyStep:
-    """Return state, peak values and balance account of a body at the end of a step (`largest_penetration`: m)."""
+    """Return state, peak values and energy account of a body at the end of a step; `largest_penetration` in m."""
     (s, peaks, account), half = previous_step, predicted_body.half
     a, push, tick = (
         centre_acceleration(contact_sum.force, predicted_body.shaking),

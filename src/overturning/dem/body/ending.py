@@ -81,7 +81,7 @@ def vertical_angular_momentum_about_origin(state: BodyState) -> float:
 
 @njit(**INNER)
 def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -> int:
-    """Count the vertices of a body that penetrate the ground."""
+    """Count the vertices of a body that penetrate the ground at the end of the last step."""
     number = 0
     for i in range(vertex_count):
         number += 1 if load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane).depth > 0.0 else 0

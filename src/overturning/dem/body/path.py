@@ -14,7 +14,7 @@ from overturning.model.variables import BODY_VARIABLES
 
 
 def rotate_to_east_north_up(components: FloatArray, direction_cosines: tuple[float, float]) -> FloatArray:
-    """Return vectors, shape (…, 3), given along x, y and z of a body's frame, by their components east, north and up.
+    """Convert vectors, shape (…, 3), from the x, y and z axes of a body's frame to east, north and up.
 
     `direction_cosines` are those of the orientation, north and east: x points towards it, y 90° anticlockwise from it.
     """

@@ -73,7 +73,7 @@ class BodySimulationPlan(SimulationPlan):
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
-        """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record and without vertical motion."""
+        """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record, and 0 for a level motion."""
         up = super().vertical_base_acceleration
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
@@ -213,7 +213,7 @@ def _rest_acceleration_thresholds(
     friction: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return the base acceleration, |a|/g, up to which a body at rest skips samples, one value per case, shape (n,).
+    """Return the base acceleration |a|/g up to which samples are skipped while the body is at rest, shape (cases,).
 
     See `overturning.dem.quiet.rest_acceleration_threshold`. `laws` are the contact constants per mass of each solid,
     shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case, shape (n,).
@@ -279,7 +279,7 @@ def steps_per_sample_and_clock_settings(
 
 
 def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return for n cases the row of the base motion, direction cosines (north, east), and all base motions (m/s²).
+    """Return per case the index of its base motion and its direction (north, east), then all base motions, m/s².
 
     Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.
     """

@@ -188,13 +188,13 @@ class BodyBaseMotion(NamedTuple):
 
 
 class LoadedSampleNumber(NamedTuple):
-    """Number of the sample whose base motion is loaded in a lane, counted from 1; 0 if none is loaded."""
+    """Number of the sample, counted from 1, whose base motion is loaded in a lane; 0 if none is loaded."""
 
     sample: float
 
 
 class BodyTerminationLimits(NamedTuple):
-    """Limits at which the case of a body ends or fails; `CaseProgress` has further ones."""
+    """Limits at which the case of a body ends or has failed; those common to all models are in `CaseProgress`."""
 
     spin: float
     """Vertical angular momentum about the origin at the start, per mass, m²/s."""
@@ -209,7 +209,7 @@ class BodyTerminationLimits(NamedTuple):
 
 
 class PredictedContactPoint(NamedTuple):
-    """Predicted state of a contact point at the end of a step."""
+    """Predicted penetration, velocity, contact and sliding of a contact point of a body at the end of a step."""
 
     arm: Vector3
     """Position from the centre, m."""
@@ -268,7 +268,7 @@ class PredictedBody(NamedTuple):
 
 
 class ContactEquationTerms(NamedTuple):
-    """Sums over contact points for the equations of a step: force, moment, and their derivatives by the velocities.
+    """Sums over a body's contact points for the equations of a step: force, moment, and velocity derivatives.
 
     The derivatives count with the opposite sign and are multiplied by half the length of the step.
     """
@@ -308,7 +308,7 @@ class ContactForceSum(NamedTuple):
 
 
 class LargestContactChanges(NamedTuple):
-    """Findings on an attempted step: for each property, the largest value over the body's contact points."""
+    """Contact changes in an attempted step: for each kind of change, the largest value over a body's contact points."""
 
     changed: float
     """Above 0 if a contact opened or closed."""

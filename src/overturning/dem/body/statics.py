@@ -34,7 +34,7 @@ def pose_at_rest(body: RigidSolid, normal_stiffness: float) -> FloatArray:
 
 
 def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
-    """Return the largest eigenvalue ω² of a body on equal isotropic springs with a stiffness per mass of 1/s² each.
+    """Return the largest eigenvalue ω² of a body on equal springs, each with a stiffness per body mass of 1/s².
 
     Each further spring only raises the eigenvalue: the body has a higher frequency on all vertices of a face than on an
     edge or a single vertex. The tilt does not matter for isotropic springs. So the maximum over the faces that can lie
@@ -45,7 +45,7 @@ def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
 
 
 def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
-    """Return the smallest eigenvalue of an upright body with a unit spring at each vertex of its base.
+    """Return the smallest eigenvalue ω² of an upright body on springs of 1/s² per mass at its base vertices.
 
     See `largest_unit_spring_eigenvalue`.
     """
@@ -53,7 +53,7 @@ def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
 
 
 def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[float, float]:
-    """Return the |a|/g that unloads a base vertex of a body, and its smallest vertex load over the mean vertex load.
+    """Return the base acceleration |a|/g that unloads a base vertex, and the smallest over the mean vertex load.
 
     The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
     body at rest. Both are 0 if a vertex carries no load at rest.

@@ -16,7 +16,7 @@ class Vector3(NamedTuple):
 
 
 class Quaternion(NamedTuple):
-    """Unit quaternion of the rotation from the pose at rest."""
+    """Unit quaternion of the rotation of a body from its pose at rest."""
 
     w: float
     x: float

@@ -32,7 +32,7 @@ _IMPORTED = {Path(__file__).parents[1]: sources_digest(Path(__file__).parents[1]
 
 
 def cache_directory(source_folder: Path | None = None) -> Path:
-    """Return the cache folder for the compiled kernels of a source folder (default: `dem`).
+    """Return the cache folder for the compiled kernels of a source folder, by default that of the package `dem`.
 
     Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
     folder is therefore named after a digest of every module of the layer, subfolders included. It lies below

@@ -43,7 +43,7 @@ class CaseProgress(NamedTuple):
 
 
 class CaseRestState(NamedTuple):
-    """Acceleration up to which the body of a case stays at rest, and whether it was at rest as a sample began."""
+    """Base acceleration up to which the body of a case stays at rest, and 1 if it was at rest as a sample began."""
 
     rest_limit: float
     """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
@@ -59,7 +59,7 @@ def progress_after_sample_end(
     ticks_per_sample: float,
     sampling_interval: float,
 ) -> tuple[float, float, float]:
-    """Return the sample and the tick at which a case goes on after a sample, and the last time it was upright (s).
+    """Return the sample and the tick at which a case goes on, and the last time (s) at which its body was upright.
 
     `tick` counts from the start of the sample that ended, the returned tick from the start of the returned sample.
     `last_upright_tick` is the last tick in the sample that ended at which the body was upright; negative if none.
@@ -97,7 +97,7 @@ def case_must_continue(
 
 @njit(**INLINE)
 def body_is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
-    """True if a body on its contacts neither moves nor vibrates.
+    """True if a body in contact is at rest: its speed and its acceleration are both below limits.
 
     `speed` (m/s) and `acceleration` (m/s²) are the largest components after a step of `step_length` (s); `rest_limit`
     is the base acceleration over g up to which the body stays at rest.

@@ -83,7 +83,7 @@ def base_acceleration_up_to_next_sample(
 
 
 def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return the largest acceleration after each of the first samples of each block of samples.
+    """Return the largest acceleration in the window after each sample at which rest is tested.
 
     Only the next `REST_CHECK_BLOCK` samples and the time `LEAD` count; the value is infinite if the block ends after
     the record. The maximum of each block is shared by all windows that contain it; sample by sample, this took half of

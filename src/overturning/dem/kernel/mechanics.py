@@ -19,7 +19,7 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 @njit(**INLINE)
 def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[float, float]:
-    """Return the cosine and the sine of an angle after a rotation by a small `angle`, rad."""
+    """Return cosine and sine of an angle after a further rotation by the small angle `angle`, rad."""
     square = angle * angle
     angle_sine = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
@@ -71,7 +71,7 @@ def base_end_touches_within_time(time: float, depth: float, opening_velocity: fl
 
 @njit(**INLINE)
 def updated_maximum(peak: float, new_value: float) -> float:
-    """Return the larger of the peak so far and a new value; NaN leaves the peak unchanged."""
+    """Return the larger of the peak value so far and a new value; a NaN leaves the peak unchanged."""
     return select(new_value > peak, new_value, peak)
 
 

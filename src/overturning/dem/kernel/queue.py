@@ -21,7 +21,7 @@ from overturning.model.status import CaseStatus
 
 
 class QueueSettings(NamedTuple):
-    """Settings shared by all cases of a queue: numbers only, since a tuple of arrays is slow to pass on."""
+    """Settings shared by all cases of a queue; numbers only, since passing a tuple of arrays is slow."""
 
     samples: int
     """Number of samples of the record."""

@@ -37,7 +37,7 @@ def numba_tuple_type(tuple_type: type) -> Any:
 
 
 def extract_numbers(builder: Any, tuple_type: type, tuple_value: Any) -> list[Any]:
-    """Return the numbers of a tuple, as values of LLVM, in the order of `number_field_paths`."""
+    """Return the numbers of a named tuple, as LLVM values, in the order of `number_field_paths`."""
     inners = get_type_hints(tuple_type).values() if hasattr(tuple_type, "_fields") else ()
     parts = (extract_numbers(builder, inner, builder.extract_value(tuple_value, at)) for at, inner in enumerate(inners))
     return [number for part in parts for number in part] if inners else [tuple_value]

@@ -212,7 +212,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
 
 
 def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
-    """Return the state of a pair of convex pieces, `a` and `b`, of the prepared scene at rest."""
+    """Return the state at rest of a pair of convex pieces, `a` and `b`, of the prepared scene."""
     placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
     tangential = laws.tangential[index]
     ends = [k.SegmentEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2

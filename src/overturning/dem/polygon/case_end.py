@@ -88,7 +88,7 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
 def no_element_can_fall_later(
     state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
 ) -> bool:
-    """True if the rest of the record cannot move the standing elements, and none may still land on its support."""
+    """True if the rest of the record cannot move the standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).sample
     weak = rest_of_record_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
     return bool(weak and not any_element_airborne(state, lane, scene, element_rules, max_gap))

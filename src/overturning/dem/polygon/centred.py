@@ -58,7 +58,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 class PredictedSegmentEnd(NamedTuple):
-    """Predicted forces and contact state of a segment end, from which the terms of the equations of a step follow."""
+    """Predicted forces and contact state of a segment end, the input of the equations of a step."""
 
     n: float
     """Predicted normal force, N."""
@@ -212,7 +212,7 @@ def add_pair_to_equations(
 
 
 class SolvedSegmentEnd(NamedTuple):
-    """State of a segment end after the equations of a step are solved, and findings on it for the step control."""
+    """State of a segment end after the equations of a step are solved, and its contact changes in the step."""
 
     now: SegmentEndResult
     further: float
@@ -286,7 +286,7 @@ def solved_vertex_positions(
     segment_end: SegmentEnd,
     end_solution: SolvedSegmentEnd,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
-    """Return the positions of both vertices at a segment end; the solution has corrected that of the contact vertex."""
+    """Return the positions of both vertices at a segment end, with the solved position of the contact vertex."""
     mine, depth = segment_end.mine > 0.0, end_solution.now.depth
     return (
         VertexPositionAtFace(

@@ -47,7 +47,7 @@ minus = tuple_arithmetic(EquationSubmatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
-    """Submatrices of a pair a, b; first letter: element on which the force acts, second: element with the velocity."""
+    """Submatrices of a pair a, b: the first letter is the element with the force, the second that with the velocity."""
 
     aa: Any
     ab: Any
@@ -148,7 +148,7 @@ def submatrix_inverse(p: EquationSubmatrix) -> EquationSubmatrix:
 def subtract_terms_from_submatrix(
     submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: EquationSubmatrix
 ) -> None:
-    """Subtract `terms` from a submatrix in a lane; if the submatrix is empty, from `diagonal` × unit matrix."""
+    """Subtract `terms` from a submatrix in a lane; an empty submatrix counts as `diagonal` × unit matrix."""
     one, old = diagonal, load(submatrix, lane)
     store(submatrix, lane, minus(EquationSubmatrix(
         one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
@@ -167,7 +167,7 @@ def add_pair_matrix_to_submatrices(
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> None:
-    """Add `pair_matrix`, the forces of a pair's contacts by its velocities, to the pair's four submatrices."""
+    """Add `pair_matrix`, from a pair's velocities to its contact forces, to the four submatrices of the pair."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
     aa = EquationSubmatrix(
         pair_matrix.xx,

@@ -64,7 +64,7 @@ class SharedSegment(NamedTuple):
 
 
 class RelativeFacePosition(NamedTuple):
-    """Relative position of a face of a and a face of b: normals, rotation between these, distance of both centres."""
+    """Relative position of two faces, one of element a and one of b: normals, angle between them, centre distances."""
 
     anx: float
     """Outward normal of a's face in the axes of the scene, x component."""
@@ -163,7 +163,7 @@ def locate_vertex_of_a(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Locate a vertex of element a at a face of b: depth behind the face, place along it, slip and lever arms."""
+    """Return where a vertex of element a lies at a face of b: depth behind the face, place along it, slip, levers."""
     own_n, own_t = convert_components_to_other_face_axes(
         normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
     )
@@ -186,7 +186,7 @@ def locate_vertex_of_b(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Locate a vertex of element b at a face of a: depth behind the face, place along it, slip and lever arms.
+    """Return where a vertex of element b lies at a face of a: depth behind the face, place along it, slip, levers.
 
     The place increases with the slip of a.
     """
@@ -211,7 +211,7 @@ def locate_face_vertices(
     relative_position: RelativeFacePosition,
     previous_positions: FaceVertexPositions,
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
-    """Return the position at the other face, with lever arms, of a's first and second vertex, then of b's."""
+    """Return the four `LocatedVertex` of two opposite faces: both end vertices of a's face, then those of b's face."""
     return (
         locate_vertex_of_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
         locate_vertex_of_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
@@ -250,13 +250,13 @@ def build_segment_end(
 
 @njit(**INLINE)
 def find_shared_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> SharedSegment:
-    """Return the segment that the nearest faces of a pair share at given poses; open if a and b are out of reach."""
+    """Return the segment that a pair's nearest faces share; its ends are not in contact if a and b are too far."""
     return find_shared_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
 def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> SharedSegment:
-    """Return the segment that the nearest faces of a pair share at the given poses; open unless `may_touch`.
+    """Return the segment that a pair's nearest faces share; unless `may_touch`, its ends are not in contact.
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first: at the inner of these two vertices.
     """
@@ -307,7 +307,7 @@ def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
 def contact_vertex_position(
     end_history: SegmentEndHistory, end_number: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
-    """Return, from `vertex_positions`, that of the vertex which carries end `end_number` (0 or 1) of a pair."""
+    """Return the position of the vertex, one of `vertex_positions`, that carries segment end `end_number` (0 or 1)."""
     if end_history.carrier != THEIRS:
         return vertex_positions.a1 if end_number == 0 else vertex_positions.a2
     return vertex_positions.b2 if end_number == 0 else vertex_positions.b1

@@ -49,7 +49,7 @@ class SegmentEndResult(NamedTuple):
 
 
 class PairForce(NamedTuple):
-    """Sum of the contact forces at both ends of a pair, and its moments about the centres of a and b."""
+    """Sum of the contact forces at both segment ends of a pair, and its moments about the centres of a and b."""
 
     x: float
     """Force on a, N; the opposite acts on b."""
@@ -71,7 +71,7 @@ class AssumedSegmentEndSlip(NamedTuple):
 
 
 class PairRelativeVector(NamedTuple):
-    """Velocity of element a relative to b, with both angular velocities; or a direction with lever arms about both."""
+    """Velocity of element a relative to b with both angular velocities, or a direction with both lever arms."""
 
     x: float
     """Relative velocity, m/s, or component of the direction."""
@@ -84,7 +84,7 @@ class PairRelativeVector(NamedTuple):
 
 
 class PairVelocityToForceMatrix(NamedTuple):
-    """Matrix from the velocities of a pair to its contact forces; first index: force or moment, second: velocity.
+    """Matrix from the velocities of a pair to its contact forces: rows are forces, columns velocities.
 
     Units: N s/m, N s and N m s. Forces and moments are those on a; the opposite act on b. Velocities of b count with
     the opposite sign.

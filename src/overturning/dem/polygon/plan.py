@@ -84,7 +84,7 @@ class PolygonSimulationPlan(SimulationPlan):
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of the given cases by name; none if an element slid off the ground."""
+        """Return the outcome variables of cases by name; a case in which an element slid off the ground has failed."""
         out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
         edge = np.array([item.slip_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
@@ -213,7 +213,7 @@ def _rest_acceleration_thresholds(
     motion_onset_acceleration: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return the base acceleration, |a|/g, up to which a scene at rest skips samples, a value per case, shape (n,)."""
+    """Return the base acceleration |a|/g up to which samples are skipped while a scene is at rest, shape (cases,)."""
     lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in prepared_scenes]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant_indices]
@@ -259,7 +259,7 @@ def step_settings_of_variants(
 
 
 def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
-    """Raise an `ArgumentError` if contacts are too stiff for float64, or if their pairs depend on the size."""
+    """Raise an `ArgumentError` if contacts are too stiff for float64, or touching elements depend on the size."""
     for item in prepared_scenes:
         # Check as for a block as high as the scene.
         check_stiffness_precision(

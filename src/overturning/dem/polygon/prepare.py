@@ -58,7 +58,7 @@ class PreparedScene:
 
     @property
     def free_element_indices(self) -> NDArray[np.int64]:
-        """Indices of the free elements."""
+        """Indices of the elements that forces can move (neither driven nor held), in the list of all elements."""
         return np.array([k for k, item in enumerate(self.placed) if not item.is_driven_or_held], dtype=np.int64)
 
     @property
@@ -254,7 +254,7 @@ def _find_freely_standing_elements(
 def _tipping_properties(
     scene: Scene, elements: Elements, supports: Supports, freely_standing_elements: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Return `tips`, `critical`, `barrier`, `support` and `base` of `PreparedScene` for all elements of a scene."""
+    """Return tipping angles, energy barriers, supports and base centres of all elements, fields of `PreparedScene`."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
@@ -354,7 +354,7 @@ def _elements_that_overturn_together(
     rotation_side: float,
     acceleration_share: float,
 ) -> list[int]:
-    """Return the indices of an element and of the elements on it that help to overturn it at `acceleration_share`.
+    """Return an element and those on it that a given base acceleration overturns with it, as indices.
 
     Elements after `last_index` do not count. `acceleration_share` is |a|/g; −infinity includes all elements on it.
     """

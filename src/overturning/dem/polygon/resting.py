@@ -134,7 +134,7 @@ def any_element_will_slide_noticeably(state: Any, lane: int, scene: Any) -> bool
 
 @njit(**INNER)
 def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
-    """True if each free element is in place, nearly still, and touches its supports at both ends without sliding."""
+    """True if each free element is in place, nearly still, and in contact with its supports without sliding."""
     case, height = rows.load_case(state, lane), 0.0
     elements, step = scene.elements[int(case.variant)], case.step * case.attempt.length
     if case.decision.again > 0.0:

@@ -22,7 +22,7 @@ COLUMNS: Final = 8
 
 
 class PairStepResults(NamedTuple):
-    """Intermediate results for a pair of elements in a step of the centred scheme."""
+    """Intermediate results for a pair of elements in a step of the centred scheme, from prediction to solution."""
 
     ends: SharedSegment
     one: AssumedSegmentEndSlip

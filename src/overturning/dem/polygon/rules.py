@@ -247,7 +247,7 @@ def advance_one_sample(
 
 @njit(**INNER)
 def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
-    """Store slip, upright and support times of each element at the end of a sample, and go to the next sample."""
+    """Store slip, upright and support times of each element at the end of a sample, and start the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
         if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:

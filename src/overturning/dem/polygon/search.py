@@ -69,7 +69,7 @@ def most_opposite_face_of_b(
 
 @njit(**INNER)
 def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> OppositeFacePair:
-    """Return face number `face_number` and the face of the other element most nearly opposite to this face.
+    """Return the face with number `face_number` of a pair and the other element's face most nearly opposite to it.
 
     `face_number` counts the faces of a, then those of b.
     """
@@ -93,7 +93,7 @@ def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, f
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
 ) -> OppositeFacePair:
-    """Return the nearest faces of a and b: the face pair with the largest gap, at equal gaps the more opposite one."""
+    """Return the nearest faces of a and b: the face pair with the largest gap, and of equal gaps the more opposite."""
     best = OppositeFacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
@@ -206,7 +206,7 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
 
 @njit(**APART)
 def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
-    """Add the last step to the motion of a pair; count the lanes in which it could touch, and needs a search.
+    """Add the last step to a pair's motion; count lanes in which it may touch, and in which its faces may change.
 
     The motion of the predicted step counts twice, because the contacts may change it.
     """

@@ -7,7 +7,7 @@ from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
 class BaseMotion(NamedTuple):
-    """Acceleration of the base, linear between two samples, and the time within the sample."""
+    """Acceleration of the base, linear between two samples, and the time within the present sample."""
 
     base: LinearBaseAcceleration
     """Acceleration towards the azimuth."""
@@ -18,7 +18,7 @@ class BaseMotion(NamedTuple):
 
 
 class StoredStepContactChanges(NamedTuple):
-    """Findings on an attempted step for the step control (`StepContactChanges`), as numbers: above 0 for True."""
+    """Contact changes of an attempted step (`StepContactChanges`), stored as numbers: above 0 for True."""
 
     changed: float
     wrong: float
@@ -28,7 +28,7 @@ class StoredStepContactChanges(NamedTuple):
 
 
 class StepAcceptance(NamedTuple):
-    """Decision on an attempted step: accepted or rejected, and what the next attempt starts with."""
+    """Decision on an attempted step: accepted or rejected, and which contact assumptions the next attempt makes."""
 
     again: float
     """Above 0 if the step is rejected."""
@@ -89,7 +89,7 @@ class PlanarVector(NamedTuple):
 
 
 class ElementConstants(NamedTuple):
-    """Masses, frame and rotation limits of an element."""
+    """Masses, rotation limits and driven or held state of an element, which do not change during a case."""
 
     inverse_mass: float
     """1/m, 1/kg; 0 if forces do not move the element."""
@@ -155,7 +155,7 @@ class ElementProgress(NamedTuple):
 
 
 class ElementRestPose(NamedTuple):
-    """Position of an element at rest, and the points of its base and its support between which slip is measured."""
+    """Rest position of an element, and the points of its base and its support between which slip is measured."""
 
     base_x: float
     """Reference point of the element's base, from its centre in its own axes, m, x component."""

@@ -191,7 +191,7 @@ def compute_pair_contact_laws(
     pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingSegmentEndDerivatives],
 ) -> PairContactLaws:
-    """Return springs, dashpots and friction of all pairs; a stiffness "auto" follows from the load of the pair at rest.
+    """Return springs, dashpots and friction of all pairs; a stiffness of "auto" is set by the pair's load at rest.
 
     A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n), which must be the
     `static_penetration` share of B. A pair that does not touch at rest gets the spring of its lighter free element

@@ -116,14 +116,14 @@ def correct_element_motion(
 
 @njit(**APART)
 def reset_step_contact_changes(case_rows: Any) -> None:
-    """Reset the findings on the attempted step to "none", in all lanes."""
+    """Reset the contact changes of the attempted step to "no change", in all lanes."""
     for j in range(rows.COLUMNS):
         rows.store_findings(case_rows, j, rows.no_findings())
 
 
 @njit(**INLINE)
 def step_contact_changes(case: CaseState) -> StepContactChanges:
-    """Return what the step control needs to know of a case's attempted step; a fine step has no wrong contact state."""
+    """Return the contact changes of a case's attempted step, from which the step control accepts or rejects it."""
     findings, long = case.findings, not is_fine_step(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
     return StepContactChanges(

@@ -110,7 +110,7 @@ def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> Non
 
 @njit(**INNER)
 def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
-    """Return the motion (m) after which a pair could touch in a lane, and its longest lever arm (m); 0, 0 if close."""
+    """Return the motion (m) after which a pair could touch in a lane, and its longest lever arm (m); 0, 0 if near."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]

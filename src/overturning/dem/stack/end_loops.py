@@ -122,7 +122,7 @@ WEIGHT: Final = POINT.row_start(PointPlace, "weight")
 def relative_velocity_change_of_joint(
     upper: StoneChange, lower: StoneChange, arms: tuple[Vector3, Vector3], axes: Matrix3
 ) -> tuple[Vector3, Vector3]:
-    """Return the change of the relative velocity at the origin and of the relative spin, in the axes of the joint."""
+    """Return the change of velocity and spin of the upper stone relative to the lower one, in the joint's axes."""
     to_face = transpose(axes)
     velocity = minus(
         plus(upper.velocity, cross_product(upper.spin, arms[0])),
@@ -135,7 +135,7 @@ def relative_velocity_change_of_joint(
 def store_relative_velocity_changes(
     upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Store the change of the relative motion of a joint in place of the equations, which are solved."""
+    """Store the solved change of each joint's relative velocity where its equations were, and clear its sums."""
     for j in range(lane_count):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
@@ -152,7 +152,7 @@ def store_relative_velocity_changes(
 
 @njit(**APART)
 def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Compute the normal force of a point at the end of the step, in all stacks."""
+    """Compute the normal force at one contact point of a joint at the end of the step, in all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
@@ -168,7 +168,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 @njit(**APART)
 def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Add the distance of a normal force from the centre of pressure, times the force."""
+    """Add normal force × distance from the centre of pressure (N·m) of one contact point to its joint's sum."""
     for j in range(lane_count):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
@@ -181,7 +181,7 @@ def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) 
 def compute_joint_wrench(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Compute the wrench of a joint at the end of the step, and add it to the stones that it joins."""
+    """Compute force and moment of a joint at the end of the step, and add them to the stones above and below it."""
     for j in range(lane_count):
         change, flat = load_joint_change(joint_rows, j), joint_lands_flat(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
@@ -215,14 +215,14 @@ def compute_joint_wrench(
 
 @njit(**APART)
 def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Mark joints in which a point other than a corner of the upper base has weight."""
+    """Mark each joint in which a point other than a corner of the upper stone's base carries load."""
     for j in range(lane_count):
         joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
 
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Accept or reject the attempted step of each stack, and choose the next attempt."""
+    """Accept or reject the attempted time step of each stack, and choose the length of the next attempt."""
     for j in range(lane_count):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
@@ -245,7 +245,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 @njit(**APART)
 def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
-    """Compute the new state of a stone after accepted steps, and add the work of the ground on it."""
+    """Store a stone's new state in lanes whose step is accepted, and add the work of the moving ground on it."""
     for j in range(lane_count):
         half, again, push = (
             load_time(case_rows, j).half,
@@ -289,7 +289,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
 
 @njit(**APART)
 def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Store the new state of a joint after accepted steps; after rejected ones, only whether it slid."""
+    """Store a joint's new contact state in lanes whose step is accepted; in others only whether it slid."""
     for j in range(lane_count):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
         store_history_unless(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
@@ -298,6 +298,6 @@ def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: 
 
 @njit(**APART)
 def store_accepted_point_histories(case_rows: Any, point: Any, lane_count: int) -> None:
-    """Store the new state of a point after accepted steps."""
+    """Store the new state of a contact point in the lanes whose step is accepted."""
     for j in range(lane_count):
         store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

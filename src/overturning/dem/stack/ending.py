@@ -69,7 +69,7 @@ of_stone: Final = create_window_slicer(STONE_SIZE, CASE_SIZE)
 
 @njit(**INLINE)
 def sum_of_stone_state_components(state: StoneState) -> float:
-    """Return a sum that is finite if position, rotation and velocity of a stone are."""
+    """Return the sum of a stone's position, rotation and velocity components; it is finite if each of them is."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
@@ -85,7 +85,7 @@ def kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
 
 @njit(**INNER)
 def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> float:
-    """Return the energy of the stones that are present and of the springs below them, J.
+    """Return the energy of the stones still simulated and of the springs below them, J.
 
     `heights` holds the height of each centre from which its potential energy is counted, m.
     """
@@ -111,7 +111,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
 def pose_relative_to_stone_below(
     upper: StoneState, lower_place: Vector3, lower_axes: Matrix3
 ) -> tuple[Vector3, Matrix3]:
-    """Return position and axes of a stone relative to those of the stone below."""
+    """Return position (m) and axes of a stone in the frame of the stone below it."""
     to_lower = transpose(lower_axes)
     return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
         to_lower, rotation_matrix(upper.turn)
@@ -136,7 +136,7 @@ def hangs_over_rim(state: Any, lane: int, s: int, stone_count: int, corner_limit
 
 @njit(**INNER)
 def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
-    """Return the lowest stone that has fallen and is still computed; the number of stones if there is none."""
+    """Return the index of the lowest stone that fell but is still simulated; the number of stones if none did."""
     for s in range(stone_count):
         rows = of_stone(state, s)
         if not load_outcome(rows, lane).present > 0.0:
@@ -155,7 +155,7 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
 def remove_fallen_stones(
     state: Any, lane: int, stone_count: int, corner_limit: int, ticks_per_sample: float, heights: Any
 ) -> bool:
-    """End the computation of the lowest stone that has fallen and of those above; True if no stone is left.
+    """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
     The energy account goes on with the stones that are left.
     """
@@ -192,7 +192,7 @@ def stack_status(
     last_sample: float,
     heights: Any,
 ) -> int:
-    """Remove a fallen stone and those above it; return the `CaseStatus` at the end of a sample, or `GOES_ON`."""
+    """Remove a fallen stone with those above it; return the `CaseStatus` after a sample, or `GOES_ON`."""
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
@@ -225,7 +225,7 @@ def stack_status(
 
 @njit(**INNER)
 def all_patch_points_in_contact(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
-    """True if all points of the patches of all present stones are in contact."""
+    """True if all contact points of all stones still simulated carry load."""
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
     for s in range(stone_count):
         if not load_outcome(of_stone(state, s), lane).present > 0.0:
@@ -243,7 +243,7 @@ def all_patch_points_in_contact(state: Any, lane: int, stone_count: int, corner_
 def write_stack_results(
     state: Any, lane: int, stone_count: int, corner_limit: int, status: int, heights: Any, result: Any, each: Any
 ) -> None:
-    """Write the results of the case in a lane; `each` has a row per stone."""
+    """Write the results of the case in a lane into `result`, and those of each stone into a row of `each`."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
         (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy) - account.work + account.lost
@@ -271,7 +271,7 @@ def write_stack_results(
 def record_stack_motion(
     state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, row: Any
 ) -> None:
-    """Write the motion of the stack in lane 0 into a row of its trajectory."""
+    """Write time, base acceleration and the motion of all stones of the stack in lane 0 into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
     row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
     row[1], row[2] = (

@@ -45,7 +45,7 @@ def joint_lands_flat(landing: JointLanding) -> bool:
 
 @njit(**INLINE)
 def landing_including_point(landing: JointLanding, point: PointHistory) -> JointLanding:
-    """Return the landing of a joint with one more point."""
+    """Return the shortest and longest landing time of a joint with one more contact point included."""
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
     longest = longest_landing_time_including_point(landing.longest, point.landing, point.depth)
@@ -54,7 +54,7 @@ def landing_including_point(landing: JointLanding, point: PointHistory) -> Joint
 
 @njit(**INLINE)
 def point_opening_rate(frame: JointRelativeMotion, place: PointPlace) -> float:
-    """Return the velocity at which a point opens at the predicted end of a step, m/s."""
+    """Return the velocity (m/s) at which a contact point opens at the predicted end of a step; positive upwards."""
     return frame.velocity.z + (frame.spin.x * place.y - frame.spin.y * place.x)
 
 
@@ -62,7 +62,7 @@ def point_opening_rate(frame: JointRelativeMotion, place: PointPlace) -> float:
 def predicted_force_per_weight_and_contact(
     joint: JointConstants, frame: JointRelativeMotion, place: PointPlace, old: PointHistory, fine: bool, flat: bool
 ) -> tuple[float, bool]:
-    """Return the normal force over weight at the predicted end of a step, N, and True if the point is in contact.
+    """Return the predicted normal force of a point divided by its weight, N, and True if the point is in contact.
 
     In a fine step the predicted forces decide about contact, in a longer one the last state. A point that did not
     belong to the patch before has no last state.
@@ -77,7 +77,7 @@ def predicted_force_per_weight_and_contact(
 def point_terms_of_joint_sums(
     joint: JointConstants, half: float, place: PointPlace, pressure: float, on: bool
 ) -> JointNormalSums:
-    """Return the terms of a point in the sums of its joint."""
+    """Return the terms that one contact point adds to the sums of its joint in the equations of a step."""
     n = place.weight * pressure if on else 0.0
     g = half * (place.weight * (joint.dashpot + half * joint.stiffness)) if on else 0.0
     gx, gy = g * place.x, g * place.y
@@ -86,7 +86,7 @@ def point_terms_of_joint_sums(
 
 @njit(**INLINE)
 def spring_force(joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector) -> TangentialVector:
-    """Return the force of the tangential springs and dashpots, N."""
+    """Return the tangential force of a joint (x, y, twist) from its springs and dashpots, N."""
     k, h = joint.tangential, joint.damping
     return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
@@ -95,19 +95,19 @@ def spring_force(joint: JointConstants, stretch: TangentialVector, velocity: Tan
 
 @njit(**INLINE)
 def squared_length(v: TangentialVector) -> float:
-    """Return the square of the length of a tangential vector."""
+    """Return the squared length of a tangential vector (x, y, twist)."""
     return (v.x * v.x + v.y * v.y) + v.twist * v.twist
 
 
 @njit(**INLINE)
 def scale_tangential_vector(factor: float, v: TangentialVector) -> TangentialVector:
-    """Return a tangential vector times a number."""
+    """Return a tangential vector (x, y, twist) multiplied by a number."""
     return TangentialVector(factor * v.x, factor * v.y, factor * v.twist)
 
 
 @njit(**INLINE)
 def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
-    """Return a tangential vector of length 1; zero for a zero vector."""
+    """Return a tangential vector (x, y, twist) scaled to length 1; zero for a zero vector."""
     square = squared_length(v)
     return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
@@ -116,7 +116,7 @@ def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
 def flat_landing_slip_direction(
     joint: JointConstants, velocity: Vector3, spin: Vector3, foot: float, place: tuple[float, float, float]
 ) -> tuple[TangentialVector, bool]:
-    """Return the direction of sliding of a joint in a flat landing, and True if it slides.
+    """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
     Of the rotation only that about the normal is included; see
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `place` holds the centre of pressure and the mean
@@ -135,7 +135,7 @@ def flat_landing_slip_direction(
 
 @njit(**INLINE)
 def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentialVector:
-    """Return the tangential velocity of a joint at a point of the lower face, m/s."""
+    """Return the slip velocity (x, y, twist) of the upper stone at a point of the lower face, m/s."""
     return TangentialVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
 
 
@@ -143,7 +143,7 @@ def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: f
 def extend_spring_stretch(
     stretch: TangentialVector, half: float, first: TangentialVector, second: TangentialVector
 ) -> TangentialVector:
-    """Return a stretch after a step with the given velocities at its two ends."""
+    """Return a spring stretch after a step with slip velocity `first` at its start and `second` at its end."""
     return TangentialVector(
         stretch.x + half * (first.x + second.x), stretch.y + half * (first.y + second.y),
         stretch.twist + half * (first.twist + second.twist),
@@ -155,7 +155,7 @@ def predict_friction(
     joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalSums, old: JointHistory, half: float,
     state: tuple[bool, bool, float],
 ) -> JointFriction:  # fmt: skip
-    """Predict the friction that the equations of a step assume.
+    """Predict spring stretch, sliding and friction direction of a joint, as the equations of a step assume them.
 
     `state` holds whether the step is fine, whether the joint lands flat, and the height of the centre of the upper
     stone above its base.
@@ -192,7 +192,7 @@ def predict_friction(
 def joint_equation_terms(
     joint: JointConstants, sums: JointNormalSums, friction: JointFriction, half: float, normal: float
 ) -> JointEquations:
-    """Return the wrench of a joint at the predicted end and its derivatives, about the origin of the lower face.
+    """Return predicted force and moment of a joint about the centre of the lower face, with velocity derivatives.
 
     `normal` is the normal force that limits friction across the direction of sliding, N.
     """
@@ -250,7 +250,7 @@ def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, place: PointPlace, old: PointHistory,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float],
 ) -> tuple[PointEnd, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
-    """Compute the normal force of a point at the solution, its findings and losses, and its new state.
+    """Return normal force, contact changes, losses and new state of a contact point at the solved end of a step.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
     half of the step (s), whether the joint lands flat, and the landing time of a point that touches now (s).
@@ -301,7 +301,7 @@ def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction, points: tuple[PointEnd, float],
     change: tuple[Vector3, Vector3], old: JointHistory, step: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, LargestContactChanges, JointLosses, JointHistory]:  # fmt: skip
-    """Compute the wrench of a joint at the solution and of contacts that closed early, and its new state.
+    """Return force, moment, contact changes, losses and new state of a joint at the solved end of a step.
 
     `points` holds the sums over its points and Σ n r (N·m); `step` half of the step (s), whether it is fine, whether
     the joint lands flat, and the height of the upper stone's centre above its base (m).
@@ -379,5 +379,5 @@ def solve_joint_contact(
 
 @njit(**INLINE)
 def landing_time_of_new_point(joint: JointConstants, landing: JointLanding) -> float:
-    """Return the landing time of a point that touches now, s."""
+    """Return the landing time (s) of a new contact point: that of the points in contact, else the full time."""
     return joint.landing if landing.longest == IN_THE_AIR else landing.longest

@@ -12,7 +12,7 @@ from overturning.dem.stack.state import COLUMNS, ForceVelocityBlocks, Wrench
 
 
 class JointConstants(NamedTuple):
-    """Contact constants of a joint."""
+    """Springs, dashpots and friction of a joint: the contact of a stone with the stone or ground below it."""
 
     stiffness: float
     """Normal stiffness of the whole joint, N/m."""
@@ -33,7 +33,7 @@ class JointConstants(NamedTuple):
 
 
 class TangentialVector(NamedTuple):
-    """Tangential vector of a joint: along x and y, and by twist, which counts at the mean distance `arm`."""
+    """Tangential vector of a joint: x, y, and twist × mean distance `arm` of the forces from the pressure centre."""
 
     x: float
     y: float
@@ -41,7 +41,7 @@ class TangentialVector(NamedTuple):
 
 
 class JointHistory(NamedTuple):
-    """State of a joint at the end of the last step."""
+    """State of a joint at the end of the last step: spring stretch, slip velocity, pressure centre, normal force."""
 
     stretch: TangentialVector
     """Stretch of the tangential springs, m."""
@@ -62,14 +62,14 @@ class JointHistory(NamedTuple):
 
 
 class JointBeforeAndAfter(NamedTuple):
-    """State of a joint before a step, and after it if the step is accepted."""
+    """State of a joint before a step (`old`), and at its end (`new`), which counts if the step is accepted."""
 
     old: JointHistory
     new: JointHistory
 
 
 class JointLanding(NamedTuple):
-    """Flat landing of a joint."""
+    """Shortest and longest remaining time of a flat landing over the contact points of a joint, s."""
 
     shortest: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
@@ -97,7 +97,7 @@ class JointRelativeMotion(NamedTuple):
 
 
 class JointNormalSums(NamedTuple):
-    """Sums over the points of a joint for the equations of a step."""
+    """Sums over a joint's contact points: normal force, its moments, and their derivatives by the velocities."""
 
     force: float
     """Normal force at the predicted end, N."""
@@ -114,13 +114,13 @@ class JointNormalSums(NamedTuple):
 
 
 class PressureArmSum(NamedTuple):
-    """Sum of distances of the normal forces from the centre of pressure, N·m."""
+    """Sum over a joint's contact points of normal force × distance from the centre of pressure, N·m."""
 
     moment: float
 
 
 class JointFriction(NamedTuple):
-    """Friction of a joint that the equations of a step assume."""
+    """Friction that the equations of a step assume for a joint: point of action, spring stretch, slip direction."""
 
     cx: float
     """Point at which friction acts, m."""
@@ -141,14 +141,14 @@ class JointFriction(NamedTuple):
 
 
 class JointEquations(NamedTuple):
-    """Force and moment of a joint about the origin at the end of a time step, as predicted, and their derivatives."""
+    """Predicted force and moment of a joint about its origin at the end of a step, and their derivatives."""
 
     wrench: Wrench
     blocks: ForceVelocityBlocks
 
 
 class PointOutline(NamedTuple):
-    """Corner of the upper base, or corner and side of the lower face."""
+    """Corner of the upper stone's base, or corner of the lower face with the side that starts there."""
 
     x: float
     """Position in the axes of its stone from the centre of its face, m."""
@@ -163,7 +163,7 @@ class PointOutline(NamedTuple):
 
 
 class PointPlace(NamedTuple):
-    """Position of a point at the predicted end of a step, in the frame of the lower face."""
+    """Position of a contact point of a joint at the predicted end of a step, in the frame of the lower face."""
 
     x: float
     y: float
@@ -174,7 +174,7 @@ class PointPlace(NamedTuple):
 
 
 class ClippedSide(NamedTuple):
-    """Part of a side that belongs to the rim of the patch."""
+    """Part of a face's side that bounds the contact patch, the overlap of two faces; ends as shares of the side."""
 
     begin: float
     """Start, as a share of the side."""
@@ -185,7 +185,7 @@ class ClippedSide(NamedTuple):
 
 
 class PointHistory(NamedTuple):
-    """State of a point at the end of the last step."""
+    """State of a contact point of a joint at the end of the last step: penetration, pressure, landing time, weight."""
 
     depth: float
     """Penetration, m; negative in the air."""
@@ -198,14 +198,14 @@ class PointHistory(NamedTuple):
 
 
 class PointBeforeAndAfter(NamedTuple):
-    """State of a point before a step, and after it if the step is accepted."""
+    """State of a contact point before a step (`old`), and at its end (`new`), which counts if it is accepted."""
 
     old: PointHistory
     new: PointHistory
 
 
 class PointEnd(NamedTuple):
-    """Sums over the points of a joint at the end of a step."""
+    """Normal force, its moments, and impulse of early contacts at the end of a step, for a point or their sum."""
 
     force: float
     """Normal force, N, and its first moments, N·m."""
@@ -218,7 +218,7 @@ class PointEnd(NamedTuple):
 
 
 class SolvedJointPointSums(NamedTuple):
-    """Sums over the points of a joint."""
+    """Sums over all contact points of a joint of the forces at the solved end of a step."""
 
     at_end: PointEnd
 

@@ -58,7 +58,7 @@ PRESENT: Final = STONE.row_start(StoneOutcome, "present")
 
 @njit(**INLINE)
 def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
-    """Return the position of the centre of the upper face of a stone, m."""
+    """Return the position of the centre of a stone's upper face at the predicted end of a step, m."""
     return plus(stone.place, scale_vector(constants.top, Vector3(axes.xz, axes.yz, axes.zz)))
 
 
@@ -66,7 +66,7 @@ def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Ma
 def relative_motion_at_lower_face(
     upper: StoneConstants, stone: PredictedStone, axes: Matrix3, lower_axes: Matrix3, origin: Vector3, lower: Any
 ) -> JointRelativeMotion:
-    """Return the pose and velocity of the upper stone at the predicted end, relative to the lower face.
+    """Return pose and velocity of the upper stone relative to the lower face at the predicted end of a step.
 
     `lower` holds the velocity of the lower stone at the origin and its angular velocity.
     """
@@ -90,7 +90,7 @@ def relative_motion_at_lower_face(
 
 @njit(**APART)
 def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict the pose and velocity of the lowest stone relative to the ground."""
+    """Predict pose and velocity of the lowest stone relative to the ground, in all lanes."""
     for j in range(lane_count):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -102,7 +102,7 @@ def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> N
 
 @njit(**APART)
 def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict the pose and velocity of a stone relative to the upper face of the stone below."""
+    """Predict pose and velocity of a stone relative to the upper face of the stone below it, in all lanes."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
@@ -115,7 +115,7 @@ def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, la
 
 @njit(**INLINE)
 def corner_position_and_weight(frame: JointRelativeMotion, corner: PointOutline, present: float) -> PointPlace:
-    """Return the place of a corner of the upper base, with its weight while the whole base rests on the face."""
+    """Return position and weight of a corner of the upper stone's base while the whole base rests on the face."""
     return PointPlace(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
         frame.corner.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
@@ -126,7 +126,7 @@ def corner_position_and_weight(frame: JointRelativeMotion, corner: PointOutline,
 
 @njit(**APART)
 def place_corner(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Place a corner of the upper base of all stacks."""
+    """Compute the predicted position of one corner of the upper stone's base, in all stacks."""
     for j in range(lane_count):
         place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
@@ -134,14 +134,14 @@ def place_corner(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) 
 
 @njit(**INNER)
 def place_corners(upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int) -> None:
-    """Place the corners of the upper base of all stacks."""
+    """Compute the predicted positions of all corners of the upper stone's base, in all stacks."""
     for i in range(upper_count):
         place_corner(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
 
 
 @njit(**APART)
 def measure_distance_inside(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
-    """Lower the smallest distance of the upper corners from the rim to that of a corner from a side of the face."""
+    """Lower the smallest distance of base corners from the lower face's rim to that of one corner from one side."""
     for j in range(lane_count):
         place, limit = load_place(point, j), load_outline(side, j)
         free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
@@ -151,7 +151,7 @@ def measure_distance_inside(joint_rows: Any, point: Any, side: Any, lane_count: 
 
 @njit(**INNER)
 def patch_is_whole(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
-    """True if the patch is the whole upper base in all lanes, now and at the end of the last step."""
+    """True if the whole upper base rests on the lower face in all lanes, now and at the end of the last step."""
     for i in range(upper_count):
         for k in range(lower_count):
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
@@ -164,7 +164,7 @@ def patch_is_whole(joint_rows: Any, points: Any, upper_count: int, lower_count: 
 
 @njit(**INNER)
 def any_lane_uses_point(point: Any, lane_count: int) -> bool:
-    """True if a point has weight in any lane, now or at the end of the last step."""
+    """True if a contact point has a weight above 0 in any lane, now or at the end of the last step."""
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0.0
@@ -173,7 +173,7 @@ def any_lane_uses_point(point: Any, lane_count: int) -> bool:
 
 @njit(**INLINE)
 def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
-    """Clip a part of a side by a half plane, from the distances of its two ends into the half plane, m."""
+    """Clip a part of a side by a half plane, from how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
     outside = (at_begin < 0.0) & (at_end < 0.0)
@@ -184,21 +184,21 @@ def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
 
 @njit(**INLINE)
 def clipped_length(clip: ClippedSide, length: float) -> ClippedSide:
-    """Return the part of a side with its length, m."""
+    """Return the clipped part of a side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
     return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
 @njit(**APART)
 def begin_clip(point: Any, lane_count: int) -> None:
-    """Begin the clipping of a side with the whole side."""
+    """Start the clipping of a side of a face with the whole side, in all lanes."""
     for j in range(lane_count):
         store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
 def clip_upper_side(point: Any, after: Any, side: Any, lane_count: int) -> None:
-    """Clip the side of the upper base between two corners by a side of the lower face."""
+    """Clip a side of the upper stone's base by the line of one side of the lower face, in all lanes."""
     for j in range(lane_count):
         a, b, limit = load_place(point, j), load_place(after, j), load_outline(side, j)
         store_clip(point, j, clip_side(
@@ -209,7 +209,7 @@ def clip_upper_side(point: Any, after: Any, side: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def end_upper_clip(joint_rows: Any, point: Any, after: Any, lane_count: int) -> None:
-    """Compute the length of the part of an upper side that is left, and add it to the rim."""
+    """Compute the length of an upper side after clipping, and add it to the length of the patch's rim."""
     for j in range(lane_count):
         a, b = load_place(point, j), load_place(after, j)
         clip = clipped_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
@@ -219,7 +219,7 @@ def end_upper_clip(joint_rows: Any, point: Any, after: Any, lane_count: int) -> 
 
 @njit(**INNER)
 def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
-    """Clip the sides of the upper base by the lower face, and add their lengths to the rim."""
+    """Clip all sides of the upper stone's base by the lower face, and add their lengths to the patch's rim."""
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
         after = points[following * P : (following + 1) * P]
@@ -231,13 +231,13 @@ def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
 
 @njit(**INLINE)
 def signed_area_inside_side(a: PointPlace, b: PointPlace, x: float, y: float) -> float:
-    """Return a measure of how far a point lies inside the side from a to b of an anticlockwise polygon."""
+    """Return twice the area (m²) of triangle a, b, point: positive inside side a–b of an anticlockwise polygon."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
 
 @njit(**APART)
 def clip_lower_side(side: Any, after: Any, begin: Any, end: Any, lane_count: int) -> None:
-    """Clip the side of the lower face between two corners by the side of the upper base from `begin` to `end`."""
+    """Clip a side of the lower face by the side from `begin` to `end` of the upper stone's base, in all lanes."""
     for j in range(lane_count):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(after, j)
@@ -248,7 +248,7 @@ def clip_lower_side(side: Any, after: Any, begin: Any, end: Any, lane_count: int
 
 @njit(**APART)
 def end_lower_clip(joint_rows: Any, side: Any, after: Any, lane_count: int) -> None:
-    """Compute the length of the part of a lower side that is left, and add it to the rim."""
+    """Compute the length of a lower side after clipping, and add it to the length of the patch's rim."""
     for j in range(lane_count):
         c, d = load_outline(side, j), load_outline(after, j)
         clip = clipped_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
@@ -258,7 +258,7 @@ def end_lower_clip(joint_rows: Any, side: Any, after: Any, lane_count: int) -> N
 
 @njit(**INNER)
 def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
-    """Clip the sides of the lower face by the upper base, and add their lengths to the rim."""
+    """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's rim."""
     for k in range(lower_count):
         following = (k + 1) % lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
@@ -272,13 +272,13 @@ def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
 
 @njit(**INLINE)
 def point_on_side(a: PointPlace, b: PointPlace, share: float, weight: float) -> PointPlace:
-    """Return the point of a side from a to b at a share of its length, with its weight."""
+    """Return the point on the side from a to b at the given share of its length from a, with a weight."""
     return PointPlace(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
 
 
 @njit(**INLINE)
 def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: float) -> PointPlace:
-    """Return the point of the upper base above a point of the lower face, with its weight."""
+    """Return the point of the upper stone's base that lies above point (x, y) of the lower face, with a weight."""
     normal = cross_product(frame.along_x, frame.along_y)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
@@ -291,7 +291,7 @@ def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: flo
 def place_lower_points(
     joint_rows: Any, side: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Place a corner of the lower face, and the ends of the part of the side that starts there."""
+    """Store position and weight of a lower face's corner and of both ends of the clipped side that starts there."""
     for j in range(lane_count):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(after, j)
         own, previous = load_clip(side, j), load_clip(last, j)
@@ -313,7 +313,7 @@ def place_lower_points(
 def place_upper_points(
     joint_rows: Any, point: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store both ends of the part of an upper side that remains after clipping, and the weight of its first corner."""
+    """Store both ends of a clipped side of the upper stone's base, and the weight of the corner where it starts."""
     for j in range(lane_count):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(after, j)
         own, previous = load_clip(point, j), load_clip(last, j)
@@ -327,7 +327,7 @@ def place_upper_points(
 
 @njit(**INNER)
 def place_crossings(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
-    """Place all points of a patch that is only a part of the upper base, with their weights."""
+    """Compute position and weight of all contact points of a patch that is only a part of the upper stone's base."""
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     for k in range(lower_count):
         following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count

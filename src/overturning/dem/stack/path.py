@@ -118,7 +118,7 @@ def draw_fallen_stones(
 
 
 def _fly(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
-    """Fill in, in place, the poses of a stone in free flight from the first row until it meets the ground."""
+    """Fill in the poses of a stone in free flight from the first row on, until the stone meets the ground."""
     place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
     from scipy.spatial.transform import Rotation
 

@@ -46,7 +46,7 @@ Flags, fall azimuths and peak tilts of three stones are as near to those of step
 
 @dataclass(frozen=True, kw_only=True)
 class StackSimulationPlan(SimulationPlan):
-    """Plan for n cases of a 3-D stack."""
+    """Plan of the simulation of n cases of a 3-D stack."""
 
     split_long_queues: ClassVar[bool] = True
     result_dtype: ClassVar[Any] = RESULT
@@ -73,14 +73,14 @@ class StackSimulationPlan(SimulationPlan):
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Add ``each``, shape (case_count, stones), to the tables of `SimulationPlan.create_result_tables`."""
+        """Return the tables that the kernel fills: the results of cases and ``each``, shape (case_count, stones)."""
         each = np.zeros((case_count, self.stones.shape[1]), STONE_RESULT)
         return {"results": np.zeros(case_count, RESULT), "each": each}
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> StackKernelInput:
-        """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
+        """Return the kernel's input for cases of one queue, with their steps divided by `step_divisor`."""
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
@@ -139,7 +139,7 @@ class StackSimulationPlan(SimulationPlan):
 
     @property
     def _stones_of_case(self) -> list[StackStone]:
-        """Stones of the plan's first case."""
+        """Stones of the stack in the plan's first case, from the lowest up."""
         height, b_over_h = (float(np.asarray(getattr(self.cases, name))[0]) for name in ("height", "b_over_h"))
         return self.model.stones(height, b_over_h)
 

@@ -100,7 +100,7 @@ FINE: Final = BODY.fine
 
 @njit(**INLINE)
 def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> PredictedStone:
-    """Predict a stone at the end of a step with constant rates of momentum."""
+    """Predict pose and velocities of a stone at the end of a step, from constant force and moment."""
     half = 0.5 * dt
     v, momentum = (
         extrapolate_vector(state.velocity, half, state.acceleration),
@@ -115,7 +115,7 @@ def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> Pre
 
 @njit(**APART)
 def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Compute the inertial acceleration at the end of the attempted step of all stacks, and clear their sums."""
+    """Compute the inertial acceleration from base motion and gravity at the end of each stack's attempted step."""
     for j in range(lane_count):
         length, time, shaking = load_attempt(case_rows, j).length, load_time(case_rows, j), load_shaking(case_rows, j)
         tick = time.tick + length
@@ -132,7 +132,7 @@ def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> No
 
 @njit(**APART)
 def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
-    """Predict a stone of all stacks, and begin its equations."""
+    """Predict one stone of each stack at the end of the step, and set up its equations of motion."""
     for j in range(lane_count):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
         predicted = predict_stone(constants.inverse, state, 2.0 * half)
@@ -151,7 +151,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def begin_joint(joint_rows: Any, lane_count: int) -> None:
-    """Clear the sums of a joint of all stacks."""
+    """Clear the sums over the contact points of a joint, in all stacks."""
     for j in range(lane_count):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
@@ -161,14 +161,14 @@ def begin_joint(joint_rows: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def add_point_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Add a point to the landing of its joint."""
+    """Include one contact point in the landing times of its joint, in all stacks."""
     for j in range(lane_count):
         store_landing(joint_rows, j, landing_including_point(load_landing(joint_rows, j), load_point(point, j)))
 
 
 @njit(**APART)
 def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Predict the normal force of a point of all stacks, and add it to the sums of its joint."""
+    """Predict the normal force of one contact point and add its terms to the sums of its joint, in all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         half, flat = load_time(case_rows, j).half, joint_lands_flat(load_landing(joint_rows, j))
@@ -180,7 +180,7 @@ def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) 
 
 @njit(**APART)
 def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict the friction of a joint of all stacks, and its equations about the origin of the lower face."""
+    """Predict friction and equation terms of a joint about the centre of the lower face, in all stacks."""
     for j in range(lane_count):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
@@ -205,7 +205,7 @@ def rotate_joint(lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Eliminate a stone that stands on another, in all stacks."""
+    """Eliminate the velocities of a stone that stands on another one from the equations, in all stacks."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
@@ -220,7 +220,7 @@ def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_row
 
 @njit(**APART)
 def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Solve the equations of the stones on the ground."""
+    """Solve the equations of each stack's lowest stone for the correction of its predicted velocities."""
     for j in range(lane_count):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
         e = solve_lowest_stone(load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm)
@@ -229,7 +229,7 @@ def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: 
 
 @njit(**APART)
 def substitute_stones(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
-    """Compute the change of a stone from that of the stone below, in all stacks."""
+    """Compute the velocity correction of a stone from that of the stone below it, in all stacks."""
     for j in range(lane_count):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(solution.alone, blocks_times_wrench(solution.below, Wrench(below.velocity, below.spin)))

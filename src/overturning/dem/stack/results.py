@@ -12,7 +12,7 @@ from overturning.model.status import CaseStatus
 def stack_outcomes(
     results: NDArray[np.void], each: NDArray[np.void], orientation_deg: FloatArray, cosines: FloatArray
 ) -> dict[str, Any]:
-    """Return the outcome variables and ``block_steps`` of n cases of k stones, shape (n,) or (n, k).
+    """Return the outcome variables and ``block_steps`` of n cases with k stones each, shape (n,) or (n, k).
 
     Parameters
     ----------

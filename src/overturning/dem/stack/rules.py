@@ -77,7 +77,7 @@ LAST_UPRIGHT, UPRIGHT_UNTIL = (
 
 
 class StackKernelInput(NamedTuple):
-    """Input of the kernel for cases of 3-D stacks, all with the same numbers of steps per sample and of corners."""
+    """Kernel input for cases of 3-D stacks with equal numbers of steps per sample and of stones and corners."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -101,21 +101,21 @@ class StackKernelInput(NamedTuple):
 
 
 class StackWorkspace(NamedTuple):
-    """Working memory of a queue of stacks."""
+    """Working memory of the stack kernel: state of all lanes, and indices of the contact points in use."""
 
     state: Any
     used: Any
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
-    """Allocate the state rows of all cases that are computed together."""
+    """Allocate the state arrays of the stacks in all lanes, which are simulated at the same time."""
     stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
     size = CASE_SIZE + stones * (STONE_SIZE + joint_size(corners))
     return StackWorkspace(aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load a case into a lane, in its initial state."""
+    """Load the initial state of case number `case`, a stack at rest, into a lane."""
     given, settings = kernel_input.cases[case], kernel_input.settings
     initialise_lane(
         workspace.state, lane, given, (kernel_input.stones[given.stack], kernel_input.joints[given.stack]),
@@ -129,7 +129,7 @@ def initialise_lane(
     state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
     sample: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Load the initial state of a case into a lane; `sample` holds the sampling interval, s, and its ticks."""
+    """Load the initial state of a stack at rest into a lane; `sample` is the sampling interval in s and in ticks."""
     (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
     for row in range(state.size // COLUMNS):
         state[row * COLUMNS + lane] = 0.0
@@ -162,7 +162,7 @@ def initialise_lane(
 
 @njit(**INNER)
 def initialise_stone(rows: Any, lane: int, given: Any) -> None:
-    """Load the constants and the initial state of a stone."""
+    """Store the constants and the initial state of a stone in the rows of a lane."""
     store_constants(rows, lane, StoneConstants(
         inverse=SymmetricMatrix(given.ixx, given.iyy, given.izz, given.ixy, given.ixz, given.iyz),
         inertia=SymmetricMatrix(given.axx, given.ayy, given.azz, given.axy, given.axz, given.ayz),
@@ -180,7 +180,7 @@ def initialise_stone(rows: Any, lane: int, given: Any) -> None:
 def initialise_joint(
     rows: Any, lane: int, given: Any, friction: float, damping_factor: float, foot: float, reach: float
 ) -> None:
-    """Load the contact constants and the load at rest of a joint."""
+    """Store the contact constants and the load at rest of a joint in the rows of a lane."""
     store_joint(rows, lane, JointConstants(
         stiffness=given.stiffness, dashpot=given.dashpot * damping_factor, tangential=given.tangential,
         compliance=given.compliance, damping=given.damping * damping_factor, friction=friction,
@@ -191,7 +191,7 @@ def initialise_joint(
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Begin a sample: normalise the rotations and load the base motion."""
+    """Begin a sample in all lanes: scale the stones' quaternions to length 1, and load the base motion."""
     load_next_sample(
         workspace.state,
         kernel_input.corners.size,
@@ -259,7 +259,7 @@ def advance_one_sample(
 
 
 def mark_lanes_that_may_have_ended(kernel_input: Any, workspace: Any, active_count: int, marks: Any) -> int:
-    """Mark the lanes whose case may have ended, or of which a stone may have fallen, and count them."""
+    """Mark and count the lanes whose case may have ended or in which a stone may have fallen."""
     return mark_possibly_ended(
         workspace.state,
         kernel_input.corners.size,
@@ -281,7 +281,7 @@ def mark_possibly_ended(
     ticks_per_sample: float,
     last_sample: float,
 ) -> int:
-    """Mark and count lanes with a fallen stone, failed ones, and those past the samples that can move their stack."""
+    """Mark and count lanes with a fallen stone, a state that is not finite, or no strong motion to come."""
     count = 0
     for j in range(active_count):
         course, total = load_course(state, j), 0.0
@@ -302,7 +302,7 @@ def skip_quiet_samples(
 
 
 def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Remove stones that have fallen; return the `CaseStatus` of the case, or `GOES_ON` if stones still stand."""
+    """Remove fallen stones; return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
@@ -311,7 +311,7 @@ def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> 
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of the case in a lane."""
+    """Write the results of case number `case`, which a lane computes, into the tables of results."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     write_stack_results(
         workspace.state, lane, stones, corners, status, kernel_input.stones[kernel_input.cases[case].stack].rest,

@@ -26,7 +26,7 @@ wrench_plus, wrench_minus = tuple_arithmetic(Wrench).plus, tuple_arithmetic(Wren
 
 @njit(**INLINE)
 def matrix_times_cross_matrix(m: Matrix3, a: Vector3) -> Matrix3:
-    """Return M [a], where [a] v = a × v: each row crossed with a."""
+    """Return the product M [a] of a matrix and the cross-product matrix of a, where [a] v = a × v."""
     x = cross_product(Vector3(m.xx, m.xy, m.xz), a)
     y = cross_product(Vector3(m.yx, m.yy, m.yz), a)
     z = cross_product(Vector3(m.zx, m.zy, m.zz), a)
@@ -35,7 +35,7 @@ def matrix_times_cross_matrix(m: Matrix3, a: Vector3) -> Matrix3:
 
 @njit(**INLINE)
 def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
-    """Return [a] M: a crossed with each column."""
+    """Return the product [a] M of the cross-product matrix of a and a matrix, where [a] v = a × v."""
     x = cross_product(a, Vector3(m.xx, m.yx, m.zx))
     y = cross_product(a, Vector3(m.xy, m.yy, m.zy))
     z = cross_product(a, Vector3(m.xz, m.yz, m.zz))
@@ -44,13 +44,13 @@ def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
 
 @njit(**INLINE)
 def rotate_matrix(r: Matrix3, m: Matrix3) -> Matrix3:
-    """Return R M Rᵀ."""
+    """Return R M Rᵀ, the matrix M in axes rotated by R."""
     return matrix_product(matrix_product(r, m), transpose(r))
 
 
 @njit(**INLINE)
 def rotate_equations(r: Matrix3, local: JointEquations) -> JointEquations:
-    """Return equations in the axes of the ground, from those in the axes of the lower stone."""
+    """Rotate the equations of a joint by `r`, from the axes of the lower stone to the axes of the ground."""
     w, b = local.wrench, local.blocks
     return JointEquations(
         Wrench(matrix_times_vector(r, w.force), matrix_times_vector(r, w.moment)),
@@ -62,7 +62,7 @@ def rotate_equations(r: Matrix3, local: JointEquations) -> JointEquations:
 
 @njit(**INLINE)
 def shift_blocks(b: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3) -> ForceVelocityBlocks:
-    """Return the effect of a joint on one stone of the velocity of another, about their centres.
+    """Return a joint's matrix from the velocity of one stone to the force on another, about both centres.
 
     The arms lead from the centres to the origin of the joint: of the stone on which it acts, and of the one that moves.
     """
@@ -79,13 +79,13 @@ def shift_blocks(b: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3) 
 
 @njit(**INLINE)
 def shift_wrench(w: Wrench, arm: Vector3) -> Wrench:
-    """Return a wrench about the centre of a stone; `arm` leads from the centre to its present point of reference."""
+    """Return force and moment about a stone's centre; `arm` leads from there to the point they referred to before."""
     return Wrench(w.force, plus(w.moment, cross_product(arm, w.force)))
 
 
 @njit(**INLINE)
 def inertia_blocks(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> ForceVelocityBlocks:
-    """Return the mass matrix of a stone, kg and kg·m²."""
+    """Return the 6 × 6 mass matrix of a stone in the axes of the ground, kg and kg·m²."""
     i = rotate_matrix(axes, full_matrix(inertia))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return ForceVelocityBlocks(
@@ -131,7 +131,7 @@ def inverse_blocks(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
 
 @njit(**INLINE)
 def right_side(half: float, mass: float, wrench: Wrench, inertial: Vector3, old: Wrench) -> Wrench:
-    """Return half of the step times the change of the rates of momentum; `old` holds the rates per mass before."""
+    """Return half step × change of force and moment since its start, the right-hand side of a stone's equations."""
     f, m = wrench.force, wrench.moment
     return Wrench(
         Vector3(
@@ -146,7 +146,7 @@ def right_side(half: float, mass: float, wrench: Wrench, inertial: Vector3, old:
 
 @njit(**INLINE)
 def scale_wrench(factor: float, w: Wrench) -> Wrench:
-    """Return a wrench times a number."""
+    """Return a force and moment, both multiplied by a number."""
     f, m = w.force, w.moment
     return Wrench(Vector3(factor * f.x, factor * f.y, factor * f.z), Vector3(factor * m.x, factor * m.y, factor * m.z))
 
@@ -160,7 +160,7 @@ def eliminate_stone(
     upper_arm: Vector3,
     lower_arm: Vector3,
 ) -> tuple[EliminatedStone, DiagonalBlockAndRightSide]:
-    """Eliminate a stone that stands on another, and return its solution and the equations of the stone below.
+    """Eliminate a stone from the equations; return its solution and the reduced equations of the stone below it.
 
     `diagonal` and `lower` do not contain the joint between the two stones yet.
     """
@@ -179,7 +179,7 @@ def eliminate_stone(
 
 @njit(**INLINE)
 def solve_lowest_stone(diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half: float, arm: Vector3) -> Wrench:
-    """Solve the equations of the stone on the ground, after those above are eliminated."""
+    """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
     own = blocks_plus(diagonal.blocks, shift_blocks(joint.blocks, arm, arm))
     right = wrench_plus(diagonal.right, shift_wrench(scale_wrench(half, joint.wrench), arm))
     return blocks_times_wrench(inverse_blocks(own), right)

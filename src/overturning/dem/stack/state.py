@@ -25,7 +25,7 @@ TICKS: Final = BODY.whole
 
 
 class StackConstants(NamedTuple):
-    """Constants of a case."""
+    """Constants of one simulated stack: length of a tick, and limits for failure, long steps and rest."""
 
     step: float
     """Length of a tick, s."""
@@ -38,14 +38,14 @@ class StackConstants(NamedTuple):
 
 
 class StackClock(NamedTuple):
-    """Time within the sample, ticks, and half of the attempted step, s."""
+    """Clock of one stack: time within the sample (ticks), and half the length of the attempted step (s)."""
 
     tick: float
     half: float
 
 
 class StackAccount(NamedTuple):
-    """Accounts of a case: work of the ground and losses (J), their rates at the last step (W), and the penetration."""
+    """Energy account of a stack: work of the ground, losses (J), their rates (W), and largest penetration."""
 
     work: float
     lost: float
@@ -56,7 +56,7 @@ class StackAccount(NamedTuple):
 
 
 class LargestContactChanges(NamedTuple):
-    """Largest value of each finding over all contact points of a stack; 0 or less if no point has it."""
+    """Contact changes of a stack in an attempted step: the largest value of each kind; 0 or less if there is none."""
 
     changed: float
     """Above 0 if a contact opened or closed."""
@@ -84,7 +84,7 @@ class JointLosses(NamedTuple):
 
 
 class StoneConstants(NamedTuple):
-    """Mass, inertia and limits of a stone."""
+    """Mass, inertia, dimensions and fall limits of a stone, which do not change during a case."""
 
     inverse: SymmetricMatrix
     """Inverse inertia in the stone's own axes, m/I, 1/m²."""
@@ -129,7 +129,7 @@ class StonePeaks(NamedTuple):
 
 
 class StoneOutcome(NamedTuple):
-    """Presence and end of a stone."""
+    """Fate of a stone: still simulated or fallen, last time upright, and True if it slid off its support."""
 
     present: float
     """1 while the stone is computed, 0 after it has fallen."""
@@ -140,7 +140,7 @@ class StoneOutcome(NamedTuple):
 
 
 class PredictedStone(NamedTuple):
-    """Predicted state at the end of a step, before the equations are solved."""
+    """Predicted pose and velocities of a stone at the end of a step, before the equations are solved."""
 
     place: Vector3
     turn: Quaternion
@@ -164,7 +164,7 @@ class ForceVelocityBlocks(NamedTuple):
 
 
 class Wrench(NamedTuple):
-    """Force and moment, or velocity and angular velocity."""
+    """Force and moment (N, N·m), or velocity and angular velocity (m/s, rad/s)."""
 
     force: Vector3
     moment: Vector3

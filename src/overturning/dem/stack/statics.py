@@ -29,7 +29,7 @@ class JointTable:
 
     @property
     def reach(self) -> FloatArray:
-        """Distance of the nearest side of each patch from below the centre of mass above it, m."""
+        """Distance in each patch from the point below the centre of mass above it to the nearest side, m."""
         return np.array([patch.reach.min() for patch in self.patches])
 
     @property
@@ -84,7 +84,7 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
 
 
 def slip_at_rest(stones: NDArray[np.void]) -> FloatArray:
-    """Return the position along x of each stone's base at rest in the axes of what it stands on, (stacks, stones), m.
+    """Return the x position of each stone's base at rest relative to its support's centre, m, (stacks, stones).
 
     `stones` has the type `overturning.dem.stack.tables.STONE`. Stones off centre lean a little under their weight.
     """
@@ -104,7 +104,7 @@ def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
 
 
 def outline_rows(corners: FloatArray) -> FloatArray:
-    """Return the corners of a convex face, shape (n, 2), m, as the kernel needs them, shape (n, 6): `PointOutline`."""
+    """Return the corners of a convex face, given as (n, 2) in m, as kernel rows with the fields of `PointOutline`."""
     side = np.roll(corners, -1, axis=0) - corners
     length = np.sqrt((side**2).sum(axis=1))
     normal = np.stack([side[:, 1], -side[:, 0]], axis=1) / length[:, None]
@@ -114,7 +114,7 @@ def outline_rows(corners: FloatArray) -> FloatArray:
 
 
 def _corner_motion(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
-    """Return the matrix of the relative motion at a corner of a patch by the motion of all stones, (3, 6 n).
+    """Return the 3 × 6n matrix from the motion of n stones to the relative motion of two stones at a patch corner.
 
     The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
     """
@@ -131,7 +131,7 @@ def _corner_motion(stones: list[StackStone], joint: int, corner: FloatArray) -> 
 def stiffness_matrix(
     stones: list[StackStone], joints: JointTable, scale: FloatArray, carries: NDArray[np.bool_] | None = None
 ) -> FloatArray:
-    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), times the factors `scale` on the unknowns.
+    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides by `scale`.
 
     `carries`, shape (joints, 4), is False for corners of the patches that carry no load.
     """
@@ -146,7 +146,7 @@ def stiffness_matrix(
 
 
 def unit_mass_scale(stones: list[StackStone]) -> FloatArray:
-    """Return the factors on the unknowns of a stack for which its mass matrix has a unit diagonal, shape (6 n,)."""
+    """Return the factors that scale a stack's unknowns to a mass matrix with unit diagonal, shape (6 n,)."""
     return np.concatenate([
         1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia)])) for stone in stones
     ])  # fmt: skip

@@ -47,7 +47,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 
 @njit(**INNER)
 def joint_size(corner_limit: int) -> int:
-    """Return the number of values in the rows of a joint and its points; faces have at most `corner_limit` corners."""
+    """Return the length of the state array of a joint and its points; faces have at most `corner_limit` corners."""
     return JOINT_SIZE + 6 * corner_limit * P
 
 
@@ -55,7 +55,7 @@ def joint_size(corner_limit: int) -> int:
 def predict_patch(
     case_rows: Any, upper: Any, joint: Any, points: Any, corners: tuple[int, int], used: Any, lane_count: int
 ) -> None:
-    """Place the points of a joint and sum their predicted forces.
+    """Compute the contact points of a joint at the predicted step end, and sum their predicted forces.
 
     `corners` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
     points that have weight in any lane are written to `used`, after their count.
@@ -85,7 +85,7 @@ def predict_patch(
 def end_patch(
     case_rows: Any, upper: Any, lower: Any, joint: Any, points: Any, used: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Compute the forces of a joint at the end of the step; see `predict_patch`."""
+    """Compute the contact forces of a joint at the solved end of the step, after `predict_patch`."""
     store_relative_velocity_changes(upper, lower, joint, lane_count, on_ground)
     for n in range(used[0]):
         compute_point_normal_force(case_rows, joint, point_window(points, used[1 + n]), lane_count)
@@ -122,7 +122,7 @@ def advance_stacks(
     steps: int,
     ticks: float,
 ) -> None:
-    """Attempt steps of all stacks; `corners` holds the corners of each stone's faces, `used` a work array."""
+    """Attempt `steps` time steps of all stacks; `corners`: corners per stone's faces, `used`: work array."""
     case = state[:CASE_SIZE]
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
     for _ in range(steps):

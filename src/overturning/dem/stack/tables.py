@@ -12,7 +12,7 @@ from overturning.dem.stack.state import StoneConstants
 
 
 class StackCaseColumns(NamedTuple):
-    """Columns of the table of cases; they precede those of `CaseStepControl`."""
+    """Columns of the stack kernel's table of cases: the parameters of a case; those of `CaseStepControl` follow."""
 
     amplitude: float
     """Factor on the motion."""
@@ -37,7 +37,7 @@ class StackCaseColumns(NamedTuple):
 
 
 class JointLoadAtRest(NamedTuple):
-    """Load of a joint at rest, with which a case begins."""
+    """Normal force and centre of pressure of a joint at rest, with which a case begins."""
 
     normal: float
     """Normal force, N."""
@@ -50,7 +50,7 @@ class JointLoadAtRest(NamedTuple):
 
 
 class StoneResultColumns(NamedTuple):
-    """Columns of the results of a stone."""
+    """Columns of the stack kernel's results of stones: one row per case and stone."""
 
     fallen: float
     """1 if the stone has fallen, else 0."""
@@ -71,7 +71,7 @@ class StoneResultColumns(NamedTuple):
 
 
 class StackResultColumns(NamedTuple):
-    """Columns of the results of a case."""
+    """Columns of the stack kernel's results of cases: one row per case."""
 
     status: float
     """`CaseStatus` as a number."""

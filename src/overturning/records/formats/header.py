@@ -101,7 +101,7 @@ class Header(TextLines):
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
     def line_error(self, line_index_or_field: int | str, problem: str) -> RecordError:
-        """Return an error that states a problem and its line, given by the index of the line or a header field."""
+        """Return an error that states a problem and its line; the line is given by its index or by a header field."""
         return super().line_error(
             self.line_index_of_field(line_index_or_field)
             if isinstance(line_index_or_field, str)

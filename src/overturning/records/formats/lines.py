@@ -179,7 +179,7 @@ class TextLines:
         return cells
 
     def _line_or_cell_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
-        """Return an error with the problem of a line; raise an error on the first cell that is no number, if any."""
+        """Check that all cells of a line are numbers, then return an error about the line with the given problem."""
         for cell in cells:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")

@@ -146,10 +146,10 @@ def step_and_contact(thin: ThinnedStudy) -> Bodies:
             print(*lines[-1], flush=True)
     cells_of = markdown_table(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
-        f"Each row of the table has {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which "
-        "the shaking is strong enough to move the block."
+        f"Each row of the table has {computed} cases, under {len(groups)} records along {thin.azimuths} azimuths, in "
+        "which the shaking is strong enough to move the block."
     )
-    return {"step-and-contact": f"{cells_of}\n\n{about}"}
+    return {"step-and-contact": f"{cells_of}\n\n{wrap_text(about)}"}
 
 
 CLOCK: Final = "from overturning.dem.kernel import clock; clock.BLOCK = clock.BLOCK._replace({})"
@@ -321,9 +321,11 @@ def most_friction(thin: ThinnedStudy) -> Bodies:
             )
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
-    rows = f"Each row has {far.cases + far.unanswered} cases under {len(motions)} records"
-    about = f"{rows}; the column *steps* gives the number of time steps, divided by the number in the first row."
-    return {"most-friction": f"{markdown_table(heads, lines)}\n\n{about}"}
+    about = (
+        f"Each row of the table has {far.cases + far.unanswered} cases under {len(motions)} records; the column "
+        "*steps* gives the number of time steps, divided by the number in the first row."
+    )
+    return {"most-friction": f"{markdown_table(heads, lines)}\n\n{wrap_text(about)}"}
 
 
 EXPERIMENTS: Final[dict[str, tuple[Callable[[ThinnedStudy], Bodies], ThinnedStudy]]] = {

@@ -62,10 +62,10 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
             )
         )
         if one.amplitude == 1.0:
-            text = f"The mean fall rate over the records on the ground “{ground_name(one)}” is {fall_rates[0]}."
+            text = f"On the ground “{ground_name(one)}”, the mean fall rate over all records is {fall_rates[0]}."
             if one.axis_turned_deg is not None:
                 text += (
-                    f" The axis of falls on “{ground_name(one)}” differs from that on rock by "
+                    f" The axis of the falls on “{ground_name(one)}” differs from the axis on rock by "
                     f"{one.axis_turned_deg:.0f}° (median over {one.axes_compared} records)."
                 )
             answers.append(text)

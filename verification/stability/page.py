@@ -53,12 +53,12 @@ def _counted(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFr
 def _summary(rows: pd.DataFrame) -> str:
     energy = rows["energy_error"][rows["ending"] == Ending.RIGHT]
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
-    refusals = ", ".join(f"{count} (`{name}`)" for name, count in reasons.items())
+    refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
+    named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
         f"Among the {len(energy)} cases that pass all six checks, the largest residual of work and energy is "
-        f"{energy.max():.4f} and the median residual {energy.median():.2g}. Number of refused inputs, by the "
-        f"argument that the error names: {refusals or 'none'}. Cases labelled *silent*: "
-        f"{(rows['ending'] == Ending.SILENT).sum()}."
+        f"{energy.max():.4f} and the median residual {energy.median():.2g}. The program refused {reasons.sum()} "
+        f"inputs{named}. The number of cases with the label *silent* is {(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 
@@ -73,7 +73,7 @@ def _blocks(rows: pd.DataFrame) -> str:
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     by_penetration = markdown_table(("δ/B", "cases", *_HEADS), lines)
-    budget = f"The table counts {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each."
+    budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
     return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
 
 
@@ -86,8 +86,9 @@ def _scenes(rows: pd.DataFrame) -> str:
         kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
     summary = (
-        f"The table counts {len(rows)} cases of scenes. A case has at most {rows.attrs['budget']:.3g} time steps, or "
-        f"{rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions. {_summary(rows)} "
+        f"The table counts {len(rows)} cases of scenes. A case may use at most {rows.attrs['budget']:.3g} time steps, "
+        f"or {rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions (chosen to make the program "
+        f"fail). {_summary(rows)} "
         f"The {len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
         f"blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
@@ -113,18 +114,18 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         "scene with such a contact, and the error names `stiffness`.",
         "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
-        "have a damping ratio ξ below 0.1. Half of these unstable blocks have a peak acceleration above "
+        "have a damping ratio ξ below 0.1. Half of these unstable blocks are shaken with a peak acceleration above "
         f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the unstable blocks with δ/B below 10⁻², "
         f"{_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
         f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of these unstable "
-        "cases of scenes have a peak acceleration above "
+        "cases of scenes are shaken with a peak acceleration above "
         f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
         "Small blocks under long records may need too many time steps, mostly with Cundall's scheme and stiff springs. "
         "A case that reaches the largest allowed number of steps is marked `over_budget`. Half of the "
-        f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The largest "
-        "number of steps is "
-        f"{blocks.attrs['budget']:.2g} in the map of stability and {BUDGET:.0e} in a study.",
+        f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The program "
+        f"allows a case at most {blocks.attrs['budget']:.2g} time steps in the map of stability, and at most "
+        f"{BUDGET:.0e} time steps in a study.",
         "Blocks with little friction may slide for a long time after the record. A block is marked `undecided` if it "
         "still slides at the time 20/p after the record (p is the rocking frequency) and has enough energy to "
         f"overturn. Of the {int(undecided.sum())} undecided blocks, "

@@ -36,7 +36,7 @@ def main(
     rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
     orders = publish_errors(rows, root)
-    publish_stability(read_table(results / "stability.nc"), read_table(results / "scenes.nc"), root)
+    publish_stability(*(read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks")), root)
     with atomic_write(output) as part:
         known = {name: value if np.isfinite(value) else None for name, value in orders.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
@@ -53,15 +53,16 @@ def publish_errors(error_rows: pd.DataFrame, root: Path) -> dict[str, float]:
     return orders
 
 
-def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, root: Path) -> None:
-    """Draw and publish the maps of stability of single blocks and of scenes."""
+def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame, root: Path) -> None:
+    """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
     images = root / "docs" / "images"
     map_figures.draw_map(block_rows, images / "stability-map.svg")
     map_figures.draw_shares(block_rows, images / "stability-shares.svg")
     map_figures.draw_scenes(scene_rows, images / "stability-scenes.svg")
     _publish_figures_and_tables(
-        map_page.summary_figures(block_rows, scene_rows), map_page.markdown_by_marker(block_rows, scene_rows), root
-    )
+        map_page.summary_figures(block_rows, scene_rows, stack_rows),
+        map_page.markdown_by_marker(block_rows, scene_rows, stack_rows), root,
+    )  # fmt: skip
 
 
 def _publish_figures_and_tables(figures: list[MeasuredFigure], bodies: dict[str, str], root: Path) -> None:

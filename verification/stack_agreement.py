@@ -67,14 +67,18 @@ def has_outcome(outcome: dict[str, Any]) -> bool:
 
 
 def program_row(case: StackCase) -> dict[str, Any]:
-    """Return the outcome of a case in this program, and whether it keeps it with ±1 % of amplitude."""
+    """Return the outcome of a case in this program, and whether it keeps it with ±1 % of amplitude.
+
+    A case without an outcome at one of the three amplitudes is not robust.
+    """
     factors = (1.0, 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION)
     nominal, *others = program_outcomes(case, factors)
     changed = [
         f"amplitude × {factor:g}"
         for factor, other in zip(factors[1:], others, strict=True)
-        if not same_fall(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"])
+        if not (has_outcome(other) and same_fall(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"]))
     ]
+    changed = changed if has_outcome(nominal) else [NO_OUTCOME]
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
@@ -164,9 +168,9 @@ def _agreement_row(chosen: pd.DataFrame, first: str, second: str, label: str) ->
 
 
 def draw_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
-    """Yield the rows of the table of drawn cases, one per solver."""
+    """Yield the rows of the table of drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*PEER_TABLES, PROGRAM):
-        ran = table[f"{name} robust"].notna()
+        ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
         fell, robust = np.isfinite(table[f"{name} fall_azimuth_deg"])[ran], (table[f"{name} robust"] == 1)[ran]
         seconds = table[f"{name} seconds"].mean() if name in PEER_TABLES else math.nan
         yield (
@@ -225,7 +229,7 @@ def publish_agreement() -> None:
     table = compare_all_cases()
     write_csv(table, AGREEMENT_TABLE)
     differ = list(disagreement_rows(table))
-    drawn = ("", "cases run", "fall", "robust", "robust ones that fall", "s per case")
+    drawn = ("", "cases with an outcome", "fall", "robust", "robust ones that fall", "s per case")
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
     listed = ("solver", "case", "stones", "µ", PROGRAM, *PEER_TABLES, "cause")
     tables = (markdown_table(drawn, draw_rows(table)), markdown_table(compared, agreement_rows(table)))

@@ -6,11 +6,13 @@ within 20°, with ±1 % of amplitude and with half the time step; this program h
 resumes: finished cases are kept in results/verification.
 """
 
+import hashlib
 import json
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import pandas as pd
@@ -26,6 +28,17 @@ from verification.tables import ROOT, select_parts, write_csv
 TIME_STEPS: Final = {"MuJoCo": 5e-4, "LMGC90": 5e-4}
 """Time steps of the solvers, s."""
 PARTIAL_RESULTS: Final = ROOT / "results" / "verification"
+SOURCES: Final = ("engines.py", "stack_cases.py", "stack_engines.py", "stack_peers.py")
+"""Files of this folder on which the outcomes of a solver depend."""
+
+
+def partial_results_path(engine_name: str) -> Path:
+    """Return the file of finished cases of a solver; its name changes with the files that the outcomes depend on."""
+    digest = hashlib.sha256()
+    for name in SOURCES:
+        digest.update((ROOT / "verification" / name).read_bytes())
+    time_step = TIME_STEPS[engine_name]
+    return PARTIAL_RESULTS / f"stack-peers-{engine_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
 
 
 def perturbed_runs(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
@@ -54,7 +67,7 @@ def peer_row(engine_name: str, case: StackCase) -> dict[str, Any]:
 def run_peer(engine_name: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
     cases = draw_cases()
-    partial_path = PARTIAL_RESULTS / f"stack-peers-{engine_name.lower()}-{TIME_STEPS[engine_name]:g}.jsonl"
+    partial_path = partial_results_path(engine_name)
     partial_path.parent.mkdir(parents=True, exist_ok=True)
     finished = {}
     if partial_path.is_file():

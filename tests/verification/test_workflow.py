@@ -15,5 +15,5 @@ def test_every_part_is_planned(tmp_path: Path) -> None:
     for name in ("verification", "src", "config", "surveys"):
         (tmp_path / name).symlink_to(ROOT / name)
     done = subprocess.run([*command, "--cores", "1"], cwd=tmp_path, check=True, capture_output=True, text=True)
-    for name in ("rocking", "sliding", "stiffness", "rigid", "energy", "peers", "stability", "scenes"):
+    for name in ("rocking", "sliding", "stiffness", "rigid", "energy", "peers", "stability", "scenes", "stacks"):
         assert f"results/verification/{name}.nc" in done.stdout + done.stderr

@@ -1,4 +1,4 @@
-"""`python -m verification.stability blocks|scenes --output MAP.nc`: run extreme cases and check their outcomes."""
+"""`python -m verification.stability blocks|scenes|stacks --output MAP.nc`: run and check extreme cases."""
 
 import sys
 from pathlib import Path
@@ -17,6 +17,7 @@ from verification.stability.maps import (
     run_map,
     run_setting,
 )
+from verification.stability.stacks import STACK_BUDGET, STACK_MEANINGS, run_stack_setting, stack_settings
 from verification.tables import write_table
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
@@ -59,6 +60,19 @@ def scenes(
     about = {"settings": settings, "adversarial": adversarial, "together": TOGETHER, "seed": seed}
     about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
     write_table(rows, output, meanings=SCENE_MEANINGS, attributes=about, dimension="case")
+
+
+@app.command()
+def stacks(
+    output: Map,
+    settings: Annotated[int, typer.Option(min=2, help="number of stacks, of eight cases each")] = 400,
+    seed: Seed = 1,
+    threads: Threads = 1,
+) -> None:
+    """Run 3-D stacks of two to five stones with extreme parameters."""
+    rows = run_map(run_stack_setting, stack_settings(settings, seed), threads=threads, progress=print_progress)
+    about = {"settings": settings, "together": TOGETHER, "seed": seed, "budget": STACK_BUDGET}
+    write_table(rows, output, meanings=STACK_MEANINGS, attributes=about, dimension="case")
 
 
 if __name__ == "__main__":

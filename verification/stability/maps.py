@@ -242,13 +242,16 @@ def run_map(
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
-    """Apply `run_case` or `run_setting` to each item and its index; return the rows in order."""
+    """Apply a function, such as `run_case`, to each item and its index; return the rows in order.
+
+    A setting of several cases gives columns of several rows.
+    """
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:
         for one in pool.map(run, items, range(len(items))):
             found.append(one)
             if progress and len(found) % max(len(items) // 20, 1) == 0:
                 progress(len(found), len(items))
-    of_scenes = "scene" in found[0]
-    rows = pd.concat(map(pd.DataFrame, found), ignore_index=True) if of_scenes else pd.DataFrame(found)
+    several = np.ndim(found[0]["ending"]) > 0
+    rows = pd.concat(map(pd.DataFrame, found), ignore_index=True) if several else pd.DataFrame(found)
     return rows.astype({name: np.int8 for name in ("ending", "overturned") if name in rows})

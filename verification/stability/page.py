@@ -20,15 +20,18 @@ STIFF: Final = 1e-5
 _HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in Ending)
 
 
-def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame) -> dict[str, str]:
+def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> dict[str, str]:
     """Return the tables of the stability maps as Markdown, by marker."""
-    return {"stability": _blocks(blocks), "scenes": _scenes(scenes), "reach": _reach(blocks, scenes)}
+    return {
+        "stability": _blocks(blocks), "scenes": _scenes(scenes), "stacks": _stacks(stacks),
+        "reach": _reach(blocks, scenes),
+    }  # fmt: skip
 
 
-def summary_figures(blocks: pd.DataFrame, scenes: pd.DataFrame) -> list[MeasuredFigure]:
+def summary_figures(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> list[MeasuredFigure]:
     """Return measured figures of the stability maps for the summary table."""
     made = []
-    for name, rows in (("blocks", blocks), ("scenes", scenes)):
+    for name, rows in (("blocks", blocks), ("scenes", scenes), ("stacks", stacks)):
         silent, right = rows["ending"] == Ending.SILENT, rows["ending"] == Ending.RIGHT
         energy = float(rows["energy_error"][right].max())
         made += [
@@ -50,13 +53,13 @@ def _counted(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFr
     return markdown_table((first, "cases", *_HEADS), lines)
 
 
-def _summary(rows: pd.DataFrame) -> str:
+def _summary(rows: pd.DataFrame, checks: str = "six") -> str:
     energy = rows["energy_error"][rows["ending"] == Ending.RIGHT]
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
     named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
-        f"Among the {len(energy)} cases that pass all six checks, the largest residual of work and energy is "
+        f"Among the {len(energy)} cases that pass all {checks} checks, the largest residual of work and energy is "
         f"{energy.max():.4f} and the median residual {energy.median():.2g}. The program refused {reasons.sum()} "
         f"inputs{named}. The number of cases with the label *silent* is {(rows['ending'] == Ending.SILENT).sum()}."
     )
@@ -93,6 +96,25 @@ def _scenes(rows: pd.DataFrame) -> str:
         f"blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
     return f"{_counted('scene', kinds, rows)}\n\n{wrap_text(summary)}"
+
+
+def _stacks(rows: pd.DataFrame) -> str:
+    """Return the tables of outcomes of 3-D stacks: by motion, and by number of stones."""
+    tables = [
+        _counted(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)
+        for head, column in (("motion", "motion"), ("stones", "stones"))
+    ]
+    right, unstable = rows["ending"] == Ending.RIGHT, rows["ending"] == Ending.UNSTABLE
+    falls = rows["vertical"] > 1.0
+    summary = (
+        f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
+        f"{_summary(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases a stone falls, in "
+        f"{int((rows['fallen'] > 1).sum())} several do. Of the {int(unstable.sum())} unstable cases, "
+        f"{_percent(falls[unstable])} have a downward acceleration of the ground above 1 g, and "
+        f"{_percent(rows['damping'][unstable] < 0.1)} a damping ratio ξ below 0.1; of the {int(right.sum())} cases "
+        f"labelled *right*, these are {_percent(falls[right])} and {_percent(rows['damping'][right] < 0.1)}."
+    )
+    return f"{tables[0]}\n\n{tables[1]}\n\n{wrap_text(summary)}"
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:

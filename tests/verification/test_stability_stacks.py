@@ -1,0 +1,85 @@
+"""No case of a 3-D stack is silent, on a small sample; the checks find wrong outcomes."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.dem.run import run
+from overturning.model.cases import Cases
+from overturning.model.results import CaseResults
+from overturning.model.stack import Stack
+from overturning.model.status import CaseStatus
+from overturning.motion.motion import Motion
+from tests.dem.test_stack import plateau
+from verification.stability.checks import Ending
+from verification.stability.maps import run_map
+from verification.stability.stacks import (
+    STACK_MEANINGS,
+    StackSetting,
+    find_stack_contradiction,
+    run_stack_setting,
+    scene_of_stack_setting,
+    stack_settings,
+)
+
+pytestmark = pytest.mark.long
+
+
+def test_no_case_of_a_stack_is_silent() -> None:
+    settings = stack_settings(16, 7)
+    rows = run_map(run_stack_setting, settings, threads=2)
+    assert set(rows) == set(STACK_MEANINGS)
+    silent = rows["ending"] == Ending.SILENT
+    assert not silent.any(), rows["reason"][silent].tolist()
+    answered = rows["ending"].isin((Ending.RIGHT, Ending.AT_REST))
+    assert ((rows["fallen"] >= 0) == answered).all()
+    assert rows["ending"].isin((Ending.RIGHT, Ending.AT_REST)).mean() > 0.6
+    assert (rows["fallen"] > 1).any(), "some stacks come down"
+    again = run_map(run_stack_setting, settings[:3])
+    assert again.equals(rows[: len(again)])
+
+
+def answered_case() -> tuple[StackSetting, Motion, CaseResults]:
+    """Return a setting with two stones, of which the upper falls, and its results for one case."""
+    setting = replace(
+        stack_settings(1, 1)[0], sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
+        penetration_ratio=2e-6, damping=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
+        orientation_deg=np.array([0.0]),
+    )  # fmt: skip
+    motion = Motion(*plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
+    found = run(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
+    assert found.status[0] == CaseStatus.SIMULATED
+    assert found.overturned[0].tolist() == [0, 1]
+    return setting, motion, found
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"overturned": [1, 0]}, "a stone stands on a fallen one"),
+        ({"overturned": [0, 0]}, "flag, azimuth and time"),
+        ({"peak_tilt": [0.0, 3.0]}, "fallen without tilt"),
+        ({"energy_error": 0.02}, "energy balance"),
+        ({"peak_penetration": 1.0}, "penetration"),
+        ({"residual_twist": [np.nan, np.nan]}, "a number is not finite"),
+        ({"status": CaseStatus.UNSTABLE}, "flag in spite of the mark"),
+        ({"status": CaseStatus.AT_REST}, "left out above a threshold"),
+    ],
+)
+def test_the_checks_find_a_wrong_outcome(changes: dict[str, Any], reason: str) -> None:
+    setting, motion, found = answered_case()
+    assert find_stack_contradiction(setting, motion, found, 0) == ""
+    changed = CaseResults(**vars(found) | {
+        name: np.array([values]).astype(getattr(found, name).dtype) for name, values in changes.items()
+    })  # fmt: skip
+    assert find_stack_contradiction(setting, motion, changed, 0) == reason
+
+
+def test_the_checks_find_falls_without_and_below_the_shaking_that_opens_a_joint() -> None:
+    setting, motion, found = answered_case()
+    for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
+        weak = replace(setting, amplitude=np.array([amplitude]))
+        assert find_stack_contradiction(weak, motion, found, 0).startswith(reason)
+    np.testing.assert_allclose(setting.opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

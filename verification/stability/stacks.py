@@ -1,0 +1,226 @@
+"""Cases of the stability map: stacks of stones in 3-D; checks of their outcomes share no code with the kernel.
+
+A setting is a stack of two to five boxes with a contact law and a motion; its cases differ in friction, amplitude and
+orientation. Slabs, slender shafts, light stones below heavy ones and vertical accelerations beyond −1 g are included.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.kernel.balance import ENERGY_BOUND
+from overturning.dem.limits import MAX_PENETRATION
+from overturning.dem.numerics import BODY_STEP, Numerics
+from overturning.dem.run import run
+from overturning.errors import ArgumentError
+from overturning.model.cases import LOWEST, Cases
+from overturning.model.element import ContactLaw, Element, Material
+from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.results import CaseResults
+from overturning.model.scene import Scene
+from overturning.model.stack import Stack
+from overturning.model.status import CaseStatus
+from overturning.model.variables import INT8_MISSING
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from verification.stability.cases import SHAPES, TOGETHER, StabilityCase, motion_of_case
+from verification.stability.checks import Ending
+
+STACK_BUDGET: Final = 500_000
+"""Largest number of time steps of a case."""
+ONSET_SHARE: Final = 0.2
+"""Share of the least acceleration that opens or slides a joint, up to which no stone may fall."""
+STIFF: Final = 1e-4
+"""Static penetration over the width of a contact, below which the stones are close to rigid."""
+STACK_MEANINGS: Final = {
+    "stones": ("number of stones", "1"),
+    "motion": ("kind of motion", ""),
+    "sampling_interval": ("sampling interval of the motion", "s"),
+    "thinnest": ("least height of a stone over its smaller side", "1"),
+    "slenderest": ("largest height of a stone over its smaller side", "1"),
+    "mass_ratio": ("largest mass of the stones above a stone over its own mass", "1"),
+    "penetration_ratio": ("static penetration over the width of each contact", "1"),
+    "damping": ("damping ratio of each contact", "1"),
+    "friction": ("friction coefficient", "1"),
+    "orientation_deg": ("azimuth to which the stack is oriented", "degree"),
+    "peak": ("largest horizontal acceleration", "m s-2"),
+    "vertical": ("largest downward acceleration over g", "1"),
+    "acceleration_ratio": ("largest horizontal acceleration over the least that opens or slides a joint", "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
+    "reason": ("argument that a refusal names, or check that does not hold", ""),
+    "fallen": ("number of stones that fall; -1: no answer", "1"),
+    "energy_error": ("residual of work and energy", "1"),
+    "block_steps": ("steps computed, times stones", "1"),
+}
+"""Long name and unit of the columns of the map of stacks."""
+
+
+@dataclass(frozen=True)
+class StackSetting:
+    """Stack, contact law and motion of `TOGETHER` cases, and their own parameters."""
+
+    sizes: FloatArray
+    """Width, depth and height of each stone, m, from the lowest up, shape (stones, 3)."""
+    density: FloatArray
+    """Density of each stone, kg/m³, shape (stones,)."""
+    penetration_ratio: float
+    damping: float
+    shaking: StabilityCase
+    """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
+    friction: FloatArray
+    amplitude: FloatArray
+    orientation_deg: FloatArray
+
+    @property
+    def mass(self) -> FloatArray:
+        """Mass of each stone, kg."""
+        return np.asarray(self.density * self.sizes.prod(axis=1))
+
+    @property
+    def opening_acceleration(self) -> float:
+        """Least steady horizontal acceleration that opens a joint, m/s²: half a patch side over the height above."""
+        tops = np.cumsum(self.sizes[:, 2])
+        centres, feet = tops - 0.5 * self.sizes[:, 2], tops - self.sizes[:, 2]
+        side, least = self.sizes[:, :2].min(axis=1), np.inf
+        for joint, foot in enumerate(feet):
+            mass = self.mass[joint:]
+            height = float((mass * (centres[joint:] - foot)).sum() / mass.sum())
+            patch = min(side[joint], side[joint - 1]) if joint > 0 else side[joint]
+            least = min(least, 0.5 * float(patch) / height)
+        return STANDARD_GRAVITY * least
+
+
+def stack_settings(count: int, seed: int) -> list[StackSetting]:
+    """Draw settings of stacks at random."""
+    generator = np.random.Generator(np.random.PCG64([seed, 45]))
+    return [_draw_setting(generator) for _ in range(count)]
+
+
+def _draw_setting(generator: np.random.Generator) -> StackSetting:
+    def log_uniform(low: float, high: float, count: int | None = None) -> Any:
+        return np.exp(generator.uniform(np.log(low), np.log(high), count))
+
+    stones = int(generator.integers(2, 6))
+    # Each stone is 0.5 to 1.2 times as wide as the one below.
+    width = log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
+    depth = width * log_uniform(0.5, 2.0, stones)
+    height = np.maximum(np.minimum(width, depth) * log_uniform(0.02, 6.0, stones), LOWEST)
+    kind = ("vertical above g", *SHAPES)[int(generator.integers(4))]
+    shaking = StabilityCase(
+        stiffness=1.0, damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0, scheme="centred",
+        step_fraction=float("nan"), peak=STANDARD_GRAVITY, sampling_interval=float(log_uniform(0.005, 0.05)),
+        motion=kind, period=float(log_uniform(2.0, 200.0)), vertical=float(max(generator.uniform(-1.0, 1.5), 0.0)),
+    )  # fmt: skip
+    amplitude = 5.0 * generator.random(TOGETHER) ** 2
+    amplitude = 0.7 + 0.6 * generator.random(TOGETHER) if kind == "vertical above g" else amplitude
+    amplitude[0] *= float(generator.random() < 0.5)
+    slick = generator.random(TOGETHER) < 0.05
+    return StackSetting(
+        sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
+        density=np.round(log_uniform(500.0, 20_000.0, stones)),
+        penetration_ratio=float(log_uniform(1e-8, 1e-2)), damping=float(log_uniform(0.01, 5.0)), shaking=shaking,
+        friction=np.where(slick, 0.0, log_uniform(0.02, 10.0, TOGETHER)), amplitude=amplitude,
+        orientation_deg=np.round(generator.uniform(0.0, 360.0, TOGETHER), 1),
+    )  # fmt: skip
+
+
+def scene_of_stack_setting(setting: StackSetting) -> Scene:
+    """Return the scene of a setting."""
+    elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
+    materials = {"ground": Material()}
+    for number, ((width, depth, height), density) in enumerate(zip(setting.sizes, setting.density, strict=True)):
+        name = f"stone-{number}"
+        materials[name] = Material(density=float(density))
+        elements.append(Element(
+            name=name, width=float(width), depth=float(depth), height=float(height), material=name,
+            stands_on=elements[-1].name,
+        ))  # fmt: skip
+    pairs = [(below.material, above.material) for below, above in pairwise(elements)]
+    law = {"static_penetration": setting.penetration_ratio, "damping_ratio": setting.damping}
+    elements[0] = elements[0].model_copy(update={"material": "ground"})
+    pairs[0] = ("ground", pairs[0][1])
+    return Scene(
+        name="stack", reference=elements[-1].name, elements=tuple(elements), materials=materials,
+        contacts=tuple(ContactLaw(between=pair, **law) for pair in pairs),
+    )  # fmt: skip
+
+
+def find_stack_contradiction(setting: StackSetting, motion: Motion, results: CaseResults, row: int) -> str:
+    """Return the name of the first check that the results of a case fail; empty if all checks hold."""
+    fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude[row])
+    if not CaseStatus(results.status[row]).has_outcome:
+        return "" if (results.overturned[row] == INT8_MISSING).all() else "flag in spite of the mark"
+    if not np.isin(results.overturned[row], (0, 1)).all():
+        return "no flag and no mark"
+    if (np.diff(fallen.astype(int)) < 0).any():
+        return "a stone stands on a fallen one"
+    if any((np.isfinite(getattr(results, name)[row]) != fallen).any() for name in ("fall_azimuth", "overturning_time")):
+        return "flag, azimuth and time"
+    numbers = (results.energy_error[row], results.peak_penetration[row], *results.peak_tilt[row])
+    slips = [getattr(results, name)[row] for name in ("residual_slip_north", "residual_slip_east", "residual_twist")]
+    if not (np.isfinite(numbers).all() and all(np.isfinite(values[~fallen]).all() for values in slips)):
+        return "a number is not finite"
+    if results.energy_error[row] > ENERGY_BOUND:
+        return "energy balance"
+    if results.peak_penetration[row] > MAX_PENETRATION * 0.5 * setting.sizes.min() * (1.0 + 1e-6):
+        return "penetration"
+    critical = np.degrees(np.arctan2(setting.sizes[:, :2].min(axis=1), setting.sizes[:, 2]))
+    lowest = int(np.argmax(fallen))
+    if fallen.any() and not results.slid_off[row, lowest] and results.peak_tilt[row, lowest] < 0.99 * critical[lowest]:
+        return "fallen without tilt"
+    up = np.zeros(motion.sample_count) if motion.up is None else amplitude * motion.up
+    weight = STANDARD_GRAVITY + up
+    demand = np.inf if (weight <= 0.0).any() else float(np.max(amplitude * np.abs(motion.north) / weight))
+    onset = min(setting.opening_acceleration / STANDARD_GRAVITY, float(setting.friction[row]))
+    if results.status[row] == CaseStatus.AT_REST and demand > onset:
+        return "left out above a threshold"
+    if amplitude == 0.0 and (fallen.any() or max(np.abs(slips[0]).max(), np.abs(slips[1]).max()) > 1e-9):
+        return "moved without motion"
+    if fallen.any() and demand < ONSET_SHARE * onset and setting.penetration_ratio < STIFF:
+        return "fell below the least acceleration that moves a joint"
+    return ""
+
+
+def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[Any]]:
+    """Run the cases of a setting and check their outcomes; return columns of the map, shape (TOGETHER,).
+
+    `number` is the index of the setting on the map; it is the seed of the noise.
+    """
+    motion, stones = motion_of_case(setting.shaking, number), len(setting.sizes)
+    above = np.cumsum(setting.mass[::-1])[::-1] - setting.mass
+    relative = setting.sizes[:, 2] / setting.sizes[:, :2].min(axis=1)
+    alike = {
+        "stones": stones, "motion": setting.shaking.motion, "sampling_interval": setting.shaking.sampling_interval,
+        "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.mass).max(),
+        "penetration_ratio": setting.penetration_ratio, "damping": setting.damping,
+        "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan, "block_steps": np.int64(0),
+    }  # fmt: skip
+    rows: dict[str, NDArray[Any]] = {name: np.full(TOGETHER, value) for name, value in alike.items()}
+    peak = setting.amplitude * np.abs(motion.north).max()
+    down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
+    onset = np.minimum(setting.opening_acceleration, setting.friction * STANDARD_GRAVITY)
+    rows |= {
+        "friction": setting.friction, "orientation_deg": setting.orientation_deg, "peak": peak,
+        "vertical": setting.amplitude * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
+        "reason": np.full(TOGETHER, "", object),
+    }  # fmt: skip
+    scene = scene_of_stack_setting(setting)
+    height, ratio = size_reference_height_and_b_over_h(scene)
+    try:
+        cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude)
+        found = run(Stack(scene), motion, cases, Numerics(budget=BODY_STEP * STACK_BUDGET * stones))
+    except ArgumentError as error:
+        rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
+        return rows
+    for row in range(TOGETHER):
+        reason = find_stack_contradiction(setting, motion, found, row)
+        rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
+        rows["reason"][row] = reason
+        if not reason and CaseStatus(found.status[row]).has_outcome:
+            rows["fallen"][row] = np.count_nonzero(found.overturned[row])
+    rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
+    return rows

@@ -1,0 +1,160 @@
+"""Stacks in 3-D against closed forms: opening of each joint, restitution of compounds, and invariances."""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.dem.simulate import simulate
+from overturning.dem.trajectory import trajectory
+from overturning.model.scene import Scene
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
+
+WEAKEST = {
+    0: boxes((0.3, 0.3, 0.3), (0.5, 0.5, 0.3), (0.4, 0.4, 0.2)),
+    1: boxes((0.8, 0.8, 0.3), (0.3, 0.36, 0.3), (0.4, 0.5, 0.4)),
+    2: THREE,
+}
+"""Stacks by the joint that opens first."""
+
+
+def stone_sizes(scene: Scene) -> np.ndarray[Any, Any]:
+    """Return width, depth and height of the stones of a stack, m, from the lowest up."""
+    return np.array([[one.width, one.depth, one.height] for one in scene.elements[1:]], float)
+
+
+def opening_ratio(scene: Scene, joint: int, angle: float) -> float:
+    """Return the horizontal over the vertical acceleration at which a joint opens, along an angle, degrees."""
+    sizes, turn = stone_sizes(scene), np.radians(angle)
+    mass, tops = sizes.prod(axis=1), np.cumsum(sizes[:, 2])
+    centre = np.sum((mass * (tops - 0.5 * sizes[:, 2]))[joint:]) / mass[joint:].sum()
+    patch = sizes[joint, :2] if joint == 0 else np.minimum(sizes[joint, :2], sizes[joint - 1, :2])
+    directions = np.array([abs(math.cos(turn)), abs(math.sin(turn))])
+    return float(np.min(0.5 * patch / np.maximum(directions, 1e-12)) / (centre - (tops - sizes[:, 2])[joint]))
+
+
+@pytest.mark.parametrize("lift", [-0.3, 0.0, 0.4])
+@pytest.mark.parametrize("angle", [0.0, 25.0, 90.0, 160.0])
+@pytest.mark.parametrize("joint", [0, 1, 2])
+def test_each_joint_opens_at_its_own_statics(joint: int, angle: float, lift: float) -> None:
+    """A joint opens at (g + a_up) d/z: d, distance of the side of the patch; z, height of the stones' centre above."""
+    scene = WEAKEST[joint]
+    ratio = opening_ratio(scene, joint, angle)
+    assert ratio < 0.97 * min(opening_ratio(scene, other, angle) for other in range(3) if other != joint)
+    up = np.interp(np.arange(0.0, 6.5, INTERVAL), [0.0, 1.0, 6.0, 6.5], [0.0, lift, lift, 0.0]) * GRAVITY
+    tilts = []
+    for share in (0.98, 1.03):
+        north, west = plateau(share * ratio * (1.0 + lift), angle)
+        motion = Motion(north, -west, up, sampling_interval=INTERVAL, trust_data=True)
+        tilts.append(simulate(motion, scene, orientation_deg=[0.0], friction=[3.0]).peak_tilt.to_numpy().ravel())
+    assert tilts[0].max() < 0.02
+    # The stones above the joint move; those below stay.
+    assert tilts[1][joint:].min() > 0.3
+    assert tilts[1][:joint].max(initial=0.0) < 0.3
+
+
+def restitution_from_free_rocking(scene: Scene, mass: float, arm: float, critical: float, stone: int) -> list[float]:
+    """Return the ratios of the angular velocities after and before the impacts of free rocking in a plane.
+
+    The energy at the top of each swing, M g R (cos(α − θ) − cos α), falls by the square of the ratio.
+    """
+    motion = Motion(*pulse_that_rocks(scene, stone), sampling_interval=INTERVAL, trust_data=True)
+    path = trajectory(motion, scene, orientation_deg=0.0, friction=3.0)
+    tilt = np.abs(path["tilt_north"].to_numpy()[:, stone])
+    free = path["time"].to_numpy() > 1.05
+    tops = [
+        index
+        for index in range(2, len(tilt) - 2)
+        if free[index] and tilt[index] > 2e-3 and tilt[index] >= tilt[index - 2 : index + 3].max()
+    ]
+    swings = []
+    for index in tops:
+        a, b, c = tilt[index - 1 : index + 2]
+        swings.append(b + 0.125 * (a - c) ** 2 / max(2.0 * b - a - c, 1e-15))
+    energy = [mass * GRAVITY * arm * (math.cos(critical - swing) - math.cos(critical)) for swing in swings]
+    return [math.sqrt(later / earlier) for earlier, later in pairwise(energy)]
+
+
+def pulse_that_rocks(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
+    """Return north and east accelerations of 6 s: half a sine of 0.5 s that lifts the stones above a joint."""
+    t = np.arange(0.0, 6.0, INTERVAL)
+    level = 1.6 * opening_ratio(scene, stone, 0.0) * GRAVITY
+    return np.stack([np.where(t < 0.5, level * np.sin(2.0 * np.pi * t), 0.0), np.zeros(t.size)])
+
+
+@pytest.mark.parametrize(("width", "height"), [(0.3, 0.9), (0.4, 1.6)])
+def test_a_shaft_on_a_broad_base_loses_what_housner_predicts(width: float, height: float) -> None:
+    scene = boxes((2.0, 2.0, 0.3), (width, width, height))
+    arm = 0.5 * math.hypot(width, height)
+    ratios = restitution_from_free_rocking(scene, 1.0, arm, math.atan2(width, height), 1)
+    assert len(ratios) >= 3
+    sine = math.sin(math.atan2(width, height))
+    np.testing.assert_allclose(ratios[:3], 1.0 - 1.5 * sine * sine, rtol=2e-3)
+
+
+def test_a_compound_loses_as_one_stone_if_the_impulse_lies_in_the_upper_patch() -> None:
+    """The ratio is (I + M (Z² − b²))/(I + M (Z² + b²)) of the compound (Spanos et al. 2001).
+
+    The upper stone stays on the lower one if the impulse that stops its fall and turns it passes through their patch.
+    """
+    scene = boxes((0.4, 0.4, 0.5), (0.4, 0.4, 0.5))
+    (b, _, h), mass = stone_sizes(scene)[0], 1.0
+    half, centres = 0.5 * b, np.array([0.5 * h, 1.5 * h])
+    inertia = 2.0 * mass * (b * b + h * h) / 12.0 + mass * float(((centres - h) ** 2).sum())
+    e = (inertia + 2.0 * mass * (h * h - half * half)) / (inertia + 2.0 * mass * (h * h + half * half))
+    # Velocities of the upper stone before and after, about the old and the new corner, for ω = 1 before.
+    before, after = np.array([centres[1], half]), e * np.array([centres[1], -half])
+    impulse = mass * (after - before)  # along x, and along z
+    turn = mass * (b * b + h * h) / 12.0 * (e - 1.0)
+    position = (-turn + (h - centres[1]) * impulse[0]) / impulse[1]
+    assert abs(position) < half
+    ratios = restitution_from_free_rocking(scene, 2.0 * mass, math.hypot(half, h), math.atan2(half, h), 0)
+    assert len(ratios) >= 3
+    np.testing.assert_allclose(ratios[:3], e, rtol=3e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None:
+    """The base acceleration is linear between samples, so twice as many samples describe the same motion."""
+    rows, t = 8.0 * waves(seed), np.arange(0.0, 10.0, INTERVAL)
+    fine = np.arange(0.0, 10.0 - 0.6 * INTERVAL, 0.5 * INTERVAL)
+    found = [
+        simulate(
+            Motion(*(np.interp(times, t, row) for row in rows), sampling_interval=interval, trust_data=True),
+            THREE, orientation_deg=[0.0, 45.0], friction=[0.6],
+        )
+        for times, interval in ((t, INTERVAL), (fine, 0.5 * INTERVAL))
+    ]  # fmt: skip
+    np.testing.assert_array_equal(found[0].overturned, found[1].overturned)
+    first, second = (one.peak_tilt.to_numpy().ravel() for one in found)
+    stands = found[0].overturned.to_numpy().ravel() == 0.0
+    np.testing.assert_allclose(first[stands], second[stands], rtol=0.05, atol=0.05)
+
+
+def test_threads_and_order_do_not_change_a_bit() -> None:
+    rows = 9.0 * waves(2)
+    motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
+    orientations = [0.0, 15.0, 30.0, 45.0, 60.0]
+    one, two = (
+        simulate(motion, THREE, orientation_deg=orientations, friction=[0.5, 0.8], threads=threads)
+        for threads in (1, 2)
+    )
+    reverse = simulate(motion, THREE, orientation_deg=orientations[::-1], friction=[0.8, 0.5], threads=1)
+    for name in ("overturned", "fall_azimuth", "peak_tilt", "energy_error", "residual_twist"):
+        np.testing.assert_array_equal(one[name], two[name], name)
+        np.testing.assert_array_equal(one[name], reverse[name].sel(one[name].coords), name)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(seed: int) -> None:
+    """A thin pedestal below a statue of the same width: the lower joint opens first, and both lean together."""
+    rows, alike = 8.0 * waves(seed), (boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), boxes((0.5, 0.5, 1.0)))
+    both, one = (run(scene, rows, [0.0, 30.0], 3.0) for scene in alike)
+    tilts, alone = both.peak_tilt.to_numpy().reshape(2, 2), one.peak_tilt.to_numpy().ravel()
+    assert alone.max() > 0.5
+    np.testing.assert_allclose(tilts[:, 1], alone, rtol=0.1, atol=0.05)
+    np.testing.assert_array_equal(both.overturned.to_numpy().reshape(2, 2)[:, 1], one.overturned.to_numpy().ravel())

@@ -1,0 +1,119 @@
+"""`python -m verification.stack_precision [SOLVER ...]`: error of stacks against run time, in three programs.
+
+Each solver runs the first cases of `verification.stack_cases` with several time steps. A flag is wrong if it differs
+from that of the same solver with its finest step, an azimuth if it lies more than 20° from it where both fall. The run
+time is the processor time of a case on one core; this program computes eight orientations of a stack together.
+"""
+
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from importlib.util import find_spec
+from typing import Annotated, Final
+
+import numpy as np
+import pandas as pd
+import typer
+
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import plan_simulation, run
+from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.stack import Stack
+from overturning.model.status import CaseStatus
+from verification.stack_agreement import PROGRAM, same_fall, share_text
+from verification.stack_cases import StackCase, draw_cases, scene_of_stack
+from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
+from verification.tables import RESULTS, markdown_table, publish_markdown, select_parts, write_csv
+
+CASES: Final = 60
+"""Number of cases."""
+STEPS: Final = {
+    PROGRAM: (1.0, 0.5, 0.25, 0.125, 0.03125),
+    "MuJoCo": (4e-3, 2e-3, 1e-3, 5e-4, 1.25e-4),
+    "LMGC90": (2e-3, 1e-3, 5e-4, 2e-4),
+}
+"""Time steps, longest first: shares of the automatic step in this program, s in the others; the last is the
+reference."""
+TABLE: Final = RESULTS / "stack-precision.csv"
+
+
+def program_outcome(case: StackCase, share: float) -> tuple[float, float]:
+    """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
+
+    The case is computed together with seven other orientations, which share its time.
+    """
+    model, together = Stack(scene_of_stack(case.stack)), 8
+    height, b_over_h = size_reference_height_and_b_over_h(model.scene)
+    orientations = (case.orientation_deg + 45.0 * np.arange(together)) % 360.0
+    cases = Cases(orientations, height, b_over_h, case.stack.friction)
+    steps = plan_simulation(model, case.motion, cases, Numerics()).steps[0]
+    begin = time.process_time()
+    found = run(model, case.motion, cases, Numerics(time_step=share * case.motion.sampling_interval / float(steps)))
+    seconds = (time.process_time() - begin) / together
+    fell = CaseStatus(found.status[0]).has_outcome and found.overturned[0, -1] == 1
+    return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
+
+
+def outcome(solver: str, step: float, case: StackCase) -> tuple[float, float]:
+    """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
+    if solver == PROGRAM:
+        return program_outcome(case, step)
+    begin = time.process_time()
+    found = topmost_outcome(STACK_ENGINES[solver], case.stack, case.motion, case.orientation_deg, step)
+    return found.fall_azimuth_deg, time.process_time() - begin
+
+
+def solver_rows(solver: str, processes: int) -> pd.DataFrame:
+    """Run all cases in a solver with all its steps; return one row per case and step."""
+    cases = draw_cases()[:CASES]
+    program_outcome(cases[0], 1.0)  # compiles the kernel
+    with ProcessPoolExecutor(processes) as pool:
+        made = [list(pool.map(partial(outcome, solver, step), cases)) for step in STEPS[solver]]
+    return pd.DataFrame([
+        {"solver": solver, "step": step, "case": number, "fall_azimuth_deg": azimuth, "seconds": seconds}
+        for step, found in zip(STEPS[solver], made, strict=True)
+        for number, (azimuth, seconds) in enumerate(found)
+    ])  # fmt: skip
+
+
+def precision_table(rows: pd.DataFrame) -> str:
+    """Return the table of wrong flags and azimuths against run time, as Markdown."""
+    lines = []
+    for solver, steps in STEPS.items():
+        mine = rows[rows["solver"] == solver]
+        reference = mine[mine["step"] == steps[-1]]["fall_azimuth_deg"].to_numpy()
+        for step in steps[:-1]:
+            chosen = mine[mine["step"] == step]
+            azimuths = chosen["fall_azimuth_deg"].to_numpy()
+            both = np.isfinite(azimuths) & np.isfinite(reference)
+            away = [not same_fall(*pair) for pair in zip(azimuths[both], reference[both], strict=True)]
+            label = f"{step:g} of the automatic step" if solver == PROGRAM else f"{1e3 * step:g} ms"
+            lines.append((
+                solver, label, f"{1e3 * chosen['seconds'].mean():.3g} ms",
+                share_text(int((np.isfinite(azimuths) != np.isfinite(reference)).sum()), len(azimuths)),
+                share_text(sum(away), len(away)),
+            ))  # fmt: skip
+    return markdown_table(
+        ("solver", "time step", "time per case", "wrong flags (95 %)", "azimuths off by more than 20° (95 %)"), lines
+    )
+
+
+def main(
+    solvers: Annotated[list[str] | None, typer.Argument(help="solvers to run; default: all")] = None,
+    processes: Annotated[int, typer.Option(min=1, help="number of processes")] = 1,
+) -> None:
+    """Measure error against run time of stacks, and write the table of docs/validation.md."""
+    kept = pd.read_csv(TABLE) if TABLE.is_file() else pd.DataFrame()
+    for solver in select_parts(solvers, STEPS):
+        if solver != PROGRAM and find_spec(STACK_MODULES[solver]) is None:
+            raise ArgumentError(f"{solver} is not installed: make peers")
+        others = kept[kept["solver"] != solver] if len(kept) else kept
+        kept = pd.concat([others, solver_rows(solver, processes)], ignore_index=True)
+        write_csv(kept, TABLE)
+    publish_markdown({"stack-precision": precision_table(kept)})
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -36,7 +36,8 @@ def main(
     rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
     orders = publish_errors(rows, root)
-    publish_stability(*(read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks")), root)
+    blocks, scenes, stacks = (read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks"))
+    publish_stability(blocks, scenes, stacks, root)
     with atomic_write(output) as part:
         known = {name: value if np.isfinite(value) else None for name, value in orders.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")

@@ -45,20 +45,12 @@ VERY_FAR: Final = 1e300
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodySimulationPlan(SimulationPlan):
-    """Plan of the simulation of n cases of a single 3-D body."""
+class SpaceSimulationPlan(SimulationPlan):
+    """Plan of the simulation of n cases of a 3-D model, a body or a stack."""
 
     split_long_queues: ClassVar[bool] = True
-    result_dtype: ClassVar[Any] = RESULT
-    trajectory_dtype: ClassVar[Any] = ROW
-    ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
-    values_per_trajectory_row: ClassVar[int] = 19
     step_cost: ClassVar[int] = BODY_STEP
 
-    model: Body
-    solids: list[RigidSolid]  # one for each size
-    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY`
-    points: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
@@ -67,27 +59,55 @@ class BodySimulationPlan(SimulationPlan):
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 
     @property
-    def base_shape_loop_tag(self) -> Any:
-        """Tuple whose type selects the compiled loops: `RoundBaseLoopTag` or `PolygonalBaseLoopTag`."""
-        return RoundBaseLoopTag() if self.solids[0].radius > 0 else PolygonalBaseLoopTag()
-
-    @property
     def vertical_base_acceleration(self) -> FloatArray:
         """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record, and 0 for a level motion."""
         up = super().vertical_base_acceleration
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
-    def kernel_input(
-        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
-    ) -> BodyKernelInput:
-        """Return the input of the body kernel for cases of one queue, with their steps divided by `step_divisor`."""
-        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
+    def queued_kernel_input_fields(
+        self,
+        case_numbers: NDArray[np.int64],
+        result_tables: dict[str, NDArray[np.void]],
+        step_divisor: int,
+        column_count: int,
+    ) -> dict[str, Any]:
+        """Return the fields that the kernels of 3-D models share, for cases of one queue.
+
+        The time steps are divided by `step_divisor`; `column_count` cases are computed side by side.
+        """
+        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, column_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
         queued["cases"]["settled"] *= step_divisor
+        return queued
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodySimulationPlan(SpaceSimulationPlan):
+    """Plan of the simulation of n cases of a single 3-D body."""
+
+    result_dtype: ClassVar[Any] = RESULT
+    trajectory_dtype: ClassVar[Any] = ROW
+    ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
+    values_per_trajectory_row: ClassVar[int] = 19
+
+    model: Body
+    solids: list[RigidSolid]  # one for each size
+    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY`
+    points: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
+
+    @property
+    def base_shape_loop_tag(self) -> Any:
+        """Tuple whose type selects the compiled loops: `RoundBaseLoopTag` or `PolygonalBaseLoopTag`."""
+        return RoundBaseLoopTag() if self.solids[0].radius > 0 else PolygonalBaseLoopTag()
+
+    def kernel_input(
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
+    ) -> BodyKernelInput:
+        """Return the input of the body kernel for cases of one queue, with their steps divided by `step_divisor`."""
         return BodyKernelInput(
-            **queued,
+            **self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS),
             base_shape_loop_tag=self.base_shape_loop_tag,
             bodies=self.bodies,
             points=self.points,
@@ -119,6 +139,24 @@ class BodySimulationPlan(SimulationPlan):
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
+def quiet_windows_in_any_direction(
+    motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, leave_out: bool
+) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
+    """Find the samples of a motion that cannot move a 3-D model; see `overturning.dem.quiet.find_quiet_windows`.
+
+    Returns, for each case, the first sample to compute, the sample from which on a model at rest stays at rest, and
+    whether the model rests throughout. Unless `leave_out`, all samples are computed (0, infinity and False).
+    """
+    count = amplitude.size
+    if not leave_out:
+        return np.zeros(count, np.int64), np.full(count, np.inf), np.zeros(count, np.bool_)
+    # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
+    # vector is convex, so that its maximum is at a sample.
+    strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
+    first, calm, rests = find_quiet_windows(motion, np.zeros(count, np.int64), amplitude, strongest, motion_threshold)
+    return first, calm.astype(np.float64), rests
+
+
 def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodySimulationPlan:
     """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
     _check_body_arguments(model, cases, numerics)
@@ -144,20 +182,10 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
-    first, calm, stays_at_rest = (
-        np.zeros(cases.case_count, np.int64),
-        np.full(cases.case_count, np.inf),
-        np.zeros(cases.case_count, np.bool_),
-    )
     rest_limit, threshold = np.zeros(cases.case_count), np.minimum((reach / foot)[which], friction)
-    if numerics.leave_out and start is None:
-        # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
-        # vector is convex, so that its maximum is at a sample.
-        strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
-        first, quiet, stays_at_rest = find_quiet_windows(
-            motion, np.zeros(cases.case_count, np.int64), amplitude, strongest, threshold
-        )
-        calm = quiet.astype(np.float64)
+    leaves_out = numerics.leave_out and start is None
+    first, calm, stays_at_rest = quiet_windows_in_any_direction(motion, amplitude, threshold, leaves_out)
+    if leaves_out:
         rest_limit = _rest_acceleration_thresholds(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE)
     columns = {

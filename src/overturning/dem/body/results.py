@@ -35,11 +35,8 @@ def outcome_variables(
         answered = kernel_results["status"] == CaseStatus.SIMULATED
         fell = answered & (kernel_results["fallen"] > 0)
         # x points towards the orientation, y 90° anticlockwise from it.
-        azimuth = np.mod(orientation_deg - _rounded_degrees(np.arctan2(top_y, top_x)), 360.0)
-        lean = np.clip(kernel_results["lean"], 0.0, 2.0)
-        sine = np.sqrt(np.minimum(lean, 2.0 - lean))
-        tilt = np.where(lean <= 1.0, np.arcsin(sine), np.pi - np.arcsin(sine))
-        twist = np.mod(_rounded_degrees(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
+        azimuth = np.mod(orientation_deg - rounded_degrees(np.arctan2(top_y, top_x)), 360.0)
+        twist = np.mod(rounded_degrees(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
         slip_x, slip_y = kernel_results["slip_x"], kernel_results["slip_y"]
         return {
             "overturned": fell,
@@ -49,7 +46,7 @@ def outcome_variables(
                 _lowest_face_index(side, one) if is_down and len(side) else INT8_MISSING
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
-            "peak_tilt": _rounded_degrees(tilt),
+            "peak_tilt": tilt_deg_of_lean(kernel_results["lean"]),
             "overturning_time": np.where(fell, kernel_results["overturning_time"], np.nan),
             "peak_slip": kernel_results["peak_slip"],
             "residual_slip_north": slip_x * orientation_cosines[:, 0] + slip_y * orientation_cosines[:, 1],
@@ -63,7 +60,14 @@ def outcome_variables(
         }
 
 
-def _rounded_degrees(radians: FloatArray) -> FloatArray:
+def tilt_deg_of_lean(lean: FloatArray) -> FloatArray:
+    """Return the tilt, degrees, of a lean: sin² of the tilt up to 90°, and 2 − sin² beyond."""
+    lean = np.clip(lean, 0.0, 2.0)
+    angle = np.arcsin(np.sqrt(np.minimum(lean, 2.0 - lean)))
+    return rounded_degrees(np.where(lean <= 1.0, angle, np.pi - angle))
+
+
+def rounded_degrees(radians: FloatArray) -> FloatArray:
     """Convert radians to degrees, rounded to 9 decimals, because the last digits differ between processors."""
     return np.asarray(np.round(np.degrees(radians), 9))
 

@@ -8,16 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.plan import base_accelerations_by_orientation, steps_per_sample_and_clock_settings
+from overturning.dem.body.plan import (
+    SpaceSimulationPlan,
+    base_accelerations_by_orientation,
+    quiet_windows_in_any_direction,
+    steps_per_sample_and_clock_settings,
+)
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.linear import highest_eigenvalue
-from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import SimulationPlan, check_trajectory_size, group_numbers_of_equal_cases
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, find_quiet_windows
+from overturning.dem.numerics import Numerics
+from overturning.dem.plan import check_trajectory_size
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR
 from overturning.dem.stack.path import GROUND_COLUMNS, STONE_COLUMNS, StackTrajectory, draw_fallen_stones
 from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
-from overturning.dem.stack.state import COLUMNS, TICKS
+from overturning.dem.stack.state import COLUMNS
 from overturning.dem.stack.statics import (
     inertia_coupling_factor,
     joint_table,
@@ -45,32 +50,18 @@ Flags, fall azimuths and peak tilts of three stones are as near to those of step
 
 
 @dataclass(frozen=True, kw_only=True)
-class StackSimulationPlan(SimulationPlan):
+class StackSimulationPlan(SpaceSimulationPlan):
     """Plan of the simulation of n cases of a 3-D stack."""
 
-    split_long_queues: ClassVar[bool] = True
     result_dtype: ClassVar[Any] = RESULT
     time_column: ClassVar[Any] = (..., 0)
     ground_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
-    step_cost: ClassVar[int] = BODY_STEP
 
     model: Stack
     stones: NDArray[np.void]  # shape (stacks, stones)
     joints: NDArray[np.void]  # shape (stacks, stones)
     outlines: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
     friction: FloatArray  # shape (n, stones)
-    cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
-
-    @property
-    def queue_number_by_case(self) -> NDArray[np.int64]:
-        """Index of the queue of each case; cases with equal step lengths, also at rest, share one."""
-        return group_numbers_of_equal_cases(self.steps, self.table["standing"])
-
-    @property
-    def vertical_base_acceleration(self) -> FloatArray:
-        """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if it moves level."""
-        up = super().vertical_base_acceleration
-        return np.zeros(self.motion.sample_count + 3) if up is None else up
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: the results of cases and ``each``, shape (case_count, stones)."""
@@ -81,10 +72,7 @@ class StackSimulationPlan(SimulationPlan):
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> StackKernelInput:
         """Return the kernel's input for cases of one queue, with their steps divided by `step_divisor`."""
-        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS)
-        settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
-        queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
-        queued["cases"]["settled"] *= step_divisor
+        queued = self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS)
         return StackKernelInput(
             **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
             joints=self.joints, corners=np.full(self.stones.shape[1], 4), outlines=self.outlines,
@@ -187,17 +175,7 @@ def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: 
     for index, table in enumerate(joints):
         of_stack = which == index
         threshold[of_stack] = motion_threshold(table, friction[of_stack])
-    first, calm, at_rest = (
-        np.zeros(cases.case_count, np.int64),
-        np.full(cases.case_count, np.inf),
-        np.zeros(cases.case_count, np.bool_),
-    )
-    if numerics.leave_out:
-        strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
-        first, quiet, at_rest = find_quiet_windows(
-            motion, np.zeros(cases.case_count, np.int64), amplitude, strongest, threshold
-        )
-        calm = quiet.astype(np.float64)
+    first, calm, at_rest = quiet_windows_in_any_direction(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
         min(

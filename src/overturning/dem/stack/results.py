@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.body.results import rounded_degrees, tilt_deg_of_lean
 from overturning.model.status import CaseStatus
 
 
@@ -25,20 +26,17 @@ def stack_outcomes(
     """
     with np.errstate(invalid="ignore", over="ignore"):
         fell = (results["status"] == CaseStatus.SIMULATED)[:, None] & (each["fallen"] > 0)
-        azimuth = np.mod(orientation_deg[:, None] - _degrees(np.arctan2(each["top_y"], each["top_x"])), 360.0)
-        lean = np.clip(each["lean"], 0.0, 2.0)
-        sine = np.sqrt(np.minimum(lean, 2.0 - lean))
-        tilt = np.where(lean <= 1.0, np.arcsin(sine), np.pi - np.arcsin(sine))
+        azimuth = np.mod(orientation_deg[:, None] - rounded_degrees(np.arctan2(each["top_y"], each["top_x"])), 360.0)
         north, east, x, y = cosines[:, :1], cosines[:, 1:], each["slip_x"], each["slip_y"]
         found = {
             "overturned": fell,
             "status": results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
-            "peak_tilt": _degrees(tilt),
+            "peak_tilt": tilt_deg_of_lean(each["lean"]),
             "overturning_time": np.where(fell, each["overturning_time"], np.nan),
             "residual_slip_north": np.where(fell, np.nan, x * north + y * east),
             "residual_slip_east": np.where(fell, np.nan, x * east - y * north),
-            "residual_twist": np.where(fell, np.nan, -_degrees(each["twist"])),
+            "residual_twist": np.where(fell, np.nan, -rounded_degrees(each["twist"])),
             "slid_off": fell & (each["slid_off"] > 0),
             "peak_penetration": results["peak_penetration"],
             "energy_error": results["energy_error"],
@@ -48,8 +46,3 @@ def stack_outcomes(
     if each.shape[1] > 1:
         return found
     return {name: values[:, 0] if np.ndim(values) == 2 else values for name, values in found.items()}
-
-
-def _degrees(radians: FloatArray) -> FloatArray:
-    """Convert radians to degrees, rounded: libm and SIMD versions differ in the last digit between processors."""
-    return np.asarray(np.round(np.degrees(radians), 9))

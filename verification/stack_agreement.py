@@ -137,6 +137,11 @@ def agreement_counts(table: pd.DataFrame, first: str, second: str) -> dict[str, 
     return counts
 
 
+def shaft_width(sizes: str) -> float:
+    """Return the smaller side of the highest stone, m, from the column of the sizes."""
+    return min(float(side) for side in sizes.split()[-1].split("x")[:2])
+
+
 def share_text(count: int, total: int) -> str:
     """Return a share as text: percent, counts, and the 95 % interval of Wilson."""
     if total == 0:
@@ -153,6 +158,9 @@ def agreement_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
         yield _agreement_row(table[mask], PROGRAM, name, f"robust in {name}")
         for count in (2, 3):
             yield _agreement_row(table[mask & (stones == count)], PROGRAM, name, f"… stacks of {count} stones")
+        sinks = table[f"{name} sinking"] > LARGE_SINKING * table["sizes"].map(shaft_width)
+        if (mask & sinks).any():
+            yield _agreement_row(table[mask & ~sinks], PROGRAM, name, f"… no corner sinks in {name}")
     everywhere = table[np.logical_and.reduce(list(robust.values()))]
     first, second = PEER_TABLES
     for pair in ((PROGRAM, first), (PROGRAM, second), (first, second)):

@@ -20,6 +20,7 @@ from overturning.findings.surveys import SurveyCommandResults
 from overturning.model.status import CaseStatus
 from overturning.report.render import (
     LANGUAGES,
+    Media,
     environment,
     parse_markdown,
     read_label_translations,
@@ -184,6 +185,21 @@ def test_no_reference_is_called_closest_unless_the_interval_of_its_lead_excludes
     text = text_of(Findings.model_validate(data), language)
     assert text.count(closest) == 1
     assert {"en": "0.08 (−0.06 to 0.22)", "ja": "0.08 (−0.06～0.22)"}[language] in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: str) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    comma = {"en": ", ", "ja": "、"}[language]
+    media = Media(chapters={"vale": ("polar/vale",)})
+    with_event = render_markdown(Findings.model_validate(data), language, media)
+    assert with_event.count(f"Vale{comma}Upper Vale") >= 2
+    for one in (*data["maps"]["records"], *data["records"]):
+        one["event"] = ""
+    without = render_markdown(Findings.model_validate(data), language, media)
+    assert without.replace(" ", "") == with_event.replace(f"{comma}Upper Vale", "").replace("Upper Vale", "").replace(
+        " ", ""
+    )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from overturning.figures.film_words import station_and_event_text
 from overturning.figures.ground import pga_and_pgv_figure
 from overturning.figures.history import RESPONSE_PERIODS, record_history_figure
 from overturning.figures.maps import fall_map_figure
@@ -53,7 +54,7 @@ def draw_record_figures(
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
             around = intensity.isel(record=everyone.index(name))
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
-            title = f"{station}, {event}" if event else station
+            title = station_and_event_text(station, event)
             motion = motion_folder / f"{name}.nc"
             used = read_record_from_motion_file(motion)
             with project_style():

@@ -1,6 +1,9 @@
 """Figures that combine all records of a study."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -14,8 +17,11 @@ from overturning.figures.write import Write, empty_folder_then_list_new_files
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of_cube
 from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
-from overturning.statistics.logistic import fit_logistic_overturning_model
+from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
 from overturning.study.cube import open_cube_by_record
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Path, write_figure_files: Write) -> None:
@@ -27,23 +33,36 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
     with open_cube_by_record(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, project_style():
-        groups = fall_axes_by_group(cube)
-        summaries = {name: summarise_fall_axes(axes) for name, axes in groups.items()}
-        write_figure_files(fall_alignment_by_earthquake_figure(groups, summaries), output_folder / "axes")
+        fits = model_of_cube(cube).one_component and not element_size_note(cube)
+        fit = fit_logistic_overturning_model(cube, intensity) if fits else None
+        for name, draw in study_figure_functions(cube, intensity, fit, fall_axes_by_group(cube)).items():
+            write_figure_files(draw(), output_folder / name)
         _draw_station_maps(cube, output_folder / "maps", write_figure_files)
-        write_figure_files(fall_roses_by_group_figure(cube, summaries), output_folder / "rose")
-        if not model_of_cube(cube).one_component:
-            write_figure_files(fall_roses_by_earthquake_figure(cube), output_folder / "earthquakes")
-            slender = cube["b_over_h"].to_numpy().astype(np.float64)
-            write_figure_files(
-                fall_alignment_by_b_over_h_figure(fall_alignment_with_references(cube, intensity), slender),
-                output_folder / "follow",
-            )
-        else:
-            another = element_size_note(cube)
-            fit = None if another else fit_logistic_overturning_model(cube, intensity)
-            plane = outcomes_by_pga_and_pgv_ratio_figure(cube, intensity, fit, float(cube["friction"].max()), another)
-            write_figure_files(plane, output_folder / "plane")
+
+
+def study_figure_functions(
+    cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, axes_by_group: dict[str, xr.Dataset]
+) -> "dict[str, Callable[[], Figure]]":
+    """Return functions that draw the figures of all records of a study, by name, without the maps of its stations.
+
+    The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `fit` is drawn
+    into ``plane``; None leaves it out. `axes_by_group` comes from `fall_axes_by_group`.
+    """
+    summaries = {name: summarise_fall_axes(axes) for name, axes in axes_by_group.items()}
+    functions: dict[str, Callable[[], Figure]] = {
+        "axes": partial(fall_alignment_by_earthquake_figure, axes_by_group, summaries),
+        "rose": partial(fall_roses_by_group_figure, cube, summaries),
+    }
+    if model_of_cube(cube).one_component:
+        friction, another = float(cube["friction"].max()), element_size_note(cube)
+        plane = partial(outcomes_by_pga_and_pgv_ratio_figure, cube, intensity, fit, friction, another)
+        return functions | {"plane": plane}
+
+    def follow() -> "Figure":
+        slender = cube["b_over_h"].to_numpy().astype(np.float64)
+        return fall_alignment_by_b_over_h_figure(fall_alignment_with_references(cube, intensity), slender)
+
+    return functions | {"earthquakes": partial(fall_roses_by_earthquake_figure, cube), "follow": follow}
 
 
 def _draw_station_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:

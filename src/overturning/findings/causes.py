@@ -7,7 +7,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negate_estimate
 from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
-from overturning.statistics.logistic import LEVEL, coefficient_rows, fit_logistic_overturning_model
+from overturning.statistics.logistic import LEVEL, coefficient_rows
 
 DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
@@ -133,10 +133,9 @@ class ComparisonWithPublished(Finding):
 
 
 def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
-    """Fit a logistic model of the fall probability; None for 3-D models and elements of several sizes."""
-    if not results.model.one_component or element_size_note(results.cube):
+    """Return the logistic fit of the fall probability; None for 3-D models and elements of several sizes."""
+    if (fit := results.logistic_fit) is None:
         return None
-    fit = fit_logistic_overturning_model(results.cube, results.intensity)
     rows = []
     for name, value, low, high, least, most in coefficient_rows(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.files import path_without_absolute_folder
+from overturning.labels import element_size_note
 from overturning.model.falls import model_of_cube
 from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
@@ -19,6 +20,7 @@ from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
 from overturning.statistics.falls import mean_fall_directions, overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
+from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
 from overturning.statistics.space import planar_model_agreement_counts
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import open_cube_by_record, study_of_cube
@@ -112,6 +114,13 @@ class StudyResults:
         """True if every motion is along the same axis, so that falls can show no direction."""
         axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
         return self.model.one_component and bool(np.ptp(axes) == 0.0)
+
+    @cached_property
+    def logistic_fit(self) -> LogisticFit | None:
+        """Logistic fit of the fall probability; None for 3-D models and elements of several sizes."""
+        if not self.model.one_component or element_size_note(self.cube):
+            return None
+        return fit_logistic_overturning_model(self.cube, self.intensity)
 
     @cached_property
     def share_overturned(self) -> float:

@@ -2,26 +2,26 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.alignment import fall_alignment_by_earthquake_figure
 from overturning.figures.answer import (
     PlottedEstimate,
     alignment_with_references_figure,
     overturned_share_contrast_figure,
 )
 from overturning.figures.fall_rate import overturned_fraction_figure
-from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
+from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.record import scene_and_element_title_line
-from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
+from overturning.figures.study import study_figure_functions
 from overturning.figures.style import figures_for_phone, project_style
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
@@ -32,10 +32,7 @@ from overturning.findings.contrast import VariantContrast
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
-from overturning.labels import element_size_note
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
-from overturning.statistics.logistic import fit_logistic_overturning_model
 from overturning.study.cube import first_shown_height_and_friction
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import intensities_by_measure, jma_intensities_of_motions
@@ -51,9 +48,6 @@ MEASURE: Final = "PGV"
 
 NARROW: Final = "narrow/"
 """Start of the names of figures that are drawn for a phone."""
-
-STACKED: Final = {"contrast", "references", "maps", "scene", "fall-rate", "surveys"}
-"""Figures of the report that are also drawn for a phone."""
 
 CHAPTER: Final = ("polar", "intensity", "history")
 """Folders with a figure of each record, in the order of its chapter."""
@@ -102,15 +96,13 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
     for number, inferred in enumerate(results.inferred_motions, 1):
         draw[f"backwards-{number}"] = partial(posterior, inferred)
     paths = {name: folder / f"{name}.svg" for name in draw}
-    stacked = [name for name in draw if name in STACKED or name.startswith("backwards")]
-    narrow = {f"{NARROW}{name}": folder / NARROW / f"{name}.svg" for name in stacked}
+    narrow = {}
     with project_style():
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
         with figures_for_phone():
-            for name in stacked:
-                save_figure_files(draw[name](), folder / NARROW / f"{name}.svg")
-            for name, drawn in _narrow_study_figures(results, found):
+            own = ((name, figure()) for name, figure in draw.items())
+            for name, drawn in chain(own, _narrow_study_figures(results, found)):
                 narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"
                 save_figure_files(drawn, narrow[f"{NARROW}{name}"])
     return paths | narrow
@@ -118,25 +110,27 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
 
 def _narrow_study_figures(results: StudyResults, found: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Yield name and figure for a phone of those figures of the study that the report shows outside folds."""
-    groups = fall_axes_by_group(results.cube)
-    summaries = {name: summarise_fall_axes(axes) for name, axes in groups.items()}
+    groups = results.fall_axes_by_group
+    draw = study_figure_functions(results.cube, results.intensity, results.logistic_fit, groups)
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
-        yield "axes", fall_alignment_by_earthquake_figure(groups, summaries)
+        yield "axes", draw["axes"]()
     for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.cube)), 1):
         yield f"maps/{number}", figure
     if not found.direction.has_comparable_axis:
-        yield "rose", fall_roses_by_group_figure(results.cube, summaries)
+        yield "rose", draw["rose"]()
     if results.model.one_component:
-        another = element_size_note(results.cube)
-        fit = None if another else fit_logistic_overturning_model(results.cube, results.intensity)
-        friction = float(results.cube["friction"].max())
-        yield "plane", outcomes_by_pga_and_pgv_ratio_figure(results.cube, results.intensity, fit, friction, another)
+        yield "plane", draw["plane"]()
         return
     ids = [name.id for name in results.record_names]
     for record in found.maps.records:
         one = results.cube.isel(record=ids.index(record.record)).load()
-        title = f"{record.station or record.record}, {record.event}{scene_and_element_title_line(one)}"
-        yield f"polar/{record.record}", fall_map_figure(one.sel(first_shown_height_and_friction(one)), title)
+        title = station_and_event_text(record.station or record.record, record.event)
+        yield (
+            f"polar/{record.record}",
+            fall_map_figure(
+                one.sel(first_shown_height_and_friction(one)), f"{title}{scene_and_element_title_line(one)}"
+            ),
+        )
 
 
 def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.figures.page import film_player_script, read_template_text
+from overturning.report.drawings import NARROW
 from overturning.report.render import container_of, parse_inline, picture_of
 from overturning.translation.texts import read_label_translations
 
@@ -133,7 +134,7 @@ class _Page:
         if name not in self.figures or not self.figures[name].is_file():
             raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
         shown = _picture(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
-        if (narrow := self.figures.get(f"narrow/{name}")) is not None and not lazy:
+        if (narrow := self.figures.get(f"{NARROW}{name}")) is not None and not lazy:
             phone = _picture(narrow, image.content, f"figure-{next(self.inlined)}", lazy)
             shown = f'<div class="broad">{shown}</div><div class="narrow">{phone}</div>'
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"

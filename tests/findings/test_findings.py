@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -13,6 +14,7 @@ import xarray as xr
 import overturning
 from overturning.cli import main
 from overturning.findings.collect import Findings, findings_schema
+from overturning.findings.extent import study_extent
 from overturning.findings.lines import finding_lines
 from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
@@ -74,6 +76,16 @@ def test_falls_go_along_the_pulse(found: Findings) -> None:
     difference = found.direction.alignment_difference
     assert difference is not None
     assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
+
+
+def test_earthquakes_with_records_of_both_groups_are_counted(folder: Path) -> None:
+    """Events A with and without a pulse, B with one only, C without one only, and D of neither group."""
+    with open_study_results(folder) as opened:
+        first = opened.cube.isel(record=[0] * 6)
+        events, pulses = list("AABCDA"), [1.0, 0.0, 1.0, 0.0, np.nan, 0.0]
+        cube = first.assign_coords(event=("record", events), pulse=("record", pulses))
+        extent = study_extent(replace(opened, cube=cube))
+    assert (extent.earthquakes_in_several_groups, extent.records) == (1, 6)
 
 
 def test_peaks_are_those_of_the_motion(found: Findings) -> None:

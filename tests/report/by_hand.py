@@ -103,7 +103,8 @@ DIRECTION: dict[str, Any] = {
         "friction": [0.5, 0.8], "directions": 72, "amplitude": [1.0], "ensemble_members": 24, "vertical_motion": False,
     },
     "extent": {
-        "records": 28, "earthquakes": 14, "heights": 4, "slendernesses": 11, "frictions": 6, "blocks": 264,
+        "records": 28, "earthquakes": 14, "earthquakes_in_several_groups": 6,
+        "heights": 4, "slendernesses": 11, "frictions": 6, "blocks": 264,
         "direction_step_deg": 5.0, "azimuth_gaps": [(90.0, 120.0)], "mirrored": True, "elements": 1,
         "element": "stone", "square": False, "records_with_vertical": 0, "vertical_left_out": 0,
         "pulse_not_stated": [], "notes_on_earthquakes": [], "other_amplitudes": 0,
@@ -183,7 +184,7 @@ REMARK = (
 
 SURVEY: dict[str, Any] = {
     "stones": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "remarks": [REMARK],
-    "fell": 22, "stood": 7,
+    "fell": 22, "stood": 7, "few_falls": True,
     "fell_in_unknown_direction": 3, "octant_falls": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
     "observed_by_octant": {"N": 12.0, "S": 7.0}, "predicted_by_octant": {"N": 10.4, "S": 8.6},
     "predicted_mean_direction_deg": 147.0, "predicted_resultant": 0.29, "stones_beyond_heights": 8,
@@ -209,7 +210,7 @@ MOTION: dict[str, Any] = {
     "assumed_width_m": {"low": 0.31, "high": 0.42},
 }  # fmt: skip
 
-ONE = {"records": 1, "earthquakes": 1}
+ONE = {"records": 1, "earthquakes": 1, "earthquakes_in_several_groups": 0}
 
 
 def changed(base: dict[str, Any], **parts: Any) -> dict[str, Any]:

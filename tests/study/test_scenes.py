@@ -121,7 +121,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
                 with pytest.raises(ArgumentError, match="boundary: nothing to draw: none of the 24 cases"):
                     plot.overturning_boundary(one)
         assert falls is (element == "shaft")
-        assert titles == [f"S, E A shaft on two bases{whose} {axis}" for axis in AXES[: 1 + falls]]
+        assert titles == [f"S, E three-tier{whose} {axis}" for axis in AXES[: 1 + falls]]
     # The limit of West, a ≥ g B/H, lay at 0.2 g for a monolith that does not rock below 0.53 g.
     for path, element, why in (("nominal", "upper-base", "not of the upper"), ("monolith", None, "a B/H of 0.463")):
         with open_cube(paths[path], element=element) as one, pytest.raises(ArgumentError, match=f"plane: .*{why}"):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
+from overturning.findings.surveys import survey_findings
 from overturning.stored import write_result
 from overturning.surveys.comparison import (
     compare_survey_with_prediction,
@@ -34,6 +35,18 @@ def test_round_trip(make_cube, sector, tmp_path: Path, faces: bool) -> None:
     assert (back.comparison.confusion is not None) == faces
     np.testing.assert_array_equal(back.comparison.octant_predicted, found.octant_predicted)
     assert math.isnan(back.comparison.fit_exact.p_value)
+
+
+def test_remarks_are_the_comment_lines_with_text_and_few_falls_are_fewer_than_five_to_an_octant(
+    make_cube, sector, tmp_path: Path
+) -> None:
+    source = tmp_path / "stones.csv"
+    source.write_text("# A churchyard,\n#\n##  in haste.\noctant,count\nNE,39\n# no remark\n", encoding="utf-8")
+    for count, few in ((39, True), (40, False)):
+        found = compare_survey_with_prediction([Stone(True, 45.0, octant=True, count=count)], make_cube(sector(60, 30)))
+        made = survey_findings(make_stored_survey_comparison(source, "r0", found))
+        assert made.remarks == ["A churchyard,", "in haste."]
+        assert made.few_falls is few
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:

@@ -151,7 +151,7 @@ def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "")
         vertical or level (with and without vertical motion), scene, site or recorded (with and without soil), study or
         variant (any other setting).
     scene_or_variant_name : str
-        Title of the scene, or name of the variant.
+        Name of the scene or of the variant.
     """
     return _SETTINGS[setting_kind].format(
         name=scene_or_variant_name.replace("-", " ") if setting_kind == "site" else scene_or_variant_name

@@ -160,8 +160,7 @@ def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> 
     if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant):
         return panel_heading_of_setting("vertical" if variant_uses_vertical_motion(study, variant) else "level")
     if (own.scene or study.scene) != (other.scene or study.scene):
-        scene = variant_scene(study, variant)
-        return panel_heading_of_setting("scene", scene.title or scene.name)
+        return panel_heading_of_setting("scene", variant_scene(study, variant).name)
     if own.site != other.site:
         return panel_heading_of_setting("site", variant) if own.site else panel_heading_of_setting("recorded")
     return panel_heading_of_setting("study") if variant == NOMINAL else panel_heading_of_setting("variant", variant)

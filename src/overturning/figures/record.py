@@ -90,4 +90,4 @@ def scene_and_element_title_line(cube: xr.Dataset) -> str:
         if shown == scene.size_reference_element_name
         else f", by H and B/H of the {scene.size_reference_element_name}"
     )
-    return f"\n{scene.title or scene.name}: {shown}{sizes}"
+    return f"\n{scene.name}: {shown}{sizes}"

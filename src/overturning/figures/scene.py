@@ -44,7 +44,8 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
     axes.set(xlim=(-reach, reach), ylim=(low - 0.12 * (high - low), high + 0.06 * (high - low)), aspect="equal")
     axes.set(xlabel="m", yticks=[])
     axes.spines["left"].set_visible(False)
-    axes.set_title(fill(scene.title or scene.name, _TITLE), parse_math=False)
+    title = [scene.name] if scene.title in ("", scene.name) else [scene.name, fill(scene.title, _TITLE)]
+    axes.set_title("\n".join(title), parse_math=False)
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":

@@ -1,5 +1,7 @@
 """Extent of a study: its records, blocks and maps, the outcomes of its cells, and the sources of its records."""
 
+from collections import Counter
+
 import numpy as np
 
 from overturning.findings.results import StudyResults
@@ -18,6 +20,8 @@ class StudyCounts(Finding):
 
     records: int
     earthquakes: int
+    earthquakes_in_several_groups: int
+    """Number of earthquakes with records in more than one group, which count in each of them."""
     heights: int
     slendernesses: int
     """Number of values of B/H."""
@@ -90,12 +94,14 @@ def study_extent(results: StudyResults) -> StudyCounts:
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
     steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))
     groups = list(record_masks_by_group(cube).values())
+    in_group = [name for members in groups for name in set(results.record_events[members].tolist())]
     neither = ~np.any(groups, axis=0)
     mirrored = not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
     plan = study.body
     return StudyCounts(
         records=len(results.record_names),
         earthquakes=results.earthquake_count,
+        earthquakes_in_several_groups=sum(number > 1 for number in Counter(in_group).values()),
         heights=sizes["height"],
         slendernesses=sizes["b_over_h"],
         frictions=sizes["friction"],

@@ -73,7 +73,7 @@ class SurveyFindings(Finding):
     doubts: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
     remarks: list[str]
-    """Comment lines at the start of the survey file."""
+    """Comment lines at the start of the survey file that are not empty."""
     fell: int
     """Number of stones that fell."""
     stood: int
@@ -82,6 +82,8 @@ class SurveyFindings(Finding):
     """Number of stones that fell in an unknown direction."""
     octant_falls: int
     """Number of falls whose direction is known."""
+    few_falls: bool
+    """True if some falls have a known direction, but fewer than 40, five to an octant."""
     mean_direction_deg: Number
     """Mean fall direction."""
     resultant: Number
@@ -218,6 +220,9 @@ class InferredMotion(Finding):
 
 MOTIONS_LISTED = 12
 
+FEWEST_FALLS = 5 * len(OCTANTS)
+"""Falls of known direction below which the report calls a survey small: a chi-square test over octants expects five."""
+
 
 def all_survey_findings(results: StudyResults) -> list[SurveyFindings]:
     """Return, for each survey of a study, its comparison with the prediction for its site."""
@@ -245,6 +250,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,
         octant_falls=found.fallen_count_in_known_direction,
+        few_falls=0 < found.fallen_count_in_known_direction < FEWEST_FALLS,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
         predicted_mean_direction_deg=(

@@ -332,7 +332,7 @@ class StoredSurveyComparison:
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
     ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`, ``remarks`` the comment lines at
-    the start of the survey file.
+    the start of the survey file that are not empty.
     """
 
     stones: str
@@ -349,7 +349,8 @@ def make_stored_survey_comparison(
     """Combine the comparison of a survey with name, hash and remarks of its file, record and unit warnings."""
     content = survey_path.read_bytes()
     sha256, lines = hashlib.sha256(content).hexdigest(), content.decode("utf-8-sig", "replace").splitlines()
-    remarks = tuple(line.strip("# ") for line in takewhile(lambda line: line.startswith("#"), lines))
+    comments = (line.strip("# ") for line in takewhile(lambda line: line.startswith("#"), lines))
+    remarks = tuple(filter(None, comments))
     return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks)
 
 

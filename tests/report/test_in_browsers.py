@@ -86,13 +86,16 @@ click("th:nth-child(5)"); orders.push(order());  // by PGA, as numbers
 const {wide} = await onPhone(() => null, (page) => {
   page.querySelectorAll("details").forEach((one) => { one.open = true; });
   page.querySelectorAll("td").forEach((one) => one.append(" and some more")); });
+const letters = (one) => parseFloat(getComputedStyle(one.querySelector("td")).fontSize);
+const tables = (await onPhone((page) => [...page.querySelectorAll("table")].filter((one) => !one.closest("details"))
+  .map((one) => [letters(one), one.scrollWidth - one.closest(".wide").clientWidth]))).seen;
 const [few] = document.querySelectorAll("table.sortable"), cells = () => [...few.rows].slice(1).map((one) => one.cells);
 few.tHead.rows[0].cells[1].className = "n";
 cells().forEach((one, k) => { one[1].textContent = ["12,345", "2,000", "30"][k]; });
 few.tHead.rows[0].cells[1].click();
 const sorted = cells().map((one) => one[1].textContent).filter((one) => one);
 const films = document.querySelectorAll(".film[data-ready=true]").length;
-return {orders, opened, sorted, films, wide, title: document.title, hurt: window.hurt};
+return {orders, opened, sorted, films, wide, tables, title: document.title, hurt: window.hurt};
 """
 
 
@@ -168,3 +171,5 @@ def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], ho
     assert "hurt" not in page
     # On a phone only scrollable elements are wider than the screen.
     assert page["wide"] <= 390
+    assert len(page["tables"]) >= 1
+    assert all(letters >= 11 and beyond <= 0 for letters, beyond in page["tables"])

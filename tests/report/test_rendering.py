@@ -127,6 +127,18 @@ def test_an_anchor_and_a_link(tmp_path: Path) -> None:
     assert page.count("<li>") == 2
 
 
+def test_a_pair_on_paper_shows_the_figures_drawn_for_a_phone(tmp_path: Path) -> None:
+    """Half a page is as wide as a phone; a figure drawn for a page would have letters of half their size there."""
+    page, phone = tmp_path / "page.svg", tmp_path / "phone.svg"
+    for path, width in ((page, 482), (phone, 241)):
+        path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="99pt"></svg>', "utf-8")
+    pair, alone = (parse_markdown(text) for text in ('::: pair\n![alt](a "A")\n:::\n', '![alt](a "A")\n'))
+    figures = {"a": page, "narrow/a": phone}
+    assert report_paper(pair, "T", "en", figures) == report_paper(pair, "T", "en", {"a": phone})
+    assert report_paper(alone, "T", "en", figures) == report_paper(alone, "T", "en", {"a": page})
+    assert report_paper(alone, "T", "en", figures) != report_paper(alone, "T", "en", {"a": phone})
+
+
 def test_paper_leaves_out_folds_and_the_page_leaves_out_paper(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SVG)
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'

@@ -12,6 +12,7 @@ from urllib.parse import unquote
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
+from overturning.report.drawings import NARROW
 from overturning.report.render import container_of, parse_inline, picture_of
 from overturning.translation.texts import check_font_is_installed, installed_fonts_of_language, read_label_translations
 
@@ -51,7 +52,7 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
         "language": language,
         "fonts": fonts,
         "words": words,
-        "blocks": _blocks(tree.children, files),
+        "blocks": _blocks(tree.children, figures, files),
     }
     with tempfile.TemporaryDirectory() as name, resources.as_file(resources.files("overturning")) as room:
         folder = Path(name)
@@ -72,8 +73,13 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
     return pages
 
 
-def _blocks(nodes: list[SyntaxTreeNode], files: dict[str, str]) -> list[dict[str, Any]]:
-    """Return blocks as data; `files` receives a short name for each figure."""
+def _blocks(
+    nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], paired: bool = False
+) -> list[dict[str, Any]]:
+    """Return blocks as data; `files` receives a short name for each figure.
+
+    A figure of a pair is half as wide as the text: it is the one that was drawn for a phone, if there is one.
+    """
     blocks: list[dict[str, Any]] = []
     for node in nodes:
         name, text = container_of(node)
@@ -81,13 +87,15 @@ def _blocks(nodes: list[SyntaxTreeNode], files: dict[str, str]) -> list[dict[str
             continue
         if name in ("table", "sortable"):
             caption = {"number": node.meta["table"], "caption": _inline(parse_inline(text))}
-            blocks += [one | caption for one in _blocks(node.children, files)]
+            blocks += [one | caption for one in _blocks(node.children, figures, files, paired)]
         elif name == "paper":
-            blocks += _blocks(node.children, files)
+            blocks += _blocks(node.children, figures, files, paired)
         elif name:
-            blocks.append({"kind": "box", "name": name, "blocks": _blocks(node.children, files)})
+            inner = _blocks(node.children, figures, files, paired or name == "pair")
+            blocks.append({"kind": "box", "name": name, "blocks": inner})
         elif image := picture_of(node):
             source = unquote(str(image.attrs["src"]))
+            source = f"{NARROW}{source}" if paired and f"{NARROW}{source}" in figures else source
             blocks.append({
                 "kind": "figure", "file": files.setdefault(source, f"{len(files)}"), "alt": image.content,
                 "number": node.meta["figure"], "caption": str(image.attrs.get("title", "")),
@@ -99,11 +107,13 @@ def _blocks(nodes: list[SyntaxTreeNode], files: dict[str, str]) -> list[dict[str
         elif node.type == "table":
             blocks.append(_table(node))
         elif node.type in ("bullet_list", "ordered_list"):
-            blocks.append({"kind": "list", "items": [_blocks(item.children, files) for item in node.children]})
+            blocks.append(
+                {"kind": "list", "items": [_blocks(item.children, figures, files, paired) for item in node.children]}
+            )
         elif node.type == "paragraph":
             blocks.append({"kind": "paragraph", "text": _inline(node)})
         else:
-            blocks += _blocks(node.children, files)
+            blocks += _blocks(node.children, figures, files, paired)
     return blocks
 
 

@@ -6,10 +6,12 @@ import xarray as xr
 
 from overturning.findings.comparison import comparisons_with_second_computations, share_of_changed_cases
 from overturning.findings.contrast import angles_between_fall_axes_deg
+from overturning.findings.exactness import _records_with_most_changes
 from overturning.study.convergence import (
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
     OutcomeChangesOfElement,
+    RecordChanges,
     RerunResult,
     RigidComparison,
 )
@@ -59,3 +61,15 @@ def test_axes_on_two_grounds_are_compared_where_both_are_clear() -> None:
     soil = ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
     # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
     assert angles_between_fall_axes_deg(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
+
+
+def test_records_under_which_clearly_more_outcomes_change_are_listed() -> None:
+    """Wilson: the lower end of 6/90 is 3.1 %, above the 1.9 % of all 1,080 cases; that of 4/90 is not."""
+    rows = [RecordChanges(record=f"calm-{number}", cases=90, changed=1) for number in range(10)]
+    loud, doubtful = (
+        RecordChanges(record=name, cases=90, changed=changed) for name, changed in (("loud", 6), ("doubtful", 4))
+    )
+    found = _records_with_most_changes([*rows, loud, doubtful, RecordChanges(record="none", cases=0, changed=0)])
+    assert [(one.record, one.changes.count, one.changes.compared) for one in found] == [("loud", 6, 90)]
+    assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)
+    assert _records_with_most_changes([]) == []

@@ -161,6 +161,9 @@ CONVERGENCE: dict[str, Any] = {
         "amplitude": None, "rigid": None,
     },
     "is_sample": True, "share_at_rest": 0.245, "moved_by_amplitude": None,
+    "records_with_most_changes": [
+        {"record": "vale", "changes": {"count": 7, "compared": 88, "value": 0.08, "low": 0.041, "high": 0.157}},
+    ],
     "undecidable": {"count": 2, "compared": 400, "value": 0.005, "low": 0.0, "high": 0.018},
     "comparisons": [
         {"computation": "finer", "factor": 8.0, "element": "", "refused": "", "falls_or_stands": SHARE,

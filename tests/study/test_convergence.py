@@ -199,6 +199,11 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
         "chaotic": 1,
         "block_steps": 7200,
     }
+    assert [one.record for one in found.by_record] == [record.record_id for record in done.records]
+    assert sum(one.cases for one in found.by_record) == len(done.sample.record)
+    assert sum(one.changed for one in found.by_record) == 4
+    first_four = done.sample.record[:4].tolist()
+    assert [one.changed for one in found.by_record] == [first_four.count(number) for number in range(len(done.records))]
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):

@@ -39,7 +39,7 @@ def test_at_least_200_cases_are_robust_in_each_solver(name: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "azimuths"), [("MuJoCo", 0.9), ("LMGC90", 0.8)])
 def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: float) -> None:
-    """The aims are 0.98 of the flags and 0.9 of the azimuths; in LMGC90 corners sink, and 0.82 of the azimuths agree."""
+    """The aims are 0.98 of the flags and 0.9 of the azimuths; corners sink in LMGC90, and 0.82 agree there."""
     installed_near_field(6)
     kept, cases = pd.read_csv(PEER_TABLES[name]), draw_cases()
     some = kept[kept["robust"] == 1]

@@ -24,7 +24,7 @@ from overturning.statistics.spread import (
     runs_fall_to_both_sides,
     unbiased_first_batch_statistic,
 )
-from overturning.study.convergence import ConvergenceCheckResult
+from overturning.study.convergence import ConvergenceCheckResult, RecordChanges
 from overturning.study.ensemble import BATCH
 
 
@@ -47,6 +47,13 @@ class EnsembleFindings(Finding):
     """Share of the repeated cells in which most runs fall, but not all to one side (3-D: directions far apart)."""
 
 
+class ChangesUnderRecord(Finding):
+    """Cases of one record whose outcome changes with finer time steps."""
+
+    record: str
+    changes: ChangedCases
+
+
 class ConvergenceFindings(Finding):
     """Shares of the cases whose outcome changes in a second, more exact computation.
 
@@ -65,6 +72,11 @@ class ConvergenceFindings(Finding):
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
     moved_by_amplitude: ChangedCases | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
+    records_with_most_changes: list[ChangesUnderRecord]
+    """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
+
+    The lower end of the 95 % interval of the record's share lies above the share over all records.
+    """
 
 
 class FinalTwist(Finding):
@@ -93,7 +105,19 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
         share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
         undecidable=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
         moved_by_amplitude=None if shift is None else share_of_changed_cases(shift.moved, shift.falls, is_sample),
+        records_with_most_changes=_records_with_most_changes(found.by_record),
     )
+
+
+def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUnderRecord]:
+    """Return the records whose share of changed outcomes exceeds, with its whole interval, that over all records."""
+    changed, cases = sum(one.changed for one in by_record), sum(one.cases for one in by_record)
+    found = []
+    for one in by_record:
+        changes = share_of_changed_cases(one.changed, one.cases, is_random_sample=True)
+        if one.cases and (changes.low or 0.0) * cases > changed:
+            found.append(ChangesUnderRecord(record=one.record, changes=changes))
+    return sorted(found, key=lambda one: -(one.changes.value or 0.0))
 
 
 def final_twist_findings(results: StudyResults) -> FinalTwist | None:

@@ -57,6 +57,14 @@ class ChangesWithFinerSteps(BaseModel):
     block_steps: int
 
 
+class RecordChanges(BaseModel):
+    """Number of the cases of a record whose outcome, fall or side of any element, changes with finer steps."""
+
+    record: str
+    cases: int  # cases with an outcome in both computations
+    changed: int
+
+
 class FallChangesWithAmplitude(BaseModel):
     """Numbers of 3-D falls that change under motions whose amplitudes differ by at most `AMPLITUDE_REACH`."""
 
@@ -86,6 +94,7 @@ class ConvergenceCheckResult(BaseModel):
     settling: ChangesWithFinerSteps
     amplitude: FallChangesWithAmplitude | None  # None for planar models
     rigid: RigidComparison | None  # None if no cell has a block that cannot slide
+    by_record: list[RecordChanges] = []  # changes with finer steps
 
 
 def read_convergence_result(path: Path) -> ConvergenceCheckResult:

@@ -33,6 +33,7 @@ from overturning.study.convergence import (
     ConvergenceCheckResult,
     FallChangesWithAmplitude,
     OutcomeChangesOfElement,
+    RecordChanges,
     RerunResult,
     RigidComparison,
 )
@@ -102,6 +103,7 @@ def check_convergence(
         rigid=None
         if rigid_sample is None
         else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid_block(),
+        by_record=runs.count_changes_by_record(count, [record.record_id for record in records]),
     )
 
 
@@ -200,11 +202,25 @@ class _CaseReruns:
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
         return RigidComparison(cells=self.sample.computed, **found.model_dump())
 
-    def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
-        """Rerun the cases that finer steps changed, with the finest steps and with a perturbed motion, and compare."""
+    def count_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
+        """Count the outcomes that finer steps change among the first cases of the sample, record by record."""
+        known, changed = self._known_and_changed_with_finer_steps(case_count)
+        record, found = self.sample.record[:case_count], []
+        for number, name in enumerate(record_ids):
+            mine = known & (record == number)
+            found.append(RecordChanges(record=name, cases=int(mine.sum()), changed=int((changed & mine).sum())))
+        return found
+
+    def _known_and_changed_with_finer_steps(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return masks of the first cases of the sample: with an outcome in both computations, and changed."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
-        changed = np.flatnonzero(known & outcomes_differ(finer, own))
+        return known, known & outcomes_differ(finer, own)
+
+    def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
+        """Rerun the cases that finer steps changed, with the finest steps and with a perturbed motion, and compare."""
+        finer = self.answers["finer"][:case_count]
+        changed = np.flatnonzero(self._known_and_changed_with_finer_steps(case_count)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
         rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_steps]
         finest, nudged = (

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from overturning.records.record import Record
     from overturning.study.cube import open_cube
     from overturning.study.small import run_study, to_dataframe
+    from overturning.surveys.frame import read_survey
 
     __version__: str
 
@@ -48,6 +49,7 @@ __all__ = [
     "open_cube",
     "plot",
     "read",
+    "read_survey",
     "run_cases",
     "run_study",
     "simulate",
@@ -69,6 +71,7 @@ _MODULES = {
     "load_scene": "overturning.model.scene",
     "open_cube": "overturning.study.cube",
     "read": "overturning.records.read",
+    "read_survey": "overturning.surveys.frame",
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",

@@ -78,7 +78,7 @@ def read_table_rows(
         try:
             row = adapter.validate_python(values)
         except ValidationError as problem:
-            raise error_class(f"{path} line {number}: {_cell_error_message(problem, row_model, values)}") from None
+            raise error_class(f"{path} line {number}: {cell_error_messages(problem, row_model, values)[0]}") from None
         yield number, row
 
 
@@ -135,18 +135,26 @@ def _column_error_message(
     return ""
 
 
-def _cell_error_message(validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]) -> str:
-    """Return a message for the first wrong cell of a table row: column, value and the expected value."""
-    first = validation_error.errors()[0]
-    message = format_validation_error(first)
-    if not first["loc"]:
-        return message
-    column = str(first["loc"][0])
-    field = row_model.model_fields[column]
-    low, high = (
-        next((getattr(bound, name) for bound in field.metadata if getattr(bound, name, None) is not None), None)
-        for name in ("ge", "le")
-    )
-    if low is not None and high is not None and first["type"] != "value_error":
-        message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
-    return f"column {column} {cells.get(column, '')!r}: {message}"
+def cell_error_messages(
+    validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]
+) -> list[str]:
+    """Return a message for each wrong cell of a table row: column, value and the expected value.
+
+    A rule between several cells gives one message per line of its text, without a column.
+    """
+    messages = []
+    for entry in validation_error.errors():
+        message = format_validation_error(entry)
+        if not entry["loc"]:
+            messages += message.split("\n")
+            continue
+        column = str(entry["loc"][0])
+        field = row_model.model_fields[column]
+        low, high = (
+            next((getattr(bound, name) for bound in field.metadata if getattr(bound, name, None) is not None), None)
+            for name in ("ge", "le")
+        )
+        if low is not None and high is not None and entry["type"] != "value_error":
+            message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
+        messages.append(f"column {column} {cells.get(column, '')!r}: {message}")
+    return messages

@@ -17,7 +17,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import check_record_files, check_study_size
-from overturning.surveys.stones import read_survey
+from overturning.surveys.stones import read_stones
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
 from tests.records.malformed_corpus import COUNTS, WHOLE
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
@@ -91,7 +91,7 @@ BOMBS_OF_SCENES = ("elements: {DEEP}", "{BOMB}name: *j\nelements: [*j, *j]\n")
     ("name", "read", "bombs"),
     [
         ("config/records.tsv", whole_table, ()),
-        ("surveys/example-ruin.csv", read_survey, ()),
+        ("surveys/example-ruin.csv", read_stones, ()),
         ("config/near-fault.yaml", whole_study, BOMBS_OF_STUDIES),
         ("config/in-space.yaml", whole_study, BOMBS_OF_STUDIES),
         ("config/scenes/three-tier.yaml", load_scene, BOMBS_OF_SCENES),

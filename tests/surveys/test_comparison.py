@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError
 from overturning.findings.surveys import survey_findings
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
-from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
+from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction, stone_count_by_octant
 from overturning.surveys.population import population_rates_by_record
 from overturning.surveys.prediction import SIDES, SiteFallPrediction, observed_side_index
 from overturning.surveys.stones import OCTANTS, Stone
@@ -428,3 +428,17 @@ def test_refuses(make_cube, site) -> None:
         compare_survey_with_prediction([fallen(1)], site, background=1.0)
     with pytest.raises(ArgumentError, match="of 3-D bodies"):
         compare_survey_with_prediction([fallen(1)], site.rename(azimuth="orientation"))
+
+
+def test_a_wind_between_two_octants_counts_half_in_each() -> None:
+    def octants(azimuth: float, **notation: bool) -> dict[str, float]:
+        found = stone_count_by_octant(Stone(True, azimuth, **{"octant": False, **notation}))
+        return {name: round(float(share), 9) for name, share in zip(OCTANTS, found, strict=True) if share > 0}
+
+    assert octants(22.5, wind_16=True) == {"N": 0.5, "NE": 0.5}
+    assert octants(337.5, wind_16=True) == {"NW": 0.5, "N": 0.5}
+    assert octants(45, wind_16=True) == {"NE": 1}
+    # NNE from magnetic north, declination 5°: 16.25° to 38.75°, of which 6.25° lie in N.
+    assert octants(27.5, wind_16=True) == {"N": round(6.25 / 22.5, 9), "NE": round(16.25 / 22.5, 9)}
+    assert octants(22.5) == {"NE": 1}
+    assert octants(315, octant=True) == {"NW": 1}

@@ -13,7 +13,7 @@ from snakemake.utils import update_config
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name
-from overturning.surveys.stones import read_survey
+from overturning.surveys.stones import read_stones
 from overturning.study.preflight import (
     check_record_files,
     check_optional_packages,
@@ -70,7 +70,7 @@ def load_study_and_records():
         entries, files = check_record_files(study, where)
         for survey in study.surveys:
             # Report errors in the survey now, not after the sweep.
-            read_survey(Path(survey.stones))
+            read_stones(Path(survey.stones))
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.

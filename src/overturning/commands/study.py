@@ -64,7 +64,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         read_and_check_records,
     )
     from overturning.surveys.responses import kinds_of_survey_stones
-    from overturning.surveys.stones import read_survey_with_notes
+    from overturning.surveys.stones import read_stones_with_notes
 
     study = load_study(path)
     for doubt in implausible_setting_warnings(study):
@@ -74,7 +74,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     entries, _ = check_record_files(study, str(path))
     searched: list[StoneKind] = []
     for survey in study.surveys:
-        stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
+        stones, notes, doubts = read_stones_with_notes(Path(survey.stones))
         searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):
@@ -139,11 +139,13 @@ def create_study_file(
 def write_schemas_and_key_table(
     folder: Annotated[Path, typer.Argument(help="folder for schema.json and README.md")] = Path("config"),
 ) -> None:
-    """Write the schemas of studies and findings, and the key table in config/README.md, from their models."""
+    """Write the schemas of studies, findings and surveys, and the key table in config/README.md, from their models."""
     from overturning.findings.collect import findings_schema
     from overturning.study.document import write_study_file_documentation
+    from overturning.surveys.row import survey_row_schema
 
     write_study_file_documentation(folder)
     docs = folder.parent / "docs"
     if docs.is_dir():
         (docs / "findings.schema.json").write_text(findings_schema(), encoding="utf-8")
+        (docs / "survey.schema.json").write_text(survey_row_schema(), encoding="utf-8")

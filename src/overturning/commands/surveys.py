@@ -5,10 +5,14 @@ from typing import Annotated
 
 import typer
 
+from overturning.errors import ArgumentError
+
 
 def compare_survey_with_cube(
-    stones: Annotated[Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, count, …")],
-    cube: Annotated[Path, typer.Option(help="cube of a study that holds the site's record (NetCDF)")],
+    stones: Annotated[
+        Path, typer.Argument(help="the survey (CSV), or the word template, which prints an empty survey")
+    ],
+    cube: Annotated[Path | None, typer.Option(help="cube of a study that holds the site's record (NetCDF)")] = None,
     record: Annotated[
         str | None, typer.Option(help="id of the site's record; optional if the cube has only one")
     ] = None,
@@ -18,7 +22,17 @@ def compare_survey_with_cube(
         Path | None, typer.Option("--output", "-o", help="file for the comparison (JSON), used by the report")
     ] = None,
 ) -> None:
-    """Compare the observed fall directions of a survey with those that the cube predicts."""
+    """Compare the observed fall directions of a survey with those that the cube predicts.
+
+    `overturning survey template > stones.csv` writes an empty survey with comments on all columns.
+    """
+    if str(stones) == "template":
+        from overturning.surveys.template import survey_template
+
+        print(survey_template(), end="")
+        return
+    if cube is None:
+        raise ArgumentError("--cube: missing; give the cube of a study that holds the site's record")
     from overturning.files import check_output_path
     from overturning.findings.surveys import SurveyCommandResults, survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
@@ -27,11 +41,11 @@ def compare_survey_with_cube(
     from overturning.stored import write_result
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
-    from overturning.surveys.stones import read_survey_with_notes
+    from overturning.surveys.stones import read_stones_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png", ".pdf")
     check_output_path(output, "--output")
-    rows, notes, doubts = read_survey_with_notes(stones)
+    rows, notes, doubts = read_stones_with_notes(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[index_of_record(data, record)]).load()
         name = str(site["record_id"].item())
@@ -104,11 +118,11 @@ def infer_motion_from_survey(
         kinds_of_survey_stones,
         uncached_case_count_and_time,
     )
-    from overturning.surveys.stones import read_survey_with_notes
+    from overturning.surveys.stones import read_stones_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png")
     check_output_path(output, "--output")
-    rows, notes, doubts = read_survey_with_notes(stones)
+    rows, notes, doubts = read_stones_with_notes(stones)
     for note in (*notes, *doubts):
         print(note)
     kinds = kinds_of_survey_stones(rows, str(stones))
@@ -161,10 +175,10 @@ def compute_survival_probability(
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
     from overturning.surveys.standing import read_fragility_curves, read_hazard_curves, survival_by_class
-    from overturning.surveys.stones import read_survey_with_notes
+    from overturning.surveys.stones import read_stones_with_notes
 
     curves, hazards = read_fragility_curves(fragility), read_hazard_curves(hazard)
-    rows, notes, _ = (None, [], []) if stones is None else read_survey_with_notes(stones)
+    rows, notes, _ = (None, [], []) if stones is None else read_stones_with_notes(stones)
     for note in notes:
         print(note)
     found = survival_by_class(curves, hazards, years, fragility_and_hazard_file_names=(str(fragility), str(hazard)))

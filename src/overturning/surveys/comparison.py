@@ -4,7 +4,6 @@ import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from overturning.statistics.circular import (
     watson_u2_test,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
+from overturning.surveys.field_table import read_field_table
 from overturning.surveys.prediction import (
     SIDES,
     SiteFallPrediction,
@@ -30,6 +30,7 @@ from overturning.surveys.prediction import (
     observed_side_index,
 )
 from overturning.surveys.stones import BACKGROUND, Stone
+from overturning.surveys.template import remarks_of_user
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class SurveyPredictionComparison:
         heights and frictions of its grid; a single one has no smallest and largest (NaN). See
         `SiteFallPrediction.fall_probability_by_block` for stones without size or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
-        Observed and expected number of stones in each compass octant.
+        Observed and expected number of stones in each compass octant; see `stone_count_by_octant`.
     log_likelihood_ratio : float
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
@@ -139,7 +140,7 @@ def compare_survey_with_prediction(
     Parameters
     ----------
     stones : sequence of Stone
-        Stones from `read_survey`.
+        Stones from `read_stones`.
     cube, background
         As in `SiteFallPrediction`.
     random_survey_count, seed : int
@@ -157,13 +158,13 @@ def compare_survey_with_prediction(
     fallen = _stones_with_fall_direction(site, stones)
     uniform_octant = site.octant_from_sector_probabilities(site.share)
     azimuth = [stone.azimuth_deg for stone, *_ in fallen]
-    observed = np.bincount([sector_index(one, 8) for one in azimuth], minlength=8).astype(np.float64)
+    observed = sum((stone_count_by_octant(stone) for stone, *_ in fallen), np.zeros(8))
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
     exact = [
         _cumulative_fall_probability(site, density, stone.azimuth_deg)
         for stone, density, _ in fallen
-        if not stone.octant
+        if stone.direction_half_width_deg == 0
     ]
     mean, length = mean_angle_and_resultant(azimuth)
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
@@ -190,6 +191,21 @@ def compare_survey_with_prediction(
         confusion=_confusion_matrix_of_sides(site, stones),
         background=background,
     )
+
+
+def stone_count_by_octant(stone: Stone) -> FloatArray:
+    """Return the share of one fallen stone in each compass octant, shape (8,).
+
+    One of 16 winds that lies between two octants (NNE) counts half in each, since it is known to ±11.25°.
+    """
+    half = stone.direction_half_width_deg if stone.wind_16 else 0.0
+    # Just inside the ends: an octant that the range only touches has no part of it.
+    ends = sector_index(stone.azimuth_deg + np.array([-0.999, 0.999]) * half, 8)
+    if ends[0] == ends[1]:
+        return np.eye(8)[ends[0]]
+    border = 45.0 * ends[1] - 22.5
+    below = ((border - stone.azimuth_deg + 180.0) % 360.0 - 180.0 + half) / (2 * half)
+    return np.asarray(below * np.eye(8)[ends[0]] + (1 - below) * np.eye(8)[ends[1]])
 
 
 _Fallen = tuple[Stone, FloatArray, FloatArray]
@@ -331,8 +347,8 @@ class StoredSurveyComparison:
 
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
-    ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`, ``remarks`` the comment lines at
-    the start of the survey file that are not empty.
+    ``doubts`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at the start of
+    the survey file that are not empty, without those of the template.
     """
 
     stones: str
@@ -347,10 +363,8 @@ def make_stored_survey_comparison(
     survey_path: Path, record_id: str, comparison: SurveyPredictionComparison, unit_warnings: Sequence[str] = ()
 ) -> StoredSurveyComparison:
     """Combine the comparison of a survey with name, hash and remarks of its file, record and unit warnings."""
-    content = survey_path.read_bytes()
-    sha256, lines = hashlib.sha256(content).hexdigest(), content.decode("utf-8-sig", "replace").splitlines()
-    comments = (line.strip("# ") for line in takewhile(lambda line: line.startswith("#"), lines))
-    remarks = tuple(filter(None, comments))
+    sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
+    remarks = remarks_of_user(read_field_table(survey_path, "survey").remarks)
     return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks)
 
 

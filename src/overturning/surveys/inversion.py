@@ -161,6 +161,8 @@ class SurveyInversion:
         for stone in stones:
             chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
             own = int(possible_outcome_indices(stone)[0])
+            if stone.wind_16:
+                own = round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS
             if stone.octant:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
                 own = int(sector_index(stone.azimuth_deg, 8))
@@ -187,4 +189,7 @@ def possible_outcome_indices(stone: Stone) -> NDArray[np.intp]:
         return np.arange(DIRECTION_BINS)
     if stone.octant:
         return np.flatnonzero(_OCTANT[:STOOD] == sector_index(stone.azimuth_deg, 8))
+    if stone.wind_16:
+        away = (BIN_WIDTH_DEG * np.arange(DIRECTION_BINS) - stone.azimuth_deg + 180.0) % 360.0 - 180.0
+        return np.flatnonzero(np.abs(away) <= stone.direction_half_width_deg)
     return np.array([round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS])

@@ -1,32 +1,31 @@
-"""Read a survey of fallen gravestones: a table with one row for each stone, or for a group of equal stones."""
+"""Read a survey of gravestones: a table with one row for each stone, or for a group of equal stones."""
 
-import difflib
 import math
-import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Final
-
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
 from overturning.errors import RecordError
-from overturning.model.cases import checked_stone_height
-from overturning.tables import read_table_rows
+from overturning.surveys.columns import is_magnetic, plan_columns
+from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
+from overturning.surveys.notation import NOT_COUNTED, OCTANTS, Direction, azimuth_unit_warning
+from overturning.surveys.row import COLUMNS, SurveyRow
+from overturning.tables import cell_error_messages
 
-OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
-"""Compass octants in their order; octant i is centred on 45° i."""
+__all__ = ["BACKGROUND", "COLUMNS", "OCTANTS", "Stone", "SurveyRow"]
 
 BACKGROUND = 0.05
 """Assumed share of stones with a random outcome (pushed by a neighbour, bad footing). Without it, a single stone in a
 direction of probability zero would reject the model."""
 
-_YES, _NO = {"yes", "fell", "true", "1", "y"}, {"no", "stood", "false", "0", "n"}
+_MOST_OCTANT_DECLINATION_DEG = 11.25
+"""Largest magnetic declination of an octant, a quarter of its width."""
 
 
 @dataclass(frozen=True)
 class Stone:
-    """Stone of a survey, or a group of equal stones: one row of the survey table, as observed.
+    """Stone of a survey, or a group of equal stones, that counts as fallen or standing.
 
     Attributes
     ----------
@@ -51,6 +50,10 @@ class Stone:
         A column, which can fall in any plane.
     line : int
         Line of the file.
+    wind_16 : bool
+        The direction was given as one of 16 winds, so it is known to ±11.25°.
+    site, name : str
+        Cemetery, and name of the stone; "" where not given.
     """
 
     fell: bool
@@ -63,11 +66,19 @@ class Stone:
     line: int = 0
     height: float = math.nan
     round: bool = False
+    wind_16: bool = False
+    site: str = ""
+    name: str = ""
 
     @property
     def fell_in_known_direction(self) -> bool:
         """True if the stone fell in a known direction."""
         return self.fell and math.isfinite(self.azimuth_deg)
+
+    @property
+    def direction_half_width_deg(self) -> float:
+        """Largest possible error of the fall direction from its notation, degrees; 0 for an azimuth in degrees."""
+        return 22.5 if self.octant else 11.25 if self.wind_16 else 0.0
 
     @property
     def slenderness_in_both_planes(self) -> tuple[float, float]:
@@ -85,204 +96,242 @@ class Stone:
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 
 
-def _parse_yes_or_no(text: str) -> bool:
-    """Convert the text of a table cell to True for "yes", False for "no", or synonyms of these."""
-    if text.lower() not in _YES | _NO:
-        raise ValueError("write yes or no")
-    return text.lower() in _YES
+@dataclass(frozen=True)
+class SurveyTable:
+    """All rows of a survey, also those that do not count in statistics.
 
+    Attributes
+    ----------
+    name : str
+        Name of the file.
+    rows : tuple of (int, SurveyRow)
+        Line of the file, and validated row, in order.
+    notes, warnings, remarks : tuple of str
+        Notes on columns and stones that are not used; warnings about units and repeated stones; comment lines at the
+        start of the file.
+    winds_are_octants : bool
+        True if the winds in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
+    """
 
-def _parse_octant_index(text: str) -> int:
-    """Convert the name of a compass octant to its index, clockwise from 0 for north."""
-    if text.upper() not in OCTANTS:
-        raise ValueError(f"use one of {' '.join(OCTANTS)}")
-    return OCTANTS.index(text.upper())
+    name: str
+    rows: tuple[tuple[int, SurveyRow], ...]
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    winds_are_octants: bool = False
 
+    @property
+    def stones(self) -> list[Stone]:
+        """Stones that count as fallen or standing, in order."""
+        return [self.stone_of_row(line, row) for line, row in self.rows if row.counted_as != "not counted"]
 
-def _refuse_azimuth_in_gon(azimuth_text: str | float) -> str | float:
-    """Return `azimuth_text` unchanged; a ValueError is raised for a number that is probably in gon."""
-    try:
-        azimuth = float(azimuth_text)
-    except ValueError:
-        return azimuth_text  # the field refuses it
-    if 360 < azimuth <= 400:
-        raise ValueError("give degrees from -360 to 360; an azimuth in gon (400 to a turn) times 0.9")
-    return azimuth_text
+    @property
+    def sites(self) -> list[str]:
+        """Names of the sites, in order of first appearance; "" for stones without one."""
+        return list(dict.fromkeys(row.site for _, row in self.rows))
 
+    def select_site(self, site: str) -> "SurveyTable":
+        """Return the rows of one site."""
+        return SurveyTable(
+            self.name,
+            tuple((line, row) for line, row in self.rows if row.site == site),
+            winds_are_octants=self.winds_are_octants,
+        )
 
-_Degrees = Annotated[float, BeforeValidator(_refuse_azimuth_in_gon), Field(ge=-360, le=360)]
-_Slenderness = Annotated[float, Field(ge=0.01, le=5)]
+    def count(self, condition: Callable[[SurveyRow], bool]) -> int:
+        """Return the number of stones in the rows for which `condition` is True."""
+        return sum(row.count for _, row in self.rows if condition(row))
 
+    def stone_of_row(self, line: int, row: SurveyRow) -> Stone:
+        """Convert a row, from line `line` of the file, to a stone.
 
-class SurveyRow(BaseModel):
-    """Validated row of a survey table; the fields are its columns."""
-
-    fell: Annotated[bool | None, BeforeValidator(_parse_yes_or_no)] = None
-    azimuth_deg: _Degrees = math.nan
-    octant: Annotated[int | None, BeforeValidator(_parse_octant_index)] = None
-    count: Annotated[int, Field(ge=1, le=1_000_000)] = 1
-    b_over_h: _Slenderness = math.nan
-    b_over_h_side: _Slenderness = math.nan
-    face_azimuth_deg: _Degrees = math.nan
-    magnetic_declination_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
-    height_m: Annotated[float, AfterValidator(checked_stone_height)] = math.nan
-    round: Annotated[bool, BeforeValidator(_parse_yes_or_no)] = False
-
-    @model_validator(mode="after")
-    def _check_direction_of_fall(self) -> "SurveyRow":
-        exact, octant = math.isfinite(self.azimuth_deg), self.octant is not None
-        if exact and self.octant is not None:
-            named = f"azimuth_deg {self.azimuth_deg:g} and octant {OCTANTS[self.octant]}"
-            raise ValueError(f"{named}: give azimuth_deg or octant, not both")
-        if octant and abs(self.magnetic_declination_deg) > 11.25:  # a quarter of its width
-            raise ValueError(
-                f"octant: one from magnetic north, {self.magnetic_declination_deg:g}° from true north, lies across "
-                "two octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg"
-            )
-        if self.fell is None and not (exact or octant):
-            raise ValueError(
-                "fell: empty, and no direction; write no for a stone that stood, yes for one that fell in an unknown "
-                "direction"
-            )
-        if self.fell is False and (exact or octant):
-            raise ValueError("fell: a stone that stood has no fall direction; empty azimuth_deg and octant")
-        return self
-
-    def to_stone(self, line_number: int) -> Stone:
-        """Convert this row, from line `line_number` of the file, to a stone.
-
-        Azimuths are turned from magnetic to true north.
+        Azimuths are turned from magnetic to true north. A stone that stands has no fall direction.
         """
-        azimuth, north = self.azimuth_deg if self.octant is None else 45.0 * self.octant, self.magnetic_declination_deg
+        fell, north = row.counted_as == "fell", row.magnetic_declination_deg
+        azimuth, wind = row.fall_direction
+        by_octant = row.octant is not None or (wind is not None and self.winds_are_octants)
         return Stone(
-            fell=self.fell is not False,
-            azimuth_deg=(azimuth + north) % 360,
-            octant=self.octant is not None,
-            face_azimuth_deg=(self.face_azimuth_deg + north) % 360,
-            line=line_number,
-            height=self.height_m,
-            **{name: getattr(self, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
+            fell=fell,
+            azimuth_deg=(azimuth + north) % 360 if fell else math.nan,
+            octant=by_octant and fell,
+            wind_16=wind is not None and not by_octant and fell,
+            face_azimuth_deg=(row.face_azimuth_deg.azimuth_deg + north) % 360,
+            line=line,
+            height=row.height_m,
+            site=row.site,
+            name=row.stone,
+            **{name: getattr(row, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
         )
 
 
-COLUMNS = tuple(SurveyRow.model_fields)
-"""Columns a survey may have; ``azimuth_deg``, ``octant`` or, of stones that all stood, ``fell`` is needed."""
+def read_stones(path: Path) -> list[Stone]:
+    """Read the stones of a survey file that count, in the order of its rows; notes and warnings are dropped.
 
-
-_SYNONYMS: Final = {
-    **dict.fromkeys(("az", "azi", "direction", "bearing", "heading", "trend"), "azimuth_deg"),
-    **dict.fromkeys(("azm", "azimut", "dir", "fall_direction", "direction_of_fall", "fall_dir"), "azimuth_deg"),
-    **dict.fromkeys(("fall_azimuth", "azimuth_of_fall", "fall_bearing", "fall_az"), "azimuth_deg"),
-    **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
-    **dict.fromkeys(("h", "height"), "height_m"),
-    **dict.fromkeys(("fallen", "overturned", "toppled", "outcome", "state", "status", "fall"), "fell"),
-    **dict.fromkeys(("face", "facing", "face_azimuth"), "face_azimuth_deg"),
-    **dict.fromkeys(("declination", "magnetic_declination"), "magnetic_declination_deg"),
-    **dict.fromkeys(("column", "cylinder", "shape"), "round"),
-}
-"""Names that people give to columns of a survey, each with the name of the column."""
-
-_SHORT: Final = 5
-"""Largest number of letters of a short column name; short names resemble many other words."""
-
-_LEAST: Final = 3
-"""Smallest number of different azimuths for which a warning about their unit is given."""
-
-_NEAR: Final = 0.75
-"""Smallest similarity (of `difflib`) of a misspelt column name and the known name."""
-
-
-def _is_misspelling(column_name: str, known_column: str) -> bool:
-    """True if `column_name` is a misspelling of the short column name `known_column`.
-
-    Letters may be swapped, omitted or doubled, or an s added.
-
-    Words of their own are as near: county, country, ground.
+    See `read_survey_table`.
     """
-    swapped = sorted(column_name) == sorted(known_column)
-    lacks_one = any(column_name == known_column[:at] + known_column[at + 1 :] for at in range(len(known_column)))
-    doubled = any(column_name == known_column[: at + 1] + known_column[at:] for at in range(len(known_column)))
-    return swapped or lacks_one or doubled or column_name in (f"{known_column}s", f"{known_column}ed")
+    return read_survey_table(path).stones
 
 
-def _intended_column_name(column_name: str) -> str:
-    """Return the known column name that `column_name` probably means; "" if it resembles none."""
-    plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", column_name).strip()).strip("_?.")
-    long = [one for one in (*COLUMNS, *_SYNONYMS) if len(one) > _SHORT]
-    near = [one for one in COLUMNS if len(one) <= _SHORT and _is_misspelling(plain, one)]
-    near = near or difflib.get_close_matches(plain, long, 1, _NEAR)
-    found = _SYNONYMS.get(plain) or (near[0] if near else "")
-    return _SYNONYMS.get(found, found)
+def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
+    """Read a survey file: return the stones that count, in order, notes, and warnings about units.
 
-
-def azimuth_unit_warnings(survey_rows: Sequence[SurveyRow], file_name: str) -> list[str]:
-    """Return a warning for each azimuth column of a survey that may be in radians or gon, with `file_name`.
-
-    Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
-    above 360, which `SurveyRow` refuses, or are the half and full quarters of 400.
+    See `read_survey_table`.
     """
-    doubts = []
-    for column in ("azimuth_deg", "face_azimuth_deg"):
-        values = [getattr(one, column) for one in survey_rows if math.isfinite(getattr(one, column))]
-        different = set(values)
-        largest = max(map(abs, values), default=0.0)
-        if len(different) >= _LEAST and largest <= 2 * math.pi and any(one % 1 for one in values):
-            doubts.append(
-                f"{file_name}: column {column}: {len(values)} values, none beyond {largest:g}°: radians? Multiply by "
-                "57.29578"
-            )
-        elif len(different) >= _LEAST and all(one % 50 == 0 for one in values) and any(one % 90 for one in values):
-            doubts.append(
-                f"{file_name}: column {column}: {len(values)} values, all multiples of 50°: gon (400 to a turn)? "
-                "Multiply by 0.9"
-            )
-    return doubts
+    table = read_survey_table(path)
+    return table.stones, list(table.notes), list(table.warnings)
 
 
-def read_survey(path: Path) -> list[Stone]:
-    """Read the stones of a survey file, in the order of its rows; notes and warnings are dropped.
+def read_survey_table(path: Path, declination_deg: float | None = None) -> SurveyTable:
+    """Read a survey file with columns as `COLUMNS`; columns of other names are not used, and named in a note.
 
-    See `read_survey_with_notes`.
-    """
-    return read_survey_with_notes(path)[0]
+    Cells are separated by commas, semicolons or tabs; see `overturning.surveys.field_table.read_field_table` for
+    encodings. ``magnetic_declination_deg`` (east positive) is added to the stone's directions.
 
-
-def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
-    """Read a survey file: return its stones in order, notes on unused columns, and warnings about units.
-
-    A CSV with a header, UTF-8 with or without byte order mark; columns as `COLUMNS`. ``magnetic_declination_deg`` (east
-    positive) is added to the stone's directions, so leave it empty where they were taken from true north. Lines that
-    begin with ``#`` are comments. Columns of other names are not used, and named in a note.
+    Parameters
+    ----------
+    path : Path
+        The file.
+    declination_deg : float, optional
+        Magnetic declination, degrees, east positive, of all directions; only for a table without a column of
+        declinations.
 
     Raises
     ------
     RecordError
-        If the file cannot be read, has no stone, a misspelt column or a wrong cell; names file, line, column.
+        If the file cannot be read, has no stone, or a fault; the message lists all faults with line, column, value and
+        remedy, and no stone is read.
     """
-    one_of, others = ("azimuth_deg", "octant", "fell"), list[str]()
-
-    def reason_to_refuse_column(column_name: str) -> str:
-        """Return why an unknown column is refused; "" if the column is only ignored."""
-        if meant := _intended_column_name(column_name):
-            return f"did you mean {meant}? A column for something else needs a name that is less like it"
-        others.append(column_name or "without a name")
-        return ""
-
-    rows = read_table_rows(
-        path,
-        SurveyRow,
-        delimiter=",",
-        error_class=RecordError,
-        table_kind="survey",
-        required_alternatives=one_of,
-        unknown_column_message=reason_to_refuse_column,
-    )
-    found = list(rows)
-    if not found:
+    table = read_field_table(path, "survey")
+    plan = plan_columns(table.header.cells, COLUMNS)
+    faults = [(table.header.line, message) for message in plan.faults]
+    missing = not {"azimuth_deg", "octant", "fell", "outcome"} & set(plan.meanings)
+    if missing:
+        faults.append((table.header.line, _missing_column_message(table)))
+    if declination_deg is not None:
+        if "magnetic_declination_deg" in plan.meanings:
+            faults.append((table.header.line, "a column gives the declination; leave out the option declination"))
+        elif not abs(declination_deg) <= 180:
+            raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
+    rows = list[tuple[int, SurveyRow]]()
+    for line in table.rows:
+        row, messages = _read_row(line, plan.meanings, table, declination_deg, outcome_is_missing=missing)
+        faults += [(line.line, message) for message in messages]
+        rows += [(line.line, row)] if row is not None else []
+    winds = {row.fall_direction.wind for _, row in rows} - {None}
+    octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
+    faults += [(line, message) for line, message in _declination_faults(rows, winds_are_octants=octants)]
+    if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
-    notes = [f"{path.name}: not used: column{'s' * (len(others) > 1)} {', '.join(others)}"] if others else []
-    return (
-        [row.to_stone(line) for line, row in found],
-        notes,
-        azimuth_unit_warnings([row for _, row in found], path.name),
+    if faults:
+        raise RecordError(_format_faults(path, faults))
+    found = SurveyTable(path.name, tuple(rows), (), (), table.remarks, octants)
+    notes = [f"{path.name}: {note}" for note in (*plan.notes, *_notes_on_stones(found))]
+    return SurveyTable(
+        path.name, tuple(rows), tuple(notes), tuple(_warnings(found, table, declination_deg)), table.remarks, octants
     )
+
+
+def _missing_column_message(table: FieldTable) -> str:
+    """Return the message for a header without any column that tells what the stones did."""
+    alone = table.header.cells[0] if len(table.header.cells) == 1 else ""
+    spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in alone else ""
+    return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces}"
+
+
+def _read_row(
+    line: TableLine,
+    meanings: list[str],
+    table: FieldTable,
+    declination_deg: float | None,
+    *,
+    outcome_is_missing: bool,
+) -> tuple[SurveyRow | None, list[str]]:
+    """Return the validated row of a line, and messages on its faults; None if there are any."""
+    cells = line.cells
+    while len(cells) > len(meanings) and not cells[-1]:
+        cells = cells[:-1]
+    if len(cells) > len(meanings) or (len(cells) < len(meanings) and table.separator != "\t"):
+        comma = table.separator == "," and len(cells) > len(meanings)
+        hint = "; with decimal commas, separate cells by semicolons" if comma else ""
+        return None, [
+            f"{len(cells)} cells, the header names {len(meanings)} columns; separate cells by {table.separator_name}"
+            + hint
+        ]
+    values = {meaning: cell for meaning, cell in zip(meanings, cells, strict=False) if meaning and cell}
+    if declination_deg is not None:
+        values["magnetic_declination_deg"] = str(declination_deg)
+    return SurveyRow.read_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)
+
+
+def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants: bool) -> Iterator[tuple[int, str]]:
+    """Yield line and message of each octant that is given from magnetic north with a large declination."""
+    for line, row in rows:
+        by_octant = row.octant is not None or (row.fall_direction.wind is not None and winds_are_octants)
+        if by_octant and abs(row.magnetic_declination_deg) > _MOST_OCTANT_DECLINATION_DEG:
+            yield (
+                line,
+                f"octant: one from magnetic north, {row.magnetic_declination_deg:g}° from true north, lies across "
+                "two octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg",
+            )
+
+
+def _format_faults(path: Path, faults: list[tuple[int, str]]) -> str:
+    """Return one message for all faults of a table: one line each, lines with the same fault together."""
+    lines_of: dict[str, list[int]] = {}
+    for line, message in sorted(faults, key=lambda one: one[0]):
+        lines_of.setdefault(message, []).append(line)
+    if len(lines_of) == 1:
+        message, lines = next(iter(lines_of.items()))
+        return f"{path} {_line_label(lines)}: {message}"
+    texts = [f"  {_line_label(lines)}: {message}" for message, lines in lines_of.items()]
+    return "\n".join([f"{path}: {len(lines_of)} faults, so no stone was read", *texts])
+
+
+def _line_label(lines: list[int]) -> str:
+    """Return a label such as "line 3" or "lines 3, 5"; at most 12 lines are named."""
+    unique = list(dict.fromkeys(lines))
+    more = f" and {len(unique) - 12} more" if len(unique) > 12 else ""
+    return f"line{'s' * (len(unique) > 1)} {', '.join(map(str, unique[:12]))}{more}"
+
+
+def _notes_on_stones(table: SurveyTable) -> Iterator[str]:
+    """Yield notes on the stones of a table that count neither as fallen nor as standing, and on unused directions."""
+    reasons = Counter[str]()
+    for _, row in table.rows:
+        if row.counted_as == "not counted":
+            reasons[next(kind for kind in NOT_COUNTED if kind in row.kinds)] += row.count
+    if reasons:
+        listed = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
+        yield f"not counted as fallen or standing: {reasons.total()} (outcomes: {listed})"
+    moved = [
+        line for line, row in table.rows if "fell" not in row.kinds and math.isfinite(row.fall_direction.azimuth_deg)
+    ]
+    if moved:
+        yield f"the direction of a stone that did not fall is not used: {_line_label(moved)}"
+
+
+def _warnings(table: SurveyTable, source: FieldTable, declination_deg: float | None) -> Iterator[str]:
+    """Yield warnings: azimuths that may be in another unit, magnetic azimuths, stones that are listed twice."""
+    columns: dict[str, Callable[[SurveyRow], Direction]] = {
+        "azimuth_deg": lambda row: row.azimuth_deg,
+        "face_azimuth_deg": lambda row: row.face_azimuth_deg,
+    }
+    for column, direction in columns.items():
+        values = [one.azimuth_deg for _, row in table.rows if (one := direction(row)).wind is None]
+        if warning := azimuth_unit_warning(column, values, table.name):
+            yield warning
+    given = any("magnetic_declination_deg" in row.model_fields_set for _, row in table.rows)
+    declared = declination_deg is not None or given
+    if not declared and (named := [name for name in source.header.cells if is_magnetic(name)]):
+        yield (
+            f"{table.name}: column {named[0]!r} names magnetic north, but no declination is given; its azimuths are "
+            "used as if from true north: give --declination or a column declination (degrees, east positive)"
+        )
+    lines_of: dict[tuple[str, str], list[int]] = {}
+    for line, row in table.rows:
+        if row.stone and row.count == 1:
+            lines_of.setdefault((row.site, row.stone), []).append(line)
+    for (_, stone), lines in lines_of.items():
+        if len(lines) > 1:
+            where = _line_label(lines)
+            yield f"{table.name}: stone {stone!r} is listed {len(lines)} times, and counts each time: {where}"

@@ -1,0 +1,157 @@
+"""Names of the columns of a survey table: accepted names, probable misspellings, and columns that are not used."""
+
+import difflib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+_ACCEPTED: Final = {
+    **dict.fromkeys(("azimuth", "direction", "fall_azimuth", "azimuth_of_fall", "fall_azimuth_deg"), "azimuth_deg"),
+    **dict.fromkeys(("fall_direction", "direction_of_fall", "fall_bearing", "fell_towards"), "azimuth_deg"),
+    **dict.fromkeys(("declination", "declination_deg", "magnetic_declination"), "magnetic_declination_deg"),
+    **dict.fromkeys(("face_azimuth", "azimuth_of_face"), "face_azimuth_deg"),
+    **dict.fromkeys(("cemetery", "graveyard", "site_name", "cemetery_name"), "site"),
+    **dict.fromkeys(("stone_id", "stone_name", "stone_no", "stone_number", "id"), "stone"),
+    **dict.fromkeys(("type", "stone_type", "stone_kind"), "kind"),
+    **dict.fromkeys(("notes", "remark", "remarks", "comment", "comments"), "note"),
+    **dict.fromkeys(("photos", "photograph", "photographs", "picture"), "photo"),
+    **dict.fromkeys(("latitude", "lat_deg"), "lat"),
+    **dict.fromkeys(("longitude", "long", "lng", "lon_deg"), "lon"),
+    "easting": "x",
+    "x_m": "x",
+    "northing": "y",
+    "y_m": "y",
+    "shift_in_cm": "shift_cm",
+    "shift_in_mm": "shift_mm",
+}
+"""Other names of columns that leave no doubt about the meaning, each with the name of the column."""
+
+_REFUSED: Final = {
+    **dict.fromkeys(("az", "azi", "azm", "azimut", "bearing", "heading", "trend", "dir", "fall_dir"), "azimuth_deg"),
+    **dict.fromkeys(("fall_az",), "azimuth_deg"),
+    **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
+    **dict.fromkeys(("h", "height"), "height_m"),
+    **dict.fromkeys(("fallen", "overturned", "toppled", "fall"), "fell"),
+    **dict.fromkeys(("state", "status", "result", "damage"), "outcome"),
+    **dict.fromkeys(("face", "facing"), "face_azimuth_deg"),
+    **dict.fromkeys(("twist", "twisted", "rotation", "rotation_deg"), "twist_deg"),
+    **dict.fromkeys(("shift", "shifted", "displacement", "shift_m"), "shift_cm"),
+    **dict.fromkeys(("column", "cylinder", "shape"), "round"),
+}
+"""Names that may mean a column of another unit or sense, each with the column that is probably meant."""
+
+_SHORT: Final = 5
+"""Largest number of letters of a short column name; short names resemble many other words."""
+
+_NEAR: Final = 0.75
+"""Smallest similarity (of `difflib`) of a misspelt column name and the known name."""
+
+DESCRIPTIVE: Final = ("site", "stone", "kind", "lat", "lon", "x", "y", "note", "photo")
+"""Columns that describe a stone; if one is named twice, the further ones are not used."""
+
+_UNITS: Final = ("", "deg", "degrees", "°", "true", "mag", "magnetic")
+"""Texts in parentheses that may follow an accepted name."""
+
+
+@dataclass
+class ColumnPlan:
+    """Meaning of each column of a survey table.
+
+    Attributes
+    ----------
+    meanings : list of str
+        Known name of each column, in order; "" for a column that is not used.
+    notes : list of str
+        Notes on columns with another name, and on columns that are not used.
+    faults : list of str
+        Messages on columns that are refused.
+    """
+
+    meanings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
+
+
+def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnPlan:
+    """Return the meaning of each column of a header, with notes and faults.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Names as they are in the file.
+    known_columns : sequence of str
+        Columns that a survey may have.
+    """
+    plan, unused = ColumnPlan(), list[str]()
+    exact = [name.lower() for name in header]
+    for name in header:
+        meaning, refusal = _meaning_of_column(name, known_columns)
+        if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.meanings):
+            meaning = ""
+        if refusal:
+            plan.faults.append(f"column {name.lower()!r} is not known; {refusal}")
+        elif meaning and meaning in plan.meanings:
+            plan.faults.append(f"column {name!r}: {meaning} is named twice; name each column once")
+            meaning = ""
+        elif meaning and name.lower() not in (meaning, "declination"):
+            plan.notes.append(f"column {name!r} is read as {meaning}")
+        elif not meaning:
+            unused.append(name.lower() or "without a name")
+        # The cells of a misspelt column are checked as well, so that all faults are reported at once.
+        plan.meanings.append(meaning)
+    if unused:
+        plan.notes.append(f"not used: column{'s' * (len(unused) > 1)} {', '.join(unused)}")
+    return plan
+
+
+def is_magnetic(column_name: str) -> bool:
+    """True if the name of a column states that its azimuths are from magnetic north."""
+    return re.search(r"\bmag(netic)?\b", column_name.lower().replace("_", " ")) is not None
+
+
+def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
+    """Return the known name that a column means ("" if it is not used), and why it is refused ("" if it is not)."""
+    if name.lower() in known_columns:
+        return name.lower(), ""
+    plain = _plain_name(name)
+    aside = re.findall(r"[(\[](.*?)[)\]]", name.lower())
+    if all(word.strip() in _UNITS for word in aside):
+        if plain in _ACCEPTED:
+            return _ACCEPTED[plain], ""
+        if aside and plain in known_columns:
+            return plain, ""
+    meant = _intended_column(plain, known_columns)
+    if meant:
+        return meant, f"did you mean {meant}? A column for something else needs a name that is less like it"
+    return "", ""
+
+
+def _plain_name(name: str) -> str:
+    """Return a column name in lower case, without parentheses and degree signs, with underscores for blanks."""
+    return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name.lower()).strip()).strip("_?.")
+
+
+def _is_misspelling(column_name: str, known_column: str) -> bool:
+    """True if `column_name` is a misspelling of the short column name `known_column`.
+
+    Letters may be swapped, omitted or doubled, or an s added.
+
+    Words of their own are as near: county, country, ground.
+    """
+    if len(known_column) < 3 or not column_name:
+        return False
+    swapped = sorted(column_name) == sorted(known_column)
+    lacks_one = any(column_name == known_column[:at] + known_column[at + 1 :] for at in range(len(known_column)))
+    doubled = any(column_name == known_column[: at + 1] + known_column[at:] for at in range(len(known_column)))
+    return swapped or lacks_one or doubled or column_name in (f"{known_column}s", f"{known_column}ed")
+
+
+def _intended_column(plain_name: str, known_columns: Sequence[str]) -> str:
+    """Return the known column name that an unknown name probably means; "" if it resembles none."""
+    synonyms = _ACCEPTED | _REFUSED
+    long = [one for one in (*known_columns, *synonyms) if len(one) > _SHORT]
+    near = [one for one in known_columns if len(one) <= _SHORT and _is_misspelling(plain_name, one)]
+    near = near or difflib.get_close_matches(plain_name, long, 1, _NEAR)
+    found = synonyms.get(plain_name) or (near[0] if near else "")
+    return synonyms.get(found, found)

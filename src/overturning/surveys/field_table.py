@@ -1,0 +1,151 @@
+"""Field tables as people keep them: any common separator, line end and byte order mark, read into cells.
+
+Cells are not interpreted here; see `overturning.surveys.stones`.
+"""
+
+import csv
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from overturning.errors import RecordError
+from overturning.tables import MOST_BYTES
+
+_SEPARATORS: Final = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+_BYTE_ORDER_MARKS: Final = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+
+
+@dataclass(frozen=True)
+class TableLine:
+    """Cells of one row of a table, stripped of blanks, and the line of the file on which the row starts."""
+
+    line: int
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FieldTable:
+    """Header and rows of a field table, without comments and empty rows.
+
+    ``separator`` is the character between cells; ``remarks`` are the comment lines above the header, without ``#``.
+    """
+
+    header: TableLine
+    rows: tuple[TableLine, ...]
+    separator: str
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def separator_name(self) -> str:
+        """Name of the separator in messages, such as "semicolons"."""
+        return _SEPARATORS[self.separator]
+
+
+def read_field_table(path: Path, table_kind: str) -> FieldTable:
+    """Read a table of text whose cells are separated by commas, semicolons or tabs.
+
+    UTF-8 with or without byte order mark, and UTF-16 with one, are read; line ends are those of any system. Lines that
+    begin with ``#`` are comments, also if a spreadsheet put quotes around them. Rows of empty cells are skipped. A
+    quoted cell may contain line breaks.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    table_kind : str
+        Name of this kind of file in messages, such as "survey".
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read as text, or has no header; the message names the file, line and remedy.
+    """
+    lines = _decode_table(path, table_kind).splitlines()
+    remarks = tuple(line.strip('"# ;,\t') for line in itertools.takewhile(_is_comment, lines))
+    separator, rows = "", list[TableLine]()
+    for number, line in enumerate(lines):
+        if line.strip().lower() in ("sep=;", "sep=,", "sep=\t"):
+            lines[number] = ""  # written by a spreadsheet; the header shows the separator
+        elif line.strip() and not _is_comment(line):
+            separator = _separator_of_header(line)
+            break
+    for start, cells in _split_rows(lines, separator or ",", path, table_kind):
+        if any(cells) and not cells[0].startswith("#"):
+            rows.append(TableLine(start, tuple(cells)))
+    if not rows:
+        raise RecordError(f"{path}: the {table_kind} is empty; its first line names the columns")
+    return FieldTable(rows[0], tuple(rows[1:]), separator, remarks)
+
+
+def _decode_table(path: Path, table_kind: str) -> str:
+    """Return the text of a table; raise a RecordError that says how to save a file that is no UTF-8."""
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise RecordError(
+                f"{path}: larger than {MOST_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
+            )
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise RecordError(
+            f"{path}: cannot be read: no such {table_kind}; check the path in the config or the command"
+        ) from None
+    except OSError as problem:
+        raise RecordError(f"{path}: cannot be read ({problem}); save the {table_kind} as text in UTF-8") from None
+    if content.startswith(b"PK\x03\x04"):
+        raise RecordError(f"{path}: a spreadsheet (.xlsx or .ods), not text; save it as CSV UTF-8")
+    encoding = _BYTE_ORDER_MARKS.get(content[:2], "utf-8-sig")
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError as problem:
+        if encoding == "utf-16":
+            raise RecordError(f"{path}: damaged UTF-16 ({problem.reason}); save the {table_kind} as UTF-8") from None
+        line = content[: problem.start].count(b"\n") + 1
+        raise RecordError(
+            f"{path} line {line}: byte 0x{content[problem.start]:02X} is not UTF-8; the {table_kind} was saved in "
+            "another encoding, such as Latin-1, Windows-1252 or Shift-JIS: save it as CSV UTF-8"
+        ) from None
+    if "\0" in text:
+        raise RecordError(f"{path}: zero bytes, as in UTF-16 without a byte order mark; save the {table_kind} as UTF-8")
+    return text
+
+
+def _is_comment(line: str) -> bool:
+    """True if a line is a comment, possibly with the quotes of a spreadsheet."""
+    return line.startswith(("#", '"#'))
+
+
+def _separator_of_header(header_line: str) -> str:
+    """Return the separator that is most frequent outside quotes in a header line; a comma for a single column."""
+    outside = "".join(header_line.split('"')[::2])
+    return max(_SEPARATORS, key=lambda one: (outside.count(one), one == ","))
+
+
+def _split_rows(lines: list[str], separator: str, path: Path, table_kind: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield for each row its first line number and its stripped cells; comments and empty lines are skipped."""
+    place = 0
+
+    def remaining_lines() -> Iterator[str]:
+        nonlocal place
+        while place < len(lines):
+            place += 1
+            yield lines[place - 1] + "\n"
+
+    while place < len(lines):
+        if not lines[place].strip() or lines[place].startswith("#"):
+            place += 1
+            continue
+        start = place + 1
+        try:
+            cells = next(csv.reader(remaining_lines(), delimiter=separator, strict=True))
+        except csv.Error as problem:  # a cell of more than 131,072 characters, or an open quote
+            remedy = (
+                "close the quote"
+                if "unexpected end" in str(problem)
+                else f"no cell of a {table_kind} is that long: cut it"
+                if "limit" in str(problem)
+                else "double each quote inside a quoted cell"
+            )
+            raise RecordError(f"{path} line {start}: {problem}; {remedy}") from None
+        yield start, [cell.strip() for cell in cells]

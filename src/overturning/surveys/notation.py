@@ -1,0 +1,216 @@
+"""Notations of a survey table: numbers with decimal commas, directions as degrees, winds or bearings, and outcomes."""
+
+import difflib
+import math
+import re
+from collections.abc import Iterable
+from typing import Final, Literal, NamedTuple
+
+WINDS_16: Final = (
+    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
+)  # fmt: skip
+"""The 16 winds in their order; wind i is centred on 22.5° i."""
+
+OCTANTS = WINDS_16[::2]
+"""Compass octants in their order; octant i is centred on 45° i."""
+
+DIRECTION_FORMS: Final = (
+    "give a number of degrees from -360 to 360, one of the 16 winds (N, NNE, NE, …), or a quadrant bearing such as S40E"
+)
+"""Remedy for a direction that cannot be read."""
+
+_BEARING: Final = re.compile(r"([NS])\s*(\d+(?:[.,]\d+)?)\s*(?:°|deg)?\s*([EW])", re.IGNORECASE)
+_NUMBER: Final = r"[+-]?\d+(?:[.,]\d+)?"
+
+
+class Direction(NamedTuple):
+    """Direction of a survey table: azimuth, degrees clockwise from the north of the table, and the wind if it is one.
+
+    ``wind`` is the index in `WINDS_16`; None if the direction was given in degrees or as a quadrant bearing.
+    """
+
+    azimuth_deg: float
+    wind: int | None = None
+
+
+NO_DIRECTION: Final = Direction(math.nan)
+"""Direction of an empty cell."""
+
+
+def parse_number(text: object) -> object:
+    """Replace a decimal comma by a point and a minus sign by a hyphen in the text of a number; leave other values."""
+    if not isinstance(text, str):
+        return text
+    plain = text.strip().replace("\N{MINUS SIGN}", "-")
+    return plain.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+", plain) else plain
+
+
+def parse_degrees(text: object) -> object:
+    """Convert the text of an angle to text that `float` reads: without degree sign, with a decimal point."""
+    plain = parse_number(text)
+    return parse_number(re.sub(r"\s*(°|deg|degrees)$", "", plain)) if isinstance(plain, str) else plain
+
+
+def parse_direction(text: object) -> Direction:
+    """Convert degrees, one of the 16 winds or a quadrant bearing (S40E, N 25° W) to a `Direction`.
+
+    A ValueError names the allowed forms.
+    """
+    if isinstance(text, Direction):
+        return text
+    plain = str(text).strip()
+    if plain.upper() in WINDS_16:
+        wind = WINDS_16.index(plain.upper())
+        return Direction(22.5 * wind, wind)
+    if found := _BEARING.fullmatch(plain):
+        start, angle, end = found[1].upper(), float(found[2].replace(",", ".")), found[3].upper()
+        if angle > 90:
+            raise ValueError("the angle of a quadrant bearing is 0 to 90 degrees, as in S40E")
+        sign = 1.0 if (start == "N") == (end == "E") else -1.0
+        return Direction(((0.0 if start == "N" else 180.0) + sign * angle) % 360)
+    try:
+        degrees = float(str(parse_degrees(plain)))
+    except ValueError:
+        raise ValueError(DIRECTION_FORMS) from None
+    if 360 < degrees <= 400:
+        raise ValueError("give degrees from -360 to 360; an azimuth in gon (400 to a turn) times 0.9")
+    if not abs(degrees) <= 360:
+        raise ValueError(DIRECTION_FORMS)
+    return Direction(degrees)
+
+
+OutcomeKind = Literal["fell", "stands", "shifted", "twisted", "broken", "repaired", "fixed", "unknown"]
+"""What happened to a stone."""
+
+NOT_COUNTED: Final[tuple[OutcomeKind, ...]] = ("fixed", "repaired", "broken", "unknown")
+"""Outcomes of stones that count neither as fallen nor as standing, unless they fell; the first one found is the reason.
+
+The model is of a rigid stone that stands freely: a stone fixed to its base never counts, not even if it fell.
+"""
+
+_WORDS: Final[dict[str, OutcomeKind]] = {
+    **dict.fromkeys(("stands", "stood", "standing", "upright", "intact", "undamaged", "not fallen"), "stands"),
+    **dict.fromkeys(("broken", "snapped", "fractured"), "broken"),
+    **dict.fromkeys(("repaired", "restored", "re-erected", "reerected", "rebuilt", "reset"), "repaired"),
+    **dict.fromkeys(("fixed", "fixed to its base", "fixed to base", "dowelled", "doweled", "pinned"), "fixed"),
+    **dict.fromkeys(("unknown", "not known", "not seen", "?"), "unknown"),
+}
+_FELL: Final = re.compile(
+    r"(?:fell|fallen|overturned|toppled)(?: over)?(?:\s+(?:in\s+)?(?:to\s+|towards\s+)?(.+))?", re.IGNORECASE
+)
+_SHIFTED: Final = re.compile(rf"(?:shifted|moved|displaced)(?:\s+by)?(?:\s+({_NUMBER})\s*(mm|cm|m)?)?", re.IGNORECASE)
+_TWISTED: Final = re.compile(
+    rf"(?:twisted|rotated)(?:\s+by)?(?:\s+({_NUMBER})\s*(?:°|deg|degrees)?)?"
+    r"(?:\s+(clockwise|cw|anticlockwise|counterclockwise|ccw))?",
+    re.IGNORECASE,
+)
+_UNKNOWN_DIRECTION: Final = re.compile(
+    r"[,;:(]?\s*(?:(?:in\s+)?(?:an?\s+)?unknown\s+direction|direction\s+(?:is\s+)?(?:not\s+known|unknown|\?))\s*\)?",
+    re.IGNORECASE,
+)
+_SEPARATOR: Final = re.compile(r"\s*(?:[;+/&]|,(?!\d)|(?<!\d),|\band\b)\s*")
+_METRES: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+OUTCOME_FORMS: Final = (
+    "write fell, fell direction unknown, stands, shifted 3 cm, twisted 10 (degrees, clockwise positive), broken, "
+    "repaired, fixed (to its base) or unknown; several are separated by a comma"
+)
+"""Remedy for an outcome that cannot be read."""
+
+
+class Outcome(NamedTuple):
+    """Outcome of a stone, from one cell of a survey table.
+
+    Attributes
+    ----------
+    kinds : tuple of str
+        What happened, in the order of the cell.
+    direction : Direction
+        Direction of the fall if the cell names it, as in "fell SE".
+    direction_is_unknown : bool
+        True if the cell states that the direction of the fall is not known.
+    shift_m : float
+        Shift of the base, m; NaN where not given.
+    twist_deg : float
+        Rotation about the vertical, degrees, clockwise seen from above positive; NaN where not given.
+    """
+
+    kinds: tuple[OutcomeKind, ...] = ()
+    direction: Direction = NO_DIRECTION
+    direction_is_unknown: bool = False
+    shift_m: float = math.nan
+    twist_deg: float = math.nan
+
+
+def parse_outcome(text: object) -> Outcome:
+    """Convert the text of an outcome, such as "twisted 10, shifted 3 cm", to an `Outcome`.
+
+    A ValueError names the allowed forms.
+    """
+    if isinstance(text, Outcome):
+        return text
+    whole = str(text).strip()
+    rest = _UNKNOWN_DIRECTION.sub("", whole)
+    found = Outcome(direction_is_unknown=rest != whole)
+    for part in filter(None, _SEPARATOR.split(rest)):
+        found = _add_outcome_part(found, part)
+    if "fell" not in found.kinds and found.direction_is_unknown:
+        raise ValueError("only a fall has a direction; write fell direction unknown")
+    if not found.kinds:
+        raise ValueError(OUTCOME_FORMS)
+    if {"fell", "stands"} <= set(found.kinds):
+        raise ValueError("a stone fell or stands, not both")
+    return found
+
+
+def _add_outcome_part(outcome: Outcome, part: str) -> Outcome:
+    """Return `outcome` with one part of a cell added: a word, a fall with direction, a shift or a twist."""
+    words = " ".join(part.lower().replace("_", " ").split())
+    if words in _WORDS:
+        return outcome._replace(kinds=(*outcome.kinds, _WORDS[words]))
+    if fell := _FELL.fullmatch(words):
+        direction = parse_direction(fell[1]) if fell[1] else outcome.direction
+        return outcome._replace(kinds=(*outcome.kinds, "fell"), direction=direction)
+    if shifted := _SHIFTED.fullmatch(words):
+        if shifted[1] and not shifted[2]:
+            raise ValueError("give the unit of the shift: mm, cm or m")
+        size = float(shifted[1].replace(",", ".")) * _METRES[shifted[2]] if shifted[1] else outcome.shift_m
+        if size < 0 or size > 10:
+            raise ValueError("give a shift from 0 to 10 m")
+        return outcome._replace(kinds=(*outcome.kinds, "shifted"), shift_m=size)
+    if twisted := _TWISTED.fullmatch(words):
+        angle = float(twisted[1].replace(",", ".")) if twisted[1] else outcome.twist_deg
+        if twisted[2] and angle < 0:
+            raise ValueError("give the sign of the twist or clockwise/anticlockwise, not both")
+        if abs(angle) > 180:
+            raise ValueError("give a twist from -180 to 180 degrees, clockwise positive")
+        turned = -angle if twisted[2] in ("anticlockwise", "counterclockwise", "ccw") else angle
+        return outcome._replace(kinds=(*outcome.kinds, "twisted"), twist_deg=turned)
+    near = difflib.get_close_matches(words, ["fell", "shifted", "twisted", *_WORDS], 1, 0.7)
+    raise ValueError((f"did you mean {near[0]}? " if near else "") + OUTCOME_FORMS)
+
+
+def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: str) -> str:
+    """Return a warning if the azimuths of a column of a survey may be in radians or gon; otherwise "".
+
+    Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
+    above 360, which `parse_direction` refuses, or are the half and full quarters of 400.
+    """
+    values = [one for one in azimuths_deg if math.isfinite(one)]
+    largest = max(map(abs, values), default=0.0)
+    if len(set(values)) < _LEAST:
+        return ""
+    if largest <= 2 * math.pi and any(one % 1 for one in values):
+        return (
+            f"{file_name}: column {column}: {len(values)} values, none beyond {largest:g}°: radians? Multiply by "
+            "57.29578"
+        )
+    if all(one % 50 == 0 for one in values) and any(one % 90 for one in values):
+        return (
+            f"{file_name}: column {column}: {len(values)} values, all multiples of 50°: gon (400 to a turn)? "
+            "Multiply by 0.9"
+        )
+    return ""
+
+
+_LEAST: Final = 3
+"""Smallest number of different azimuths for which a warning about their unit is given."""

@@ -1,0 +1,47 @@
+"""Template of a survey table, with a comment on each column."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import Final
+
+from overturning.surveys.row import SurveyRow
+
+TEMPLATE_COLUMNS: Final = (
+    "site", "stone", "kind", "outcome", "azimuth_deg", "declination", "face_azimuth_deg", "height_m", "b_over_h",
+    "b_over_h_side", "lat", "lon", "note", "photo",
+)  # fmt: skip
+"""Columns of the template; the others are described in its comments."""
+
+_EXAMPLES: Final = (
+    "Temple A,A1,three-tier grave,fell,S40E,-7.5,120,0.6,0.35,,35.3812,133.3427,,IMG_0012.jpg",
+    "Temple A,A2,three-tier grave,fell direction unknown,,,120,0.6,0.35,,,,moved before the survey,",
+    'Temple A,A3,lantern,"shifted 3 cm, twisted -10",,,120,1.4,0.3,,,,,',
+)
+
+
+def survey_template() -> str:
+    """Return a survey table without stones: comments on each column, commented examples, and the header.
+
+    The text is ASCII, so that spreadsheets of any system show it unchanged.
+    """
+    lines = [
+        "Survey of gravestones: one row for each stone, or for a group of equal stones (count).",
+        "Lines that begin with # are comments. Delete columns that you do not need, or add your own.",
+        "Separate cells by commas, semicolons or tabs; with decimal commas, by semicolons or tabs.",
+        "Save the table as CSV UTF-8. An empty cell is not known.",
+        "",
+    ]
+    for column, field in SurveyRow.model_fields.items():
+        name = "declination" if column == "magnetic_declination_deg" else column
+        description = str(field.description).replace(" (also named `declination`)", "")
+        text = f"{name}: {description}".replace("`", "").replace("11.25°", "11.25 degrees")
+        lines += textwrap.wrap(text, 98, subsequent_indent="    ")
+    lines += ["", "Examples:", *_EXAMPLES]
+    comments = "".join(f"# {line}".rstrip() + "\n" for line in lines)
+    return f"{comments}{','.join(TEMPLATE_COLUMNS)}\n"
+
+
+def remarks_of_user(remarks: Sequence[str]) -> tuple[str, ...]:
+    """Return the comment lines of a survey that are neither empty nor from the template."""
+    own = {line.strip("# ,") for line in survey_template().splitlines()}
+    return tuple(line for line in remarks if line and line.strip(" ,") not in own)

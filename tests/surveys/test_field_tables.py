@@ -1,0 +1,203 @@
+"""Tables as people keep them: encodings, separators, decimal commas, all faults at once, and what rows count as."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from overturning.errors import RecordError
+from overturning.surveys.row import SurveyRow
+from overturning.surveys.stones import SurveyTable, read_survey_table
+
+
+def read(folder: Path, text: str, encoding: str = "utf-8", declination_deg: float | None = None) -> SurveyTable:
+    path = folder / "field.csv"
+    path.write_bytes(text.encode(encoding))
+    return read_survey_table(path, declination_deg)
+
+
+COMMAS = "azimuth_deg,height_m,note\n12.5,0.6,a\nSSE,0.8,\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        COMMAS,
+        COMMAS.replace(",", ";").replace(".", ","),
+        COMMAS.replace(",", "\t").replace(".", ","),
+        COMMAS.replace("\n", "\r\n"),
+        COMMAS.replace("\n", "\r"),
+        "sep=;\n" + COMMAS.replace(",", ";"),
+        COMMAS.replace("12.5", '"12,5"'),
+        COMMAS + ",,\n,,\n",
+        COMMAS.replace("0.6,a", '0.6,"first line\nsecond, ""quoted"" line"'),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_the_same_table_in_many_forms(tmp_path: Path, text: str, encoding: str) -> None:
+    stones = read(tmp_path, text, encoding).stones
+    assert [(one.azimuth_deg, one.height, one.wind_16, one.octant) for one in stones] == [
+        (12.5, 0.6, False, False),
+        (157.5, 0.8, True, False),
+    ]
+
+
+def test_lines_are_counted_over_quoted_line_breaks_and_comments(tmp_path: Path) -> None:
+    text = '# a\nazimuth_deg,note\n10,"two\nlines"\n# b\n\n20,\n'
+    assert [line for line, _ in read(tmp_path, text).rows] == [3, 7]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("azimuth_deg,note\n10,a\n20,Müller\n".encode("latin-1"), "line 3: byte 0xFC is not UTF-8; .* CSV UTF-8"),
+        ("octant\nN\n".encode("utf-16-le"), "zero bytes, as in UTF-16 without a byte order mark"),
+        (b"\xff\xfeo\x00c", "damaged UTF-16"),
+        (b"PK\x03\x04 and more", "a spreadsheet"),
+        (b'octant,note\nN,"open\nS,\n', "line 2: unexpected end of data; close the quote"),
+        (b"octant,note\nN,a,b,c\n", "4 cells, the header names 2 columns; .* decimal commas, .* by semicolons"),
+        (b"octant;note\nN\n", "1 cells, the header names 2 columns; separate cells by semicolons"),
+    ],
+)
+def test_files_that_cannot_be_read(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "field.csv").write_bytes(content)
+    with pytest.raises(RecordError, match=message):
+        read_survey_table(tmp_path / "field.csv")
+
+
+def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
+    text = (
+        "stone,azimuth_deg,fell,heigth_m,lat,lon\n"
+        "A1,400,yes,0.6,35,133\n"
+        "A2,S95E,perhaps,60,35,\n"
+        "A3,120,no,0.6,95,133\n"
+        "A4,,,0.6,,\n"
+        "A5,10,yes,0.6,35,133\n"
+        "A6,400,yes,0.6,35,133\n"
+        "A7,10,yes\n"
+    )
+    with pytest.raises(RecordError) as error:
+        read(tmp_path, text)
+    path = tmp_path / "field.csv"
+    forms = "a stone that stood has no fall direction; empty azimuth_deg and octant"
+    assert str(error.value).split("\n") == [
+        f"{path}: 10 faults, so no stone was read",
+        "  line 1: column 'heigth_m' is not known; did you mean height_m? A column for something else needs a name "
+        "that is less like it",
+        "  lines 2, 7: column azimuth_deg '400': give degrees from -360 to 360; an azimuth in gon (400 to a turn) "
+        "times 0.9",
+        "  line 3: column fell 'perhaps': write yes or no",
+        "  line 3: column azimuth_deg 'S95E': the angle of a quadrant bearing is 0 to 90 degrees, as in S40E",
+        "  line 3: column height_m '60': height: 60 m; a stone is 0.01 to 50 m high; is that in centimetres or "
+        "millimetres?",
+        "  line 3: lat: without lon; give both coordinates or none",
+        "  line 4: column lat '95': give a number from -90 to 90",
+        f"  line 4: fell: {forms}",
+        "  line 5: fell: empty, and no direction; write no for a stone that stood, yes for one that fell in an unknown "
+        "direction",
+        "  line 8: 3 cells, the header names 6 columns; separate cells by commas",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("header", "cells", "counted", "kinds"),
+    [
+        ("outcome", "fell SE", "fell", ("fell",)),
+        ("outcome,azimuth_deg", "fell,140", "fell", ("fell",)),
+        ("outcome,azimuth_deg", ",140", "fell", ("fell",)),
+        ("outcome", '"fell, direction not known"', "fell", ("fell",)),
+        ("outcome", '"fell, broken"', "fell", ("fell", "broken")),
+        ("outcome", '"fell, repaired"', "fell", ("fell", "repaired")),
+        ("outcome", '"fell, fixed"', "not counted", ("fell", "fixed")),
+        ("outcome", "stands", "stands", ("stands",)),
+        ("outcome", "shifted 2 cm", "stands", ("shifted",)),
+        ("outcome,azimuth_deg", "shifted 2 cm,140", "stands", ("shifted",)),
+        ("outcome", "twisted 5", "stands", ("twisted",)),
+        ("fell,twist_deg", "no,-5", "stands", ("stands", "twisted")),
+        ("fell,twist_deg", ",0", "stands", ("stands",)),
+        ("fell,shift_mm", ",12", "stands", ("shifted",)),
+        ("outcome", "broken", "not counted", ("broken",)),
+        ("outcome", "repaired", "not counted", ("repaired",)),
+        ("outcome", "fixed", "not counted", ("fixed",)),
+        ("outcome", '"stands, fixed"', "not counted", ("stands", "fixed")),
+        ("outcome", "unknown", "not counted", ("unknown",)),
+    ],
+)
+def test_what_outcomes_count_as(tmp_path: Path, header: str, cells: str, counted: str, kinds: tuple[str, ...]) -> None:
+    table = read(tmp_path, f"{header}\n{cells}\n")
+    row = table.rows[0][1]
+    assert (row.counted_as, row.kinds) == (counted, kinds)
+    assert [stone.fell for stone in table.stones] == ([] if counted == "not counted" else [counted == "fell"])
+    assert all(math.isnan(stone.azimuth_deg) for stone in table.stones if not stone.fell)
+
+
+def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
+    table = read(tmp_path, 'outcome,count\nfixed,3\n"broken, repaired",2\nunknown,1\nfell E,4\n')
+    assert table.notes == (
+        "field.csv: not counted as fallen or standing: 6 (outcomes: 3 fixed, 2 repaired, 1 unknown)",
+    )
+    assert [(stone.fell, stone.count) for stone in table.stones] == [(True, 4)]
+
+
+@pytest.mark.parametrize(
+    ("header", "cells", "message"),
+    [
+        ("outcome,fell", "stands,yes", "fell: yes, but outcome stands"),
+        ("outcome,azimuth_deg", "stands,10", "has no fall direction"),
+        ("outcome,azimuth_deg", "fell direction unknown,10", "direction is not known, but azimuth_deg or octant gives"),
+        ("outcome,octant", "fell SE,N", "outcome: names a direction, and so does azimuth_deg"),
+        ("outcome,twist_deg", "twisted 5,6", "twist_deg: outcome gives the twist as well"),
+        ("outcome,shift_cm", "shifted 5 cm,6", "shift: given more than once"),
+        ("outcome,shift_cm,shift_mm", "shifted,6,60", "shift: given more than once"),
+        ("fell,x", "yes,6", "x: without y"),
+        ("fell,twist_deg", "no,200", "twist_deg '200': give a number from -180 to 180"),
+        ("fell,shift_cm", "no,-1", "shift_cm '-1': give a number from 0 to 1000"),
+        ("outcme", "fell", "did you mean outcome"),
+        ("fell,sites", "yes,a", "did you mean site"),
+        ("fell,azimuth,fall_direction", "yes,1,", "azimuth_deg is named twice"),
+        ("fell,Azimuth (rad)", "yes,1", "did you mean azimuth_deg"),
+    ],
+)
+def test_wrong_rows(tmp_path: Path, header: str, cells: str, message: str) -> None:
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, f"{header}\n{cells}\n")
+
+
+def test_winds_of_a_table_are_octants_if_all_are_among_the_eight(tmp_path: Path) -> None:
+    eight = read(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
+    assert [(one.octant, one.wind_16, one.direction_half_width_deg) for one in eight] == [
+        (True, False, 22.5), (True, False, 22.5), (False, False, 0.0),
+    ]  # fmt: skip
+    sixteen = read(tmp_path, "azimuth_deg\nN\nsse\n").stones
+    assert [(one.octant, one.direction_half_width_deg) for one in sixteen] == [(False, 11.25), (False, 11.25)]
+
+
+def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
+    by_column = read(tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n").stones
+    assert [stone.azimuth_deg for stone in by_column] == [132.5, 22.5]
+    by_option = read(tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5).stones
+    assert [stone.azimuth_deg for stone in by_option] == [132.5, 15.0]
+    with pytest.raises(RecordError, match="a column gives the declination; leave out the option"):
+        read(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
+    with pytest.raises(RecordError, match="from -180 to 180, east positive"):
+        read(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
+    with pytest.raises(RecordError, match="lines 2, 3: octant: one from magnetic north, 20° from true north"):
+        read(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
+
+
+def test_a_magnetic_column_without_declination_is_doubted(tmp_path: Path) -> None:
+    assert "names magnetic north, but no declination" in read(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
+    assert read(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
+
+
+def test_a_stone_that_is_listed_twice_is_doubted(tmp_path: Path) -> None:
+    table = read(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
+    assert table.warnings == ("field.csv: stone '1' is listed 2 times, and counts each time: lines 2, 4",)
+    assert table.sites == ["A", "B"]
+    assert [stone.line for stone in table.select_site("B").stones] == [3]
+
+
+def test_each_column_has_a_description_that_the_documentation_repeats() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    rows = [f"| `{name}` | {one.description} |" for name, one in SurveyRow.model_fields.items()]
+    assert "\n".join(rows) in text

@@ -347,8 +347,8 @@ class StoredSurveyComparison:
 
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
-    ``doubts`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at the start of
-    the survey file that are not empty, without those of the template.
+    ``doubts`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at the start
+    of the survey file that are not empty, without those of the template.
     """
 
     stones: str

@@ -5,6 +5,7 @@ Cells are not interpreted here; see `overturning.surveys.stones`.
 
 import csv
 import itertools
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +64,7 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
         If the file cannot be read as text, or has no header; the message names the file, line and remedy.
     """
     lines = _decode_table(path, table_kind).splitlines()
-    remarks = tuple(line.strip('"# ;,\t') for line in itertools.takewhile(_is_comment, lines))
+    remarks = tuple(_comment_text(line) for line in itertools.takewhile(_is_comment, lines))
     separator, rows = "", list[TableLine]()
     for number, line in enumerate(lines):
         if line.strip().lower() in ("sep=;", "sep=,", "sep=\t"):
@@ -114,6 +115,12 @@ def _decode_table(path: Path, table_kind: str) -> str:
 def _is_comment(line: str) -> bool:
     """True if a line is a comment, possibly with the quotes of a spreadsheet."""
     return line.startswith(("#", '"#'))
+
+
+def _comment_text(line: str) -> str:
+    """Return the text of a comment, without the quotes and empty cells that a spreadsheet adds."""
+    from_spreadsheet = line.startswith('"') or re.search(r"[,;\t]{2,}$", line)
+    return line.strip('"# ,;\t' if from_spreadsheet else "# ")
 
 
 def _separator_of_header(header_line: str) -> str:

@@ -44,7 +44,14 @@ def boulder_test_count(results: Path) -> str:
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
 
 
+def indented_output(file: str, results: Path) -> str:
+    """Return what a command printed, from a file, as a block of code between empty lines."""
+    lines = (results / file).read_text(encoding="utf-8").splitlines()
+    return "\n\n" + "\n".join(f"    {line}" if line else "" for line in lines) + "\n\n"
+
+
 _BENCH: Final = "x86-64-2-cores.csv"
+_TUTORIAL: Final = "tutorial.csv"
 _PLANES: Final = "2-D model predicts correctly whether it falls"
 
 FIGURES: Final[dict[str, Callable[[Path], str]]] = {
@@ -74,6 +81,23 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "rigid-otherwise": partial(rigid_block_counts, "{1:.0f}"),
     "rigid-otherwise-shared": partial(rigid_block_counts, "{2:.0f}"),
     "boulder-tests": boulder_test_count,
+    "waiau-cases": partial(table_cell, _TUTORIAL, "2-D: cases", "{:.0f}"),
+    "waiau-with-only": partial(table_cell, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"),
+    "waiau-without-only": partial(table_cell, _TUTORIAL, "2-D: falls without vertical motion only", "{:.1f} %"),
+    "waiau-both": partial(table_cell, _TUTORIAL, "2-D: falls in both", "{:.1f} %"),
+    "waiau-same-side": partial(table_cell, _TUTORIAL, "2-D: same side, of falls in both", "{:.1f} %"),
+    "waiau-slender-with": partial(table_cell, _TUTORIAL, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"),
+    "waiau-slender-without": partial(table_cell, _TUTORIAL, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"),
+    "waiau-stout-with": partial(table_cell, _TUTORIAL, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"),
+    "waiau-stout-without": partial(table_cell, _TUTORIAL, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"),
+    "waiau-stones": partial(table_cell, _TUTORIAL, "3-D: stones", "{:.0f}"),
+    "waiau-space-with": partial(table_cell, _TUTORIAL, "3-D: falls with vertical motion", "{:.0f} %"),
+    "waiau-space-without": partial(table_cell, _TUTORIAL, "3-D: falls without vertical motion", "{:.0f} %"),
+    "waiau-space-changes": partial(table_cell, _TUTORIAL, "3-D: another outcome", "{:.0f}"),
+    "waiau-space-both": partial(table_cell, _TUTORIAL, "3-D: falls in both", "{:.0f}"),
+    "waiau-space-turned": partial(table_cell, _TUTORIAL, "3-D: another direction", "{:.0f} %"),
+    "waiau-space-median": partial(table_cell, _TUTORIAL, "3-D: median change of direction", "{:.0f}°"),
+    "tutorial-survey": partial(indented_output, "tutorial-survey.txt"),
 }
 """Function that returns the text of a marker from the folder of the tables, by name."""
 

@@ -1,0 +1,28 @@
+"""Printed output and figures of the tutorial are those of today's program."""
+
+import pytest
+
+from verification import tutorial
+from verification.tables import RESULTS, read_figures
+
+
+def test_the_tutorial_gives_the_stored_survey_and_study() -> None:
+    page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    for line in tutorial.SURVEY.splitlines():
+        assert f"    {line}\n" in page
+    assert "b_over_h: {start: 0.1, stop: 0.6, step: 0.1}\n    height: [0.6]\n    friction: [0.58, 1.0]\n" in page
+    assert "azimuth: {step: 10}" in page
+    assert '"orientation": {"step": 5}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}' in page
+
+
+@pytest.mark.long
+def test_the_survey_prints_what_the_tutorial_shows() -> None:
+    stored = (RESULTS / "tutorial-survey.txt").read_text(encoding="utf-8")
+    assert tutorial.survey_output() == stored, "python -m verification.tutorial"
+
+
+@pytest.mark.long
+def test_the_figures_of_the_tutorial_are_those_of_today() -> None:
+    stored = {one.quantity: one.value for one in read_figures(RESULTS / "tutorial.csv")}
+    today = {one.quantity: one.value for one in (*tutorial.planar_figures(), *tutorial.space_figures())}
+    assert stored == pytest.approx(today, rel=1e-5), "python -m verification.tutorial"

@@ -1,0 +1,116 @@
+"""`python -m verification.tutorial`: measure the figures of docs/tutorial.md and what its survey command prints.
+
+Writes verification/results/tutorial.csv and tutorial-survey.txt, from which `verification.sentences` fills the page.
+"""
+
+import contextlib
+import io
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+import overturning
+from overturning.cli import main as run_command
+from overturning.files import write_text
+from overturning.motion.direction import azimuth_difference
+from overturning.study.load import load_study
+from verification.measures import percentage
+from verification.tables import RESULTS, ROOT, MeasuredFigure, publish_markdown, wrap_text, write_figures
+
+STUDY: Final[dict[str, Any]] = {
+    "azimuth": {"step": 10}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.1}, "height": [0.6],
+    "friction": [0.58, 1.0],
+}  # fmt: skip
+"""Study of the record wtmc that the tutorial writes as config/mine.yaml."""
+
+SPACE: Final[dict[str, Any]] = {
+    "body": {}, "orientation": {"step": 5}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}, "height": [0.6],
+    "friction": [0.58, 1.0],
+}  # fmt: skip
+"""3-D study that the tutorial runs with and without the vertical component."""
+
+SURVEY: Final = "octant,count\nSE,5\nS,2\nNW,1\n"
+"""File of the survey in the tutorial."""
+
+SHOWN_B_OVER_H: Final = (0.35, 0.55)
+"""B/H whose shares the tutorial states."""
+
+CHANGED_DEG: Final = 15.0
+"""Change of the fall azimuth that the tutorial counts, degrees."""
+
+
+def survey_output() -> str:
+    """Return what `overturning survey` prints for the tutorial's study and survey, with lines of the page's length."""
+    printed = io.StringIO()
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
+        overturning.run_study(["wtmc"], threads=2, **STUDY).to_netcdf("cube.nc")
+        Path("survey.csv").write_text(SURVEY, encoding="utf-8")
+        with contextlib.redirect_stdout(printed), contextlib.suppress(SystemExit):
+            run_command(["survey", "survey.csv", "--cube", "cube.nc", "--figure", "survey.png"])
+    return "\n".join(one if one.startswith("  ") else wrap_text(one) for one in printed.getvalue().splitlines()) + "\n"
+
+
+def cubes_with_and_without_vertical(**keys: Any) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return the cubes of a study of the record wtmc with and without its vertical component, without ensembles."""
+    keys |= {"ensemble": {"members": 0}, "verification": "none", "threads": 2}
+    with_up, without = (
+        overturning.run_study(["wtmc"], **keys, simulation={"vertical": vertical}) for vertical in (True, False)
+    )
+    return with_up, without
+
+
+def planar_figures() -> Iterator[MeasuredFigure]:
+    """Yield the shares of the study config/waiau.yaml in which blocks fall with and without vertical motion."""
+    study = load_study(ROOT / "config" / "waiau.yaml")
+    with_up, without = cubes_with_and_without_vertical(
+        azimuth=study.azimuth.model_dump(), b_over_h=list(study.b_over_h), height=list(study.height),
+        friction=list(study.friction),
+    )  # fmt: skip
+    first, second = (cube["overturned"].to_numpy() for cube in (with_up, without))
+    both = (first != 0) & (second != 0)
+    yield MeasuredFigure("2-D: cases", first.size)
+    yield MeasuredFigure(
+        "2-D: falls with vertical motion only", percentage(((first != 0) & ~both).sum(), both.size), "%"
+    )
+    yield MeasuredFigure(
+        "2-D: falls without vertical motion only", percentage(((second != 0) & ~both).sum(), both.size), "%"
+    )
+    yield MeasuredFigure("2-D: falls in both", percentage(both.sum(), both.size), "%")
+    yield MeasuredFigure(
+        "2-D: same side, of falls in both", percentage((both & (first == second)).sum(), both.sum()), "%"
+    )
+    for b_over_h in SHOWN_B_OVER_H:
+        for setting, cube in (("with", with_up), ("without", without)):
+            falls = cube["overturned"].sel(b_over_h=b_over_h, method="nearest") != 0
+            share = percentage(falls.sum().item(), falls.size)
+            yield MeasuredFigure(f"2-D: B/H {b_over_h:g}, falls {setting} vertical motion", share, "%")
+
+
+def space_figures() -> Iterator[MeasuredFigure]:
+    """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
+    cubes = cubes_with_and_without_vertical(**SPACE)
+    first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
+    both = first & second
+    turned = azimuth_difference(*(cube["fall_azimuth"].to_numpy().astype(np.float64)[both] for cube in cubes))
+    yield MeasuredFigure("3-D: stones", first.size)
+    yield MeasuredFigure("3-D: falls with vertical motion", percentage(first.sum(), first.size), "%")
+    yield MeasuredFigure("3-D: falls without vertical motion", percentage(second.sum(), first.size), "%")
+    yield MeasuredFigure("3-D: another outcome", int((first != second).sum()))
+    yield MeasuredFigure("3-D: falls in both", int(both.sum()))
+    yield MeasuredFigure("3-D: another direction", percentage((turned >= CHANGED_DEG).sum(), turned.size), "%")
+    yield MeasuredFigure("3-D: median change of direction", float(np.median(turned)), "degrees")
+
+
+def main() -> None:
+    """Write the figures and the printed output, and fill the page."""
+    write_figures([*planar_figures(), *space_figures()], RESULTS / "tutorial.csv")
+    write_text(RESULTS / "tutorial-survey.txt", survey_output())
+    publish_markdown({})
+
+
+if __name__ == "__main__":
+    main()

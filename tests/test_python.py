@@ -29,7 +29,7 @@ import overturning
 from overturning.arrays import FloatArray
 from overturning.cli import app, main
 from overturning.commands import declared
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.ground import response_spectra_along_azimuths, smoothed_fourier_spectra
@@ -313,7 +313,7 @@ def test_output_of_a_variant_is_labelled_and_separate(
     for draw in (
         overturning.plot.fall_rose,
         overturning.plot.fall_roses_by_earthquake,
-        overturning.plot.alignment_by_earthquake,
+        overturning.plot.fall_alignment_by_earthquake,
     ):
         assert draw(cube).get_suptitle() == "variant stiff"
         assert draw(cube.assign_coords(amplitude=2.0)).get_suptitle() == "variant stiff, motion × 2"
@@ -568,7 +568,7 @@ def test_same_names_in_commands_python_and_studies() -> None:
     assert names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions) <= study | body | contact
     assert names(declared.FileOptions) == {*FilePropertyColumns.model_fields}
     assert names(declared.FileOptions) <= {*DeclaredFileProperties.model_fields} & {*RecordEntry.model_fields}
-    assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(SimulationSettings.model_fields)
+    assert {"scheme", "time_step", "leave_out"} == names(NumericalOptions) & set(SimulationSettings.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body
     assert {*overturning.Contact.model_fields} - {"static_penetration"} == contact

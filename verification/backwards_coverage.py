@@ -18,7 +18,7 @@ import pandas as pd
 import typer
 
 from overturning.arrays import FloatArray
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.findings.surveys import SurveyCommandResults, inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
@@ -86,7 +86,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
         level / motion.pgv * np.exp(draw.normal(0, site, count)),
         damping,
     )
-    result = run(Cylinder() if columns else RectangularPrism(), motion.motion, cases)
+    result = simulate_cases(Cylinder() if columns else RectangularPrism(), motion.motion, cases)
     azimuth = result.fall_azimuth + turned + draw.normal(0, 8, count)
     fell = result.overturned == 1
     lapse = draw.random(count) < lapses

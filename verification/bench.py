@@ -21,7 +21,7 @@ from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.rigid import rocking
 from overturning.dem.block.state import ROWS, TICKS
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -138,7 +138,7 @@ def measure_sweep() -> list[MeasuredFigure]:
     # As a user runs it; the second run omits the mirrored half of the grid.
     given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
     whole = minimum_processor_time(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.case_count
-    default = minimum_processor_time(lambda: simulate_arrays(motion, **given), 15) / cases.case_count
+    default = minimum_processor_time(lambda: simulate_as_arrays(motion, **given), 15) / cases.case_count
     exact = minimum_processor_time(lambda: rocking(motion, cases)) / cases.case_count
     return [
         MeasuredFigure("cases of the sweep", cases.case_count),

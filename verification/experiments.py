@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import rocking
 from overturning.dem.block.state import MAX_FRICTION
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
@@ -239,7 +239,7 @@ class KernelOutcomes(NamedTuple):
 
 def run_two_d(group: CaseGroup, damping: float, general: bool) -> KernelOutcomes:
     """Run blocks with the kernel for single blocks, or with the general one."""
-    found = run(gravestone(Contact(damping_ratio=damping)), *group, Numerics(general=general))
+    found = simulate_cases(gravestone(Contact(damping_ratio=damping)), *group, NumericalOptions(general=general))
     return KernelOutcomes(
         found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps
     )
@@ -253,7 +253,7 @@ def run_three_d(group: CaseGroup, damping: float) -> KernelOutcomes:
         ahead = Motion(along, 0.0 * along, sampling_interval=group.motion.sampling_interval)
         shapes = Cases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], NO_SLIDING)
         contact = VertexContact(damping_ratio=damping)
-        found = run(Body(RectangularPrism(), contact), ahead, shapes)
+        found = simulate_cases(Body(RectangularPrism(), contact), ahead, shapes)
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
     sides, tilts, steps = (np.concatenate(part) for part in zip(*parts, strict=True))

@@ -14,9 +14,9 @@ from typing import Annotated, Any, Final
 import numpy as np
 import typer
 
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
 from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
@@ -88,7 +88,7 @@ def measure_speed() -> Iterator[MeasuredFigure]:
     for name in ("three-tier", "against-a-wall", "boulder"):
         scene = load_scene(name, ROOT)
         cases = Cases(0.0, *size_reference_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
-        found, seconds = time_run(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
+        found, seconds = time_run(partial(simulate_cases, scene, motion, cases, NumericalOptions(leave_out=False)), 2)
         yield MeasuredFigure(
             f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s"
         )
@@ -128,8 +128,10 @@ def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
     for label, penetration, damping, scheme, step in GROUPS:
         stones = scene_with_contact(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
-        coarse, whole = time_run(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
-        used = partial(simulate_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
+        coarse, whole = time_run(
+            partial(simulate_cases, stones, motion, cases, NumericalOptions(leave_out=False, **options)), 2
+        )
+        used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.case_count, minimum_processor_time(used, 2) / cases.case_count
         same = coarse.overturned[:, SHAFT] == right
         yield MeasuredFigure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
@@ -169,10 +171,10 @@ def shaft_sides(engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 2
 
 def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
     """Return the results at a tenth of the default step, and a mask of firm cases (see the module)."""
-    fine = run(scene, motion, cases, Numerics(time_step="0.1 stable", leave_out=False))
+    fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
-        other = run(scene, motion, cases, Numerics(scheme=scheme, time_step=step))
+        other = simulate_cases(scene, motion, cases, NumericalOptions(scheme=scheme, time_step=step))
         firm &= other.overturned[:, SHAFT] == fine.overturned[:, SHAFT]
     return fine, firm
 
@@ -209,10 +211,12 @@ def measure_pillars() -> Iterator[MeasuredFigure]:
         scene = check_scene({"name": "pillar", "elements": elements})
         cases = case_grid(np.arange(0, 360, 45.0), *size_reference_height_and_b_over_h(scene), 1.0)
         for motion in read_default_motions().values():
-            full = run(scene, motion, cases, Numerics(leave_out=False)).overturned
+            full = simulate_cases(scene, motion, cases, NumericalOptions(leave_out=False)).overturned
             flags += full.size
             for way, (short, factor) in ways.items():
-                found = run(scene, motion.scaled_by(factor), cases, Numerics(leave_out=short)).overturned
+                found = simulate_cases(
+                    scene, motion.scaled_by(factor), cases, NumericalOptions(leave_out=short)
+                ).overturned
                 changed[way] += int((found != full).sum())
     yield MeasuredFigure("three pillars under real records: flags", flags)
     for way, number in changed.items():
@@ -230,8 +234,10 @@ def compare_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Measu
     cases = case_grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
     def answer(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
-        numerics = Numerics(general=general, time_step=step, leave_out=False)
-        return join_results([run(gravestone(), motion.scaled_by(factor), cases, numerics) for motion in motions])
+        numerics = NumericalOptions(general=general, time_step=step, leave_out=False)
+        return join_results(
+            [simulate_cases(gravestone(), motion.scaled_by(factor), cases, numerics) for motion in motions]
+        )
 
     (own, seconds), (other, general_seconds) = (time_run(partial(answer, general), 1) for general in (False, True))
     chaos = np.zeros(own.status.size, bool)

@@ -16,9 +16,9 @@ import numpy as np
 import typer
 
 from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_cases_until_energy_balances
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
@@ -69,7 +69,7 @@ def run_grid_under_motions(
 ) -> Outcome:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
-    found = [simulate_arrays(motion.scaled_by(factor), **given) for motion in motions]
+    found = [simulate_as_arrays(motion.scaled_by(factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
@@ -83,7 +83,7 @@ def measure_throughput() -> Iterator[MeasuredFigure]:
         ("centred", "circle", "centred, rim"),
     ):
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
-        found, seconds = time_run(partial(simulate_arrays, rocking_motion(), body, **grid, **options), 2)
+        found, seconds = time_run(partial(simulate_as_arrays, rocking_motion(), body, **grid, **options), 2)
         rate = found["block_steps"].sum() / seconds / 1e6
         yield MeasuredFigure(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
@@ -93,7 +93,7 @@ def measure_throughput() -> Iterator[MeasuredFigure]:
 
 _SOME_CASES: Final = """
 import resource, sys, numpy as np, verification.space as s
-s.simulate_arrays(
+s.simulate_as_arrays(
     s.rocking_motion(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])),
     leave_out=False,
 )
@@ -108,7 +108,7 @@ def measure_memory() -> Iterator[MeasuredFigure]:
     yield MeasuredFigure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
-def prism_outcomes(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
+def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> Outcome:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_simulation(Body(RectangularPrism()), motion, cases, numerics)
     found: Outcome = {}
@@ -132,7 +132,10 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
         5.0 * window * np.sin(5.0 * t), 4.0 * window * np.cos(8.0 * t), sampling_interval=0.01, trust_data=True
     )
     cases = inputs.case_grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
-    found = [prism_outcomes(pulse, cases, Numerics(scheme=scheme, refinement=step)) for step in (*FINER_STEPS, FINEST)]
+    found = [
+        prism_outcomes(pulse, cases, NumericalOptions(scheme=scheme, refinement=step))
+        for step in (*FINER_STEPS, FINEST)
+    ]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
     slopes = {}

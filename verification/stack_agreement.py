@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.stack import Stack
@@ -54,7 +54,7 @@ def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str
     model, cases = Stack(scene_of_stack(case.stack)), len(factors)
     height, b_over_h = size_reference_height_and_b_over_h(model.scene)
     grid = Cases(case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(factors))
-    found = run(model, case.motion, grid, Numerics())
+    found = simulate_cases(model, case.motion, grid, NumericalOptions())
     fell = found.overturned[:, -1] == 1
     azimuths = np.where(fell, found.fall_azimuth[:, -1], np.nan).tolist()
     rows = zip(azimuths, found.status.tolist(), (found.slid_off == 1).any(axis=1).tolist(), strict=True)

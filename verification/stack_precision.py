@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import typer
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -48,9 +48,11 @@ def program_outcome(case: StackCase, share: float) -> tuple[float, float]:
     height, b_over_h = size_reference_height_and_b_over_h(model.scene)
     orientations = (case.orientation_deg + 45.0 * np.arange(together)) % 360.0
     cases = Cases(orientations, height, b_over_h, case.stack.friction)
-    steps = plan_simulation(model, case.motion, cases, Numerics()).steps[0]
+    steps = plan_simulation(model, case.motion, cases, NumericalOptions()).steps[0]
     begin = time.process_time()
-    found = run(model, case.motion, cases, Numerics(time_step=share * case.motion.sampling_interval / float(steps)))
+    found = run(
+        model, case.motion, cases, NumericalOptions(time_step=share * case.motion.sampling_interval / float(steps))
+    )
     seconds = (time.process_time() - begin) / together
     fell = CaseStatus(found.status[0]).has_outcome and found.overturned[0, -1] == 1
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds

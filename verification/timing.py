@@ -73,12 +73,12 @@ given, asked = np.load(sys.argv[1]), json.loads(sys.argv[3])
 exec(asked["before"])
 from overturning import Cases, Motion, run_cases as run
 if asked["scene"]:
-    from overturning.dem.numerics import Numerics
-    from overturning.dem.run import run as run_scene
+    from overturning.dem.numerics import NumericalOptions
+    from overturning.dem.run import simulate_cases as run_scene
     from overturning import load_scene
     scene = load_scene(asked["scene"], Path(asked["root"]))
     def run(motion, cases, **settings):
-        return run_scene(scene, motion, cases, Numerics(**settings))
+        return run_scene(scene, motion, cases, NumericalOptions(**settings))
 groups = [
     (Motion(*given[f"motion{i}"], sampling_interval=float(given[f"interval{i}"])), Cases(*given[f"cases{i}"]))
     for i in range(asked["groups"])
@@ -115,7 +115,7 @@ def run_in_subprocess(
     groups : sequence of CaseGroup
         Cases by motion; their amplitudes are not used.
     settings : sequence of dict
-        Arguments of `run_cases`, or of `Numerics` for a scene.
+        Arguments of `run_cases`, or of `NumericalOptions` for a scene.
     checkout : Path
         Folder whose ``src`` is used.
     before : str

@@ -162,7 +162,7 @@ def _strict_yaml_loader_class() -> Any:
     """Return a safe YAML loader that refuses duplicate keys and ambiguous numbers instead of guessing."""
     import yaml
 
-    class Loader(yaml.SafeLoader):
+    class StrictYamlLoader(yaml.SafeLoader):
         """Loader that requires unique keys and decimal numbers."""
 
     def construct_mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
@@ -183,10 +183,10 @@ def _strict_yaml_loader_class() -> Any:
             raise yaml.MarkedYAMLError(problem=what, problem_mark=node.start_mark)
         return found
 
-    Loader.add_constructor("tag:yaml.org,2002:map", construct_mapping)
-    Loader.add_constructor("tag:yaml.org,2002:int", construct_number)
-    Loader.add_constructor("tag:yaml.org,2002:float", construct_number)
-    return Loader
+    StrictYamlLoader.add_constructor("tag:yaml.org,2002:map", construct_mapping)
+    StrictYamlLoader.add_constructor("tag:yaml.org,2002:int", construct_number)
+    StrictYamlLoader.add_constructor("tag:yaml.org,2002:float", construct_number)
+    return StrictYamlLoader
 
 
 def read_yaml_mapping(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from overturning.arrays import ArrayLike
 
 __all__ = [
-    *("alignment_by_b_over_h", "alignment_by_earthquake", "fall_map", "fall_maps_by_block", "fall_rose"),
+    *("fall_alignment_by_b_over_h", "fall_alignment_by_earthquake", "fall_map", "fall_maps_by_block", "fall_rose"),
     *("fall_roses_by_earthquake", "hodograph", "outcomes_by_pga_and_pgv_ratio", "overturning_boundary"),
     *("pga_and_pgv_by_azimuth", "rotation_slip_and_uplift", "spectra", "time_histories"),
 ]
@@ -165,23 +165,23 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
 
 
 @partial(_register_cube_figure, "axes")
-def alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
+def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import fall_alignment_by_earthquake_figure
     from overturning.figures.content import check_has_falls_and_fault_normal
     from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
 
-    def draw_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
+    def draw_fall_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
         groups = fall_axes_by_group(sorted_cube)
         summaries = {name: summarise_fall_axes(found) for name, found in groups.items()}
         check_has_falls_and_fault_normal(sorted_cube, groups)
         return fall_alignment_by_earthquake_figure(groups, summaries)
 
-    return _figure_of_all_records(cube, draw_alignment_by_earthquake)
+    return _figure_of_all_records(cube, draw_fall_alignment_by_earthquake)
 
 
 @partial(_register_cube_figure, "follow")
-def alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
+def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion against B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
@@ -189,12 +189,12 @@ def alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 
     _check_has_direction(cube, "orientation", "follow")
 
-    def draw_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
+    def draw_fall_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
         found = fall_alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
         check_has_fall_alignment(sorted_cube, found)
         return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
-    return _figure_of_all_records(cube, draw_alignment_by_b_over_h)
+    return _figure_of_all_records(cube, draw_fall_alignment_by_b_over_h)
 
 
 @partial(_register_cube_figure, "plane")

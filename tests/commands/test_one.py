@@ -154,7 +154,7 @@ def test_times_are_counted_from_the_start_of_the_file(
         *space,
     )
     films: list[Film] = []
-    monkeypatch.setattr("overturning.figures.page.write_film_page", lambda film, _: films.append(film))
+    monkeypatch.setattr("overturning.figures.page.write_film_html_page", lambda film, _: films.append(film))
     times = {}
     for kind in ("--raw", "--processed"):
         text = said(*given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html")

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from overturning.dem.block.rigid import rocking
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
@@ -46,7 +46,7 @@ def outcome_hash(stored: Path, threads: int) -> str:
         cases = Cases(*(row.ravel() for row in np.meshgrid(np.arange(0, 360, 30.0), 0.6, [0.15, 0.3, 0.45], 1.0)))
         digest.update(b"".join(np.ascontiguousarray(found).tobytes() for found in rocking(shaken, cases)))
         for scheme in ("centred", "cundall"):
-            found = simulate_arrays(
+            found = simulate_as_arrays(
                 shaken,
                 azimuth_deg=np.arange(0, 360, 30.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.33, 1.0],
                 scheme=scheme, threads=threads,
@@ -61,7 +61,7 @@ def scene_hash(threads: int) -> str:
     digest = hashlib.sha256()
     for name in ("three-tier", "boulder"):
         made = shipped(name)
-        found = run(made, motion_of_noise(), cases_of(made), Numerics(threads=threads))
+        found = simulate_cases(made, motion_of_noise(), cases_of(made), NumericalOptions(threads=threads))
         for field in FIELDS:
             digest.update(np.ascontiguousarray(getattr(found, field)).tobytes())
     return digest.hexdigest()
@@ -70,7 +70,7 @@ def scene_hash(threads: int) -> str:
 def space_hash(stored: Path, threads: int) -> str:
     """Return the hash of all 3-D cells, with the default scheme and vertical motion."""
     motion = np.load(stored)
-    found = simulate_arrays(
+    found = simulate_as_arrays(
         Motion(motion["north"], motion["east"], 0.5 * motion["east"], sampling_interval=float(motion["interval"])),
         "rectangle",
         orientation_deg=np.arange(0.0, 90.0, 10.0),

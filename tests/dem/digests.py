@@ -16,8 +16,8 @@ import numpy as np
 
 from overturning.dem.block.rigid import rocking
 from overturning.dem.faces import simulate_grid_and_body_face_planes
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import create_case_grid
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -69,7 +69,7 @@ BUDGET = 8_000_000
 
 
 def of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: Any) -> dict[str, Any]:
-    return vars(run(model, ground(up), cases, Numerics(**{"budget": BUDGET} | options)))
+    return vars(simulate_cases(model, ground(up), cases, NumericalOptions(**{"budget": BUDGET} | options)))
 
 
 def of_rigid(up: bool, order: int) -> dict[str, Any]:
@@ -81,7 +81,7 @@ def of_faces() -> dict[str, Any]:
     grid = create_case_grid(
         model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6]
     )
-    return simulate_grid_and_body_face_planes(model, ground(), grid, Numerics())
+    return simulate_grid_and_body_face_planes(model, ground(), grid, NumericalOptions())
 
 
 SOFT = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)

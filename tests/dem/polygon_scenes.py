@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.plan import PolygonSimulationPlan, plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
@@ -51,7 +51,10 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
 def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
     height, ratio = size_reference_height_and_b_over_h(made)
     return plan_scene_simulation(
-        PlanarModel(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
+        PlanarModel(made),
+        motion,
+        Cases([0.0], [height], [ratio], [friction]),
+        NumericalOptions(leave_out=False, **options),
     )
 
 

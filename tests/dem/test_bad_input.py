@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from overturning.dem.kernel import balance
-from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
-from overturning.dem.run import plan_simulation, run, run_cases
-from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, NumericalOptions
+from overturning.dem.run import plan_simulation, run_cases, simulate_cases
+from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
@@ -51,7 +51,7 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
 )
 def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> None:
     with refused(ArgumentError, *words):
-        simulate_arrays(MOTION, **{**GRID, **change})
+        simulate_as_arrays(MOTION, **{**GRID, **change})
 
 
 @pytest.mark.parametrize(
@@ -72,15 +72,15 @@ def test_bad_contacts_are_refused(arguments: dict[str, Any], word: str) -> None:
 
 def test_unstable_step_message_names_a_stable_step() -> None:
     with pytest.raises(ValueError, match="at most") as refusal:
-        simulate_arrays(MOTION, **GRID, time_step=0.01)
+        simulate_as_arrays(MOTION, **GRID, time_step=0.01)
     largest = float(str(refusal.value).split("at most ")[1].split(" s")[0])
-    found = simulate_arrays(MOTION, **GRID, time_step=0.99 * largest)
+    found = simulate_as_arrays(MOTION, **GRID, time_step=0.99 * largest)
     assert (found["block_steps"] > 0).all()
 
 
 def test_too_many_cases_are_refused_with_the_memory_they_need() -> None:
     with pytest.raises(ValueError, match="GiB"):
-        simulate_arrays(
+        simulate_as_arrays(
             MOTION,
             azimuth_deg=np.arange(1000.0),
             height=np.ones(1000),
@@ -145,9 +145,9 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
     """The budget of a scene counts the steps of all elements; a case may exceed its budget by the steps of a sample."""
     budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
     scene, cases = shipped("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
-    numerics = Numerics(budget=budget, **step)
+    numerics = NumericalOptions(budget=budget, **step)
     stones, steps = (
-        run(scene, MOTION, cases, numerics),
+        simulate_cases(scene, MOTION, cases, numerics),
         plan_simulation(PlanarModel(scene), MOTION, cases, numerics).steps.item(),
     )
     assert stones.status.tolist() == [CaseStatus.OVER_BUDGET]
@@ -155,7 +155,7 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
     assert budget / ELEMENT_STEP <= stones.block_steps.item() < budget / ELEMENT_STEP + 3 * steps
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
-        run(RectangularPrism(), MOTION, body, numerics),
+        simulate_cases(RectangularPrism(), MOTION, body, numerics),
         plan_simulation(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
     )
     assert solid.status.tolist() == [CaseStatus.OVER_BUDGET]
@@ -172,6 +172,6 @@ def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget(
     scene = check_scene({"name": "slab", "materials": densities, "contacts": [soft], "elements": [ground, slab, stone]})
     wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
     motion = Motion(wave, 0 * wave, sampling_interval=0.01)
-    found = run(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), Numerics(budget=ELEMENT_STEP * 200_000))
+    found = simulate_cases(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), NumericalOptions(budget=ELEMENT_STEP * 200_000))
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.block_steps.item() < 201_000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.body.statics import pose_at_rest
-from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
@@ -52,8 +52,8 @@ def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
     t = np.arange(200) * 0.01
     motion = Motion(6.0 * np.sin(7 * t), 4.0 * np.cos(5 * t), sampling_interval=0.01)
     same = {"orientation_deg": [10.0, 50.0], "friction": [0.5]}
-    boxes = simulate_arrays(motion, Body(Polyhedron(BOX), VertexContact(2e-5)), **same)
-    prisms = simulate_arrays(
+    boxes = simulate_as_arrays(motion, Body(Polyhedron(BOX), VertexContact(2e-5)), **same)
+    prisms = simulate_as_arrays(
         motion, Body(RectangularPrism(), VertexContact(2e-5)), height=0.6, b_over_h=1 / 3, aspect=2.0, **same
     )
     assert boxes["overturned"].any()
@@ -141,7 +141,7 @@ def test_an_eccentric_body_rests_on_its_springs() -> None:
         [sunk.sum(), (sunk * x).sum(), (sunk * y).sum()], [STANDARD_GRAVITY / 1e6, 0, 0], atol=1e-15
     )
     still = Motion(np.zeros(100), np.zeros(100), sampling_interval=0.01)
-    found = simulate_arrays(still, Polyhedron(WEDGE), orientation_deg=0.0, leave_out=False)
+    found = simulate_as_arrays(still, Polyhedron(WEDGE), orientation_deg=0.0, leave_out=False)
     assert found["overturned"].item() == 0
     assert found["peak_tilt"].item() < 1e-3
 
@@ -271,7 +271,7 @@ def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -
         ({"model": Body("rectangle", VertexContact(1e-14))}, ["stiffness"]),
     ):
         with refused(ArgumentError, *words):
-            simulate_arrays(motion, **{"model": "rectangle", **grid, **change})
+            simulate_as_arrays(motion, **{"model": "rectangle", **grid, **change})
     with refused(ArgumentError, "static_penetration", "0"):
         VertexContact(0.0)
     assert "two components" in simulate(motion, "rectangle", **grid).vertical_motion
@@ -314,13 +314,13 @@ def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() ->
     )
     for several in (around, around | {"orientation_deg": 90.0}, around | {"orientation_deg": -10.0}):
         with refused(ArgumentError, "start: it turns with the body", "leave_out=False"):
-            simulate_arrays(level(0.5), body, **several)
-    alone = simulate_arrays(level(0.5), body, **around | {"orientation_deg": 30.0})
+            simulate_as_arrays(level(0.5), body, **several)
+    alone = simulate_as_arrays(level(0.5), body, **around | {"orientation_deg": 30.0})
     assert alone["fall_azimuth"].item() == pytest.approx(30.0, abs=1e-3)
-    found = simulate_arrays(level(0.5), body, **around, leave_out=False)
+    found = simulate_as_arrays(level(0.5), body, **around, leave_out=False)
     np.testing.assert_allclose(found["fall_azimuth"].ravel(), around["orientation_deg"], atol=1e-3)
     with refused(ArgumentError, "start: quaternion", "length must be 1"):
-        simulate_arrays(level(0.5), Body("circle", start=Start((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))),
+        simulate_as_arrays(level(0.5), Body("circle", start=Start((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))),
                         **around | {"orientation_deg": 0.0})  # fmt: skip
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
@@ -43,7 +43,7 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
         for one, threshold in zip(beta[:4], expected[:4], strict=True):
             # A base that accelerates towards β, for a block that faces north.
             east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
-            found = simulate_arrays(
+            found = simulate_as_arrays(
                 Motion(north, east, sampling_interval=0.01, trust_data=True),
                 Body("rectangle", VertexContact(2e-5)),
                 orientation_deg=0.0,
@@ -258,7 +258,7 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
     t = np.arange(45) * 0.05
     shakes = t < 1.2
     motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
-    found = simulate_arrays(
+    found = simulate_as_arrays(
         motion, "rectangle", orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
     )
     for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):

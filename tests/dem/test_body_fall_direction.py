@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 from overturning.dem.body.ending import body_has_fallen
 from overturning.dem.body.state import BodyTerminationLimits
 from overturning.dem.body.vectors import Quaternion, rotation_matrix
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model import polyhedron
 from overturning.model.body import Body
@@ -36,7 +36,9 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     shaking[50:100] = -push
     motion = Motion(shaking, 0 * shaking, sampling_interval=0.004, trust_data=True)
     same = {"orientation_deg": 0.0, "friction": 2.0}
-    found = simulate_arrays(motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]}))
+    found = simulate_as_arrays(
+        motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]})
+    )
     assert found["overturned"].item() == (azimuth is not None)
     # The same case with a fall tilt of 80°, which is simulated for longer.
     real = polyhedron._least_tilt_and_resting_face_normals

@@ -9,9 +9,9 @@ from overturning.dem import run as run_module
 from overturning.dem.body.statics import largest_unit_spring_eigenvalue
 from overturning.dem.body.tables import ROW
 from overturning.dem.kernel import balance
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.time_step import IntegrationScheme, longest_stable_step
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body, Start
@@ -50,8 +50,8 @@ def test_motion_along_a_face_normal_equals_the_2d_model(number: int) -> None:
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
     same = {"scheme": "cundall", "time_step": 3e-5, "leave_out": False}
-    plane = simulate_arrays(motion, gravestone(Contact(static_penetration=2e-5)), azimuth_deg=[0.0], **same, **grid)
-    space = simulate_arrays(motion, RECTANGLE, orientation_deg=[0.0], **same, **grid)
+    plane = simulate_as_arrays(motion, gravestone(Contact(static_penetration=2e-5)), azimuth_deg=[0.0], **same, **grid)
+    space = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[0.0], **same, **grid)
     in_space = {name: space[name][:, :, :, 0, :] for name in NAMES}
     ahead = np.cos(np.radians(np.nan_to_num(in_space["fall_azimuth"])))
     sides = np.where(in_space["overturned"] == 1, np.round(ahead), in_space["overturned"])
@@ -71,10 +71,10 @@ def plane_ratio(grid: dict[str, list[float]]) -> np.ndarray:
 def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
     motion = part(10)
     grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "aspect": [1.0, 2.0]}
-    found = simulate_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
+    found = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
     assert (found["block_steps"][:, 0, 0, 0, 0] > 0).tolist() == [True, False, False, False]
     assert (found["block_steps"][:, 0, 0, 1, 0] > 0).tolist() == [True, True, False, False]
-    every = simulate_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], leave_out=False, **grid)
+    every = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], leave_out=False, **grid)
     np.testing.assert_array_equal(found["overturned"], every["overturned"])
     np.testing.assert_array_equal(found["fall_face"], every["fall_face"])
     np.testing.assert_allclose(found["fall_azimuth"], every["fall_azimuth"], atol=0.1)
@@ -84,10 +84,10 @@ def test_results_do_not_depend_on_order_threads_or_other_cases(monkeypatch: pyte
     motion = part(10)
     grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5]}
     turned = np.arange(0.0, 90.0, 6.0)
-    whole = simulate_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
-    threaded = simulate_arrays(motion, RECTANGLE, orientation_deg=turned[::-1], threads=2, **grid)
+    whole = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
+    threaded = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned[::-1], threads=2, **grid)
     monkeypatch.setattr(run_module, "MAX_QUEUE_LENGTH", 3)
-    few = simulate_arrays(motion, RECTANGLE, orientation_deg=turned[::5], **grid)
+    few = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned[::5], **grid)
     for name in NAMES:
         np.testing.assert_array_equal(whole[name], threaded[name][::-1])
         np.testing.assert_array_equal(whole[name][::5], few[name])
@@ -124,7 +124,9 @@ def test_steps_above_the_stable_limit_are_unstable(
             (0.0, 0.0, body.centre_height - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning
         )
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
-        plan = plan_simulation(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
+        plan = plan_simulation(
+            Body(shape, SOFT, start), motion, cases, NumericalOptions(scheme="cundall", leave_out=False)
+        )
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.compute_cases(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
         moves = sum(
@@ -150,12 +152,12 @@ def test_the_highest_mode_is_not_exceeded_on_an_edge_or_a_vertex() -> None:
 def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
     first, finer = (
-        simulate_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.RERUN_REFINEMENT)
+        simulate_as_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.RERUN_REFINEMENT)
     )
     bound = float(np.median(first["energy_error"]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
-    found, again = simulate_arrays(part(10), "rectangle", **grid), first["energy_error"] > bound
+    found, again = simulate_as_arrays(part(10), "rectangle", **grid), first["energy_error"] > bound
     never = again & (finer["energy_error"] > bound)
     np.testing.assert_array_equal(found["status"] == CaseStatus.UNSTABLE, never)
     for name in (*NAMES, "block_steps"):
@@ -167,7 +169,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
     assert (np.diff(path.time) > 0).all()
     # A case that never balances is marked.
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
-    marked = simulate_arrays(part(10), "rectangle", **{name: [value] for name, value in cell.items()})
+    marked = simulate_as_arrays(part(10), "rectangle", **{name: [value] for name, value in cell.items()})
     assert (marked["status"].item(), marked["overturned"].item()) == (CaseStatus.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())
 
@@ -175,7 +177,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
 @BOTH
 def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
     for number in (2, 10):
-        found = simulate_arrays(
+        found = simulate_as_arrays(
             part(number),
             "rectangle",
             orientation_deg=np.arange(0.0, 90.0, 18.0),
@@ -193,7 +195,9 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
 def test_both_schemes_find_the_same_falls() -> None:
     motion, turned = part(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
-    found = {scheme: simulate_arrays(motion, "rectangle", scheme=scheme, **grid) for scheme in ("centred", "cundall")}
+    found = {
+        scheme: simulate_as_arrays(motion, "rectangle", scheme=scheme, **grid) for scheme in ("centred", "cundall")
+    }
     fell = found["centred"]["overturned"] == 1
     assert fell.any()
     assert (found["centred"]["overturned"] == found["cundall"]["overturned"]).mean() > 0.9

@@ -13,7 +13,7 @@ import pytest
 from overturning.dem.kernel import cache, queue
 from overturning.dem.kernel.cache import cache_compiled_kernel, cache_directory
 from overturning.dem.kernel.lanes import INNER
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.motion.motion import Motion
 from tests.test_layers import imports, modules
 
@@ -68,7 +68,7 @@ def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
         numba.njit(lambda x: x + 1.0)(1.0)
         before = state()
         from overturning.dem.kernel.queue import run_queue
-        from overturning.dem.simulate import simulate_arrays
+        from overturning.dem.simulate import simulate_as_arrays
         after = state()
         print([name for name in before if before[name] != after.get(name)])
     """
@@ -91,7 +91,7 @@ def test_a_kernel_edited_after_import_is_not_cached(tmp_path: Path, monkeypatch:
 def test_a_compiled_kernel_is_cached_for_the_next_process() -> None:
     wave = 4.0 * np.sin(0.1 * np.arange(200))
     case = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
-    simulate_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)
+    simulate_as_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)
     assert list(cache_directory().glob("*.nbi"))
     assert list(cache_directory().glob("*.nbc"))
 
@@ -102,13 +102,13 @@ def test_kernel_variants_compiled_by_different_processes_are_not_confused(tmp_pa
     program = """if True:
         import sys
         import numpy as np
-        from overturning.dem.simulate import simulate_arrays
+        from overturning.dem.simulate import simulate_as_arrays
         from overturning.motion.motion import Motion
         wave = 4.0 * np.sin(9.0 * np.arange(200) * 0.01)
         case = {"azimuth_deg": [0.0, 40.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5]}
         for base in sys.argv[1:]:
             motion = Motion(wave, 0.5 * wave, 0.5 * wave if base == "up" else None, sampling_interval=0.01)
-            found = simulate_arrays(motion, scheme="cundall", **case)
+            found = simulate_as_arrays(motion, scheme="cundall", **case)
             print(base, found["status"].ravel(), found["peak_slip"].ravel(), found["block_steps"].sum())
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}

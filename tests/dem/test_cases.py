@@ -71,11 +71,11 @@ def test_a_first_simulation_imports_nothing_expensive() -> None:
         import sys
         import numpy as np
         import overturning
-        from overturning.dem.simulate import simulate_arrays
+        from overturning.dem.simulate import simulate_as_arrays
         wave = 4.0 * np.sin(0.1 * np.arange(200))
         motion = overturning.Motion(wave, 0.0 * wave, sampling_interval=0.01)
         case = {"azimuth_deg": 0.0, "height": 0.6, "b_over_h": 0.3, "friction": 1.0}
-        simulate_arrays(motion, **case)
+        simulate_as_arrays(motion, **case)
         in_a_sweep = {*sys.modules}
         overturning.simulate(motion, **case)
         overturning.trajectory(motion, **case)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.rigid import rocking
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run, run_cases
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
@@ -195,11 +195,11 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
     motion = Motion(acceleration, 0.0 * acceleration, sampling_interval=interval)
     cases = Cases(0.0, np.array(heights), 3.0, friction)
     found = {
-        str(general): run(gravestone(), motion, cases, Numerics(general=general)).peak_slip.ravel()
+        str(general): simulate_cases(gravestone(), motion, cases, NumericalOptions(general=general)).peak_slip.ravel()
         for general in (False, True)
     }
     space = Cases(0.0, np.array(heights), 3.0, friction)
-    return found | {"body": run(shape_from_name_or_sides("rectangle"), motion, space).peak_slip}
+    return found | {"body": simulate_cases(shape_from_name_or_sides("rectangle"), motion, space).peak_slip}
 
 
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])
@@ -238,9 +238,9 @@ def test_a_squat_block_lands_and_stays() -> None:
     )
     expected = rocking(motion, case).peak_rotation[0]
     for general in (False, True):
-        found = run(gravestone(), motion, case, Numerics(general=general))
+        found = simulate_cases(gravestone(), motion, case, NumericalOptions(general=general))
         assert found.peak_rotation.ravel()[0] == pytest.approx(expected, abs=0.01)
-    space = run("rectangle", motion, case)
+    space = simulate_cases("rectangle", motion, case)
     assert np.radians(space.peak_tilt[0]) / np.arctan(b_over_h) == pytest.approx(expected, abs=0.01)
 
 

@@ -9,7 +9,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import overturning
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ArgumentError
 
 pytestmark = pytest.mark.long
@@ -36,7 +36,7 @@ def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: Client) -> Non
     alone, spread = (overturning.simulate(MOTION, **grid, client=each) for each in (None, client))
     assert spread.identical(alone)
     space = {"orientation_deg": range(0, 90, 5), "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [0.6]}
-    one, two = (simulate_arrays(MOTION, "rectangle", **space, client=each) for each in (None, client))
+    one, two = (simulate_as_arrays(MOTION, "rectangle", **space, client=each) for each in (None, client))
     for name, values in one.items():
         np.testing.assert_array_equal(two[name], values)
 

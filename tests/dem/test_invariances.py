@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.model.variables import INT8_MISSING
@@ -57,7 +57,7 @@ def model_2d(height: float, **options: Any) -> Model:
 
     def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> CellOutcomes:
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
-        cells = simulate_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
+        cells = simulate_as_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
         fallen = cells["overturned"]
         peak = cells["peak_rotation"]
         assert not np.isnan(peak[fallen != INT8_MISSING]).any()
@@ -77,7 +77,7 @@ def model_3d(strength: float, body: str | int, **options: Any) -> Model:
     def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> CellOutcomes:
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.scaled_by(strength)
-        cells = simulate_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
+        cells = simulate_as_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
         assert not np.isnan(cells["peak_tilt"][cells["overturned"] != INT8_MISSING]).any()
         return CellOutcomes(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
 
@@ -213,17 +213,17 @@ def test_the_mirror_images_of_a_3d_case_are_exact(body: int | str, scheme: str) 
         "friction": [0.4, 0.8],
         "leave_out": False, "model": Body(body, VertexContact(2e-5)), "scheme": scheme,
     }  # fmt: skip
-    found = simulate_arrays(motion, orientation_deg=[0.0], **grid)
+    found = simulate_as_arrays(motion, orientation_deg=[0.0], **grid)
     assert len(np.unique(found["overturned"])) == 2
     same = ("peak_tilt", "peak_slip", "overturning_time", "energy_error", "overturned", "block_steps")
     for north, east in ((1, -1), (-1, 1), (-1, -1)):
-        other = simulate_arrays(mirrored(motion, north, east), orientation_deg=[0.0], **grid)
+        other = simulate_as_arrays(mirrored(motion, north, east), orientation_deg=[0.0], **grid)
         signs = {"residual_slip_north": north, "residual_slip_east": east, "residual_twist": north * east}
         for name, sign in (signs | dict.fromkeys(same, 1)).items():
             np.testing.assert_array_equal(other[name], sign * found[name], err_msg=name)
     # Exchanging north and east is a symmetry of a square, as of any body with a period of 90°.
     swapped = Motion(motion.east, motion.north, motion.up, sampling_interval=motion.sampling_interval)
-    other = simulate_arrays(swapped, orientation_deg=[0.0], **grid)
+    other = simulate_as_arrays(swapped, orientation_deg=[0.0], **grid)
     square = np.s_[:, :, :, 0]
     twins = {
         "residual_slip_north": ("residual_slip_east", 1),

@@ -31,7 +31,7 @@ from overturning.dem.kernel.clock import (
     StepContactChanges,
     choose_next_step_attempt,
 )
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
 from overturning.dem.time_step import block_highest_eigenvalue_bound, shortest_contact_time
 from overturning.dem.trajectory import trajectory
@@ -63,7 +63,7 @@ def blocks() -> Cases:
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
         plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(),
-        blocks(), Numerics(time_step=step)).steps
+        blocks(), NumericalOptions(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
     for steps in made[1:]:
@@ -75,7 +75,7 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = blocks()
-    made = plan_simulation(PlanarModel(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
+    made = plan_simulation(PlanarModel(gravestone(contact)), pulse(), cases, NumericalOptions(refinement=refinement))
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, cases.height, 2650.0)
     square, rate = (
@@ -222,9 +222,10 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
 def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
     soft, rigid = (
-        plan_simulation(PlanarModel(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts
+        plan_simulation(PlanarModel(gravestone(one)), pulse(), blocks(), NumericalOptions(time_step=step))
+        for one in contacts
     )
-    usual = plan_simulation(PlanarModel(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
+    usual = plan_simulation(PlanarModel(gravestone(contacts[1])), pulse(), blocks(), NumericalOptions()).steps
     assert (soft.table["standing"] == WHOLE).all()
     standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)

@@ -15,11 +15,11 @@ from overturning.dem.kernel.ground import (
     REST_CHECKS_PER_BLOCK,
     largest_acceleration_ahead_of_samples,
 )
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import dynamic_overshoot_bound
-from overturning.dem.run import run, run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.run import run_cases, simulate_cases
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
@@ -50,8 +50,8 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
     """Skipping whole cases, and their quiet beginning and end, changes nothing; skipping within a case is off here."""
     monkeypatch.setattr(block_plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
     motion = record_of(number, pulse)
-    short = simulate_arrays(motion, **BLOCKS)
-    full = simulate_arrays(motion, **BLOCKS, leave_out=False)
+    short = simulate_as_arrays(motion, **BLOCKS)
+    full = simulate_as_arrays(motion, **BLOCKS, leave_out=False)
     assert (full["status"] == 0).all()
     different = short["overturned"] != full["overturned"]
     assert different.sum() == 0, f"{different.sum()} of {different.size}"
@@ -65,9 +65,10 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
 def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() -> None:
     changed = np.zeros(3, int)
     for motion in (record_of(*one) for one in RECORDS):
-        short = simulate_arrays(motion, **BLOCKS)
+        short = simulate_as_arrays(motion, **BLOCKS)
         full, more, less = (
-            simulate_arrays(motion.scaled_by(factor), **BLOCKS, leave_out=False) for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
+            simulate_as_arrays(motion.scaled_by(factor), **BLOCKS, leave_out=False)
+            for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
         )
         falls = full["overturned"] != 0
         changed += [((other["overturned"] != 0) != falls).sum() for other in (short, more, less)]
@@ -87,7 +88,7 @@ def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str
     motion, _, _ = near_field(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
     without, with_zeros = (
-        simulate_arrays(which, gravestone(SOFT), **GRID, friction=[0.33, 1.0], scheme=scheme)
+        simulate_as_arrays(which, gravestone(SOFT), **GRID, friction=[0.33, 1.0], scheme=scheme)
         for which in (motion, level)
     )
     assert (without["overturned"] != 0).any()
@@ -144,9 +145,9 @@ def test_skipping_rest_of_a_body_does_not_change_its_fall(
     model, plan = KERNELS[name]
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
     motion = quiet_then_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
-    short = run(model, motion, cases)
+    short = simulate_cases(model, motion, cases)
     monkeypatch.setattr(plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
-    full = run(model, motion, cases)
+    full = simulate_cases(model, motion, cases)
     assert (full.samples_left_out == 0).all()
     assert short.samples_left_out.mean() > 100
     # After a skip, a stack may take some more steps than in the full simulation.
@@ -169,7 +170,7 @@ def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical
     for strength in (0.15, 0.3, 0.6, 1.2):
         north = strength * wave
         motion = Motion(north, 0.3 * north, 0.5 * north if vertical else None, sampling_interval=0.01)
-        short, full = (run(made, motion, cases, Numerics(leave_out=one)) for one in (True, False))
+        short, full = (simulate_cases(made, motion, cases, NumericalOptions(leave_out=one)) for one in (True, False))
         np.testing.assert_array_equal(short.overturned, full.overturned)
         moved = full.peak_rotation > 0.02
         np.testing.assert_allclose(short.peak_rotation[moved], full.peak_rotation[moved], rtol=1e-3)

@@ -8,7 +8,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.polygon.rules import finish_sample, view_scene_arrays_without_reference_counts
@@ -118,7 +118,7 @@ def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tupl
         PlanarModel(made),
         motion,
         Cases([0.0], *size_reference_height_and_b_over_h(made), 0.6),
-        Numerics(leave_out=False),
+        NumericalOptions(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
     most, found, _ = steps_of(planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep)

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.model.cases import Cases
@@ -82,7 +82,7 @@ def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
 
 
 def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
-    found = run(made, motion, Cases([0.0], *size_reference_height_and_b_over_h(made), 0.7, **keys))
+    found = simulate_cases(made, motion, Cases([0.0], *size_reference_height_and_b_over_h(made), 0.7, **keys))
     return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
@@ -144,7 +144,9 @@ def test_a_fall_angle_given_by_the_scene_is_used() -> None:
 
 
 def run_case(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> CaseResults:
-    return run(made, motion, Cases([azimuth], *size_reference_height_and_b_over_h(made), friction), Numerics(**options))
+    return simulate_cases(
+        made, motion, Cases([azimuth], *size_reference_height_and_b_over_h(made), friction), NumericalOptions(**options)
+    )
 
 
 def sine(peak: float, frequency: float, cycles: float = 4.0) -> Motion:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.tables import ROW
-from overturning.dem.numerics import ELEMENT_STEP, Numerics
+from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
 from overturning.dem.polygon.plan import plan_scene_simulation
-from overturning.dem.run import plan_simulation, run, run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.run import plan_simulation, run_cases, simulate_cases
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.planes import PlanarModel
@@ -40,7 +40,9 @@ def _cases(step: int = 36) -> Cases:
 @pytest.mark.parametrize("number", [6, 7])
 def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
     motion, cases = _motion(number), _cases()
-    general = run(gravestone(SOFT), motion, cases, Numerics(scheme="cundall", leave_out=False, general=True))
+    general = simulate_cases(
+        gravestone(SOFT), motion, cases, NumericalOptions(scheme="cundall", leave_out=False, general=True)
+    )
     fast = run_cases(motion, cases, gravestone(SOFT), scheme="cundall", leave_out=False)
     assert (general.status == CaseStatus.SIMULATED).all()
     assert (fast.overturned != 0).sum() > 20
@@ -63,7 +65,7 @@ def test_same_motion_until_the_second_impact() -> None:
     whole, cases = _motion(7), _cases(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
-    model, numerics, seen = PlanarModel(gravestone(SOFT)), Numerics(scheme="cundall", leave_out=False), 0
+    model, numerics, seen = PlanarModel(gravestone(SOFT)), NumericalOptions(scheme="cundall", leave_out=False), 0
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.case_count - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
@@ -94,7 +96,7 @@ def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float
     motion = Motion(wave, 0 * wave, sampling_interval=0.005)
     grid = np.meshgrid([0.0], [0.6, 1.2], [0.12, 0.2, 0.25, 0.3, 0.4, 0.5], [friction], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
-    general = run(gravestone(SOFT), motion, cases, Numerics(general=True))
+    general = simulate_cases(gravestone(SOFT), motion, cases, NumericalOptions(general=True))
     fast = run_cases(motion, cases, gravestone(SOFT))
     assert general.energy_error.max() < 1e-3
     assert (general.status == CaseStatus.SIMULATED).all()
@@ -107,8 +109,8 @@ def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float
 def test_the_gravestone_scene_is_computed_by_the_block_kernel() -> None:
     motion = _motion(6)
     grid = {"azimuth_deg": [0.0, 60.0, 180.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5, 1.0]}
-    scene = simulate_arrays(motion, shipped("gravestone"), **grid)
-    block = simulate_arrays(motion, **grid)
+    scene = simulate_as_arrays(motion, shipped("gravestone"), **grid)
+    block = simulate_as_arrays(motion, **grid)
     assert scene.keys() == block.keys()
     for name, values in block.items():
         np.testing.assert_array_equal(scene[name], values)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
-from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
+from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
@@ -41,14 +41,14 @@ def cases_of(made: Scene, count: int = 90) -> Cases:
 def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> None:
     made, motion = shipped(name), motion_of_noise()
     cases = cases_of(made)
-    nominal = run(made, motion, cases)
+    nominal = simulate_cases(made, motion, cases)
     assert (nominal.overturned != 0).any()
     order = np.random.default_rng(1).permutation(cases.case_count)[:50]
     mixed = Cases(
         *(np.asarray(getattr(cases, key))[order] for key in ("azimuth_deg", "height", "b_over_h", "friction"))
     )
-    threads = run(made, motion, cases, Numerics(threads=2))
-    shuffled = run(made, motion, mixed)
+    threads = simulate_cases(made, motion, cases, NumericalOptions(threads=2))
+    shuffled = simulate_cases(made, motion, mixed)
     for field in FIELDS:
         np.testing.assert_array_equal(getattr(threads, field), getattr(nominal, field))
         np.testing.assert_array_equal(getattr(shuffled, field), getattr(nominal, field)[order])
@@ -57,8 +57,8 @@ def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> Non
 def test_symmetric_scenes_are_mirrored_exactly() -> None:
     made, motion = shipped("three-tier"), motion_of_noise()
     azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
-    both = simulate_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
-    half = simulate_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0])
+    both = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
+    half = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0])
     assert (both["overturned"] != 0).any()
     assert not both["mirrored"].any()
     assert half["mirrored"][3:].all()
@@ -69,7 +69,7 @@ def test_symmetric_scenes_are_mirrored_exactly() -> None:
 
 
 def test_lopsided_scenes_are_not_mirrored() -> None:
-    arrays = simulate_arrays(motion_of_noise(), shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
+    arrays = simulate_as_arrays(motion_of_noise(), shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
     assert not arrays["mirrored"].any()
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
@@ -81,8 +81,8 @@ def test_skipping_rest_changes_no_flag_and_no_side() -> None:
     strong = np.where((time > 4) & (time < 7), 1.0, 0.02) * np.sin(6 * time)
     for level in (2.0, 4.5, 9.0):
         motion = shaken(level * strong)
-        full = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
-        short = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
+        full = simulate_as_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
+        short = simulate_as_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
         np.testing.assert_array_equal(short["overturned"], full["overturned"])
         assert short["block_steps"].sum() < 0.9 * full["block_steps"].sum()
 
@@ -94,8 +94,8 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
     height, _ = size_reference_height_and_b_over_h(shipped("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
-    whole = run(shipped("three-tier"), strong, cases, Numerics(leave_out=False))
-    ended = run(shipped("three-tier"), strong, cases)
+    whole = simulate_cases(shipped("three-tier"), strong, cases, NumericalOptions(leave_out=False))
+    ended = simulate_cases(shipped("three-tier"), strong, cases)
     assert (whole.overturned[:, 2] != 0).mean() > 0.5
     np.testing.assert_array_equal(ended.overturned, whole.overturned)
     np.testing.assert_allclose(ended.peak_rotation[:, 2], whole.peak_rotation[:, 2], rtol=5e-3)
@@ -122,10 +122,10 @@ def test_unknown_arguments_of_a_scene_are_refused() -> None:
     from overturning.errors import ArgumentError
 
     with pytest.raises(ArgumentError, match="scheme: 'euler'"):
-        simulate_arrays(motion, made, azimuth_deg=[0], scheme="euler")
+        simulate_as_arrays(motion, made, azimuth_deg=[0], scheme="euler")
     with pytest.raises(ArgumentError, match="threads: 0"):
-        simulate_arrays(motion, made, azimuth_deg=[0], threads=0)
+        simulate_as_arrays(motion, made, azimuth_deg=[0], threads=0)
     with pytest.raises(ArgumentError, match="not stable; at most"):
-        simulate_arrays(motion, made, azimuth_deg=[0], time_step=0.005)
+        simulate_as_arrays(motion, made, azimuth_deg=[0], time_step=0.005)
     with pytest.raises(ArgumentError, match="rotate an element"):
-        run(made, motion, Cases([0.0], [0.6], [0.5], [1.0], initial_tilt=0.1))
+        simulate_cases(made, motion, Cases([0.0], [0.6], [0.5], [1.0], initial_tilt=0.1))

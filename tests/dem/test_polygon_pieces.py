@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
@@ -43,7 +43,7 @@ def area_of(points: np.ndarray) -> float:
 
 def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
     height, ratio = size_reference_height_and_b_over_h(made)
-    return run(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
+    return simulate_cases(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
 
 def star(generator: np.random.Generator, count: int) -> np.ndarray:

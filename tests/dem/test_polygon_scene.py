@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon.arrays import nearest_faces_never_change
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import run
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.run import simulate_cases
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -19,7 +19,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
-from tests.dem.polygon_scenes import run as run_from_start
+from tests.dem.polygon_scenes import simulate_cases as run_from_start
 
 LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
@@ -175,7 +175,7 @@ def test_the_ground_is_long_enough_for_any_stone_to_slide_on(height: float) -> N
     """A frictionless stone of any size stays in place while the ground moves by A T²/2π below it."""
     time = np.arange(0.0, 3.0, 0.01)
     motion = shaken(np.where(time <= 2.0, 5.0 * np.sin(np.pi * time), 0.0))
-    found = run(shipped("shaft-alone"), motion, Cases(0.0, height, 0.5, 0.0), Numerics(general=True))
+    found = simulate_cases(shipped("shaft-alone"), motion, Cases(0.0, height, 0.5, 0.0), NumericalOptions(general=True))
     assert found.overturned.tolist() == [0]
     np.testing.assert_allclose(found.peak_slip, 5.0 * 2.0**2 / (2.0 * np.pi), rtol=1e-3)
 
@@ -183,7 +183,7 @@ def test_the_ground_is_long_enough_for_any_stone_to_slide_on(height: float) -> N
 def test_an_element_past_the_end_of_the_ground_has_a_missing_outcome() -> None:
     """Below a frictionless stone, ground 40 m wide moves by 8 m in 2 s and then at 8 m/s, past its end."""
     motion = shaken(np.where(np.arange(450) < 200, 4.0, 0.0))
-    found = run(shipped("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), Numerics(general=True))
+    found = simulate_cases(shipped("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), NumericalOptions(general=True))
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [INT8_MISSING]
 
@@ -218,6 +218,6 @@ def test_stones_on_a_fixed_shelf_stand_when_the_ground_rises(rise: float) -> Non
     up = np.where(time < 2, rise * 2.0 * np.sin(np.pi * time), 0.0)
     motion = Motion(0.001 * up, 0 * up, up, sampling_interval=0.01)
     assert motion.displacement[2][-1] == pytest.approx(rise * 2.0 * 4.0 / (2.0 * np.pi), rel=1e-3)
-    found = simulate_arrays(motion, made, azimuth_deg=[0.0], friction=[0.6])
+    found = simulate_as_arrays(motion, made, azimuth_deg=[0.0], friction=[0.6])
     assert found["overturned"].ravel().tolist() == [0, 0, 0]
     assert np.abs(found["peak_slip"]).max() < 1e-3

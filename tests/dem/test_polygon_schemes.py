@@ -5,9 +5,9 @@ import pytest
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import equations
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
@@ -42,7 +42,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
     cases = Cases(0.0, height, [0.335, 0.34, 0.345, 0.35, 0.36], 1.0)
 
     def top(time_step: str, scheme: str = "centred") -> FloatArray:
-        found = run(made, motion, cases, Numerics(scheme=scheme, time_step=time_step))
+        found = simulate_cases(made, motion, cases, NumericalOptions(scheme=scheme, time_step=time_step))
         assert (found.overturned == 0).all()
         return found.peak_rotation[:, 2].astype(np.float64)
 
@@ -58,7 +58,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
 def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: float) -> None:
     """For any damping, vibrations end before a case becomes undecided, and work and energy balance."""
     made = _with_law(shipped("three-tier"), damping_ratio=ratio)
-    found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
+    found = simulate_cases(made, _strong(), _cases(made), NumericalOptions(leave_out=False))
     assert (found.overturned[:, 2] != 0).any()
     assert (found.status == CaseStatus.SIMULATED).all()
     assert found.energy_error.max() < 1e-3
@@ -66,7 +66,7 @@ def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: floa
 
 def test_a_tower_falls_and_comes_to_rest() -> None:
     made = scene(*(block(f"b{k}", 0.4, 0.2, f"b{k - 1}" if k else "ground") for k in range(6)))
-    found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
+    found = simulate_cases(made, _strong(), _cases(made), NumericalOptions(leave_out=False))
     assert (found.overturned[:, 5] != 0).any()
     assert (found.status == CaseStatus.SIMULATED).all()
 

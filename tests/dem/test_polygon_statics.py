@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, run, scene, shaken, shipped, still
@@ -117,7 +117,7 @@ def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: f
     acceleration = share * threshold * GRAVITY * wave
     expected = _slides_to(acceleration, 0.01, friction, 0.2) / np.hypot(1.0, 0.2)
     motion = shaken(acceleration)
-    found = simulate_arrays(motion, _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[friction])
+    found = simulate_as_arrays(motion, _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[friction])
     assert (found["status"].item() == 1) == (share < 1)
     assert (abs(expected) > 0.002) == (share > 1)
     assert found["residual_slip"].item() == pytest.approx(expected, rel=5e-3, abs=1e-4)
@@ -127,7 +127,7 @@ def test_a_block_that_slides_down_a_slope_is_simulated_without_motion() -> None:
     """With µ below the slope it drops by a tenth of its height; µ is given by the scene or by the grid."""
     for keys in ({}, {"contacts": [{"between": ["stone", "stone"], "friction": 0.15}]}):
         made = _on_slope(0.2, 0.4, 0.3, **keys)
-        found = simulate_arrays(still(4), made, azimuth_deg=[0], **({} if keys else {"friction": [0.15]}))
+        found = simulate_as_arrays(still(4), made, azimuth_deg=[0], **({} if keys else {"friction": [0.15]}))
         assert found["overturned"].item() == -1
 
 
@@ -140,7 +140,7 @@ def test_sliding_at_the_end_of_the_record_continues_to_rest(
     pulse = -peak * np.sin(np.pi * time / duration)
     expected = _slides_to(np.append(pulse, np.zeros(300)), 0.005, 0.2, 0.0)
     plinth = {"name": "plinth", "kind": "driven", "width": 3.0 * width, "height": 0.5, "at": [0, -0.5]}
-    found = simulate_arrays(
+    found = simulate_as_arrays(
         shaken(pulse, 0.005), scene(plinth, block("stone", width, height, "plinth")), azimuth_deg=[0], friction=[0.2]
     )
     assert found["overturned"].item() == 0
@@ -239,7 +239,7 @@ def test_a_block_stopped_by_a_wall_leans_at_the_geometric_angle() -> None:
     assert angle > np.arctan(0.4)
     # Without the wall the same pulse overturns it.
     free = scene(block("stone", 0.24, 0.6))
-    alone = simulate_arrays(pulse, free, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
+    alone = simulate_as_arrays(pulse, free, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
     assert alone["overturned"].item() == 1
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from overturning.dem.block.rigid import rocking
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.results import CaseResults
@@ -81,7 +81,7 @@ def test_pulse_records_overturn_in_the_fault_normal_component_only(number: int, 
     """Three of fourteen pulse records overturn B/H = 0.4, in the fault-normal component only."""
     motion, normal, parallel = near_field(number)
     grid = {"azimuth_deg": [normal, parallel], "height": [0.6], "b_over_h": [0.39, 0.4, 0.42], "friction": [1.0]}
-    found = simulate_arrays(motion, gravestone(Contact(damping_ratio=damping_ratio)), **grid)
+    found = simulate_as_arrays(motion, gravestone(Contact(damping_ratio=damping_ratio)), **grid)
     assert (found["status"] <= 1).all()
     falls = (found["overturned"] != 0)[:, 0, :, 0]
     assert falls.tolist() == [[number in FALLING] * 3, [False] * 3]

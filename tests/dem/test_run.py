@@ -10,12 +10,12 @@ from overturning.dem import plan
 from overturning.dem.block.plan import BlockSimulationPlan
 from overturning.dem.block.tables import RESULT, ROW
 from overturning.dem.kernel.queue import extend_trajectory, run_queue
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
 from overturning.dem.polygon.plan import PolygonSimulationPlan
-from overturning.dem.run import plan_simulation, run, run_cases
-from overturning.dem.simulate import create_case_grid, simulate_arrays, simulate_grid
+from overturning.dem.run import plan_simulation, run_cases, simulate_cases
+from overturning.dem.simulate import create_case_grid, simulate_as_arrays, simulate_grid
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -52,15 +52,15 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     ],
 )
 def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
-    assert type(plan_simulation(PlanarModel(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
+    assert type(plan_simulation(PlanarModel(shipped(name)), MOTION, CASES, NumericalOptions(general=general))) is kind
 
 
 def test_the_gravestone_is_the_default_of_every_function() -> None:
     contact = Contact(damping_ratio=0.7)
-    results = run(gravestone(contact, 2000.0), MOTION, CASES)
+    results = simulate_cases(gravestone(contact, 2000.0), MOTION, CASES)
     assert results.overturned.shape == (2,)
     alone = run_cases(MOTION, CASES, gravestone(contact, 2000.0))
-    arrays = simulate_arrays(
+    arrays = simulate_as_arrays(
         MOTION, gravestone(contact), azimuth_deg=0.0, height=0.6, b_over_h=[0.2, 0.3], friction=0.7
     )
     for variable in VARIABLES:
@@ -78,9 +78,9 @@ def test_the_gravestone_is_the_default_of_every_function() -> None:
 def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
     known = model_from_scene_or_shape(model)
     axes = {f"{known.direction}_deg": [10.0, 50.0], "height": [0.6], "b_over_h": [0.25, 0.75], "friction": [0.7]}
-    arrays = simulate_arrays(MOTION, model, **axes)
+    arrays = simulate_as_arrays(MOTION, model, **axes)
     cells = [cell.ravel() for cell in np.meshgrid(*axes.values(), indexing="ij")]
-    results = run(model, MOTION, Cases(*cells))
+    results = simulate_cases(model, MOTION, Cases(*cells))
     assert len(np.unique(results.overturned)) > 1
     one = {name: float(values[-1]) for name, values in axes.items()}
     path = trajectory(MOTION, model, **one)
@@ -96,7 +96,7 @@ def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
 @pytest.mark.parametrize(("model", "orientation"), [("circle", 30.0), (5, 100.0), ("rectangle", 130.0)])
 def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, orientation: float) -> None:
     size = {"height": 0.6, "b_over_h": 0.25, "friction": 0.7}
-    cell = simulate_arrays(MOTION, model, orientation_deg=orientation, **size)
+    cell = simulate_as_arrays(MOTION, model, orientation_deg=orientation, **size)
     path = trajectory(MOTION, model, orientation_deg=orientation, **size)
     assert path.attrs["orientation_deg"] == orientation
     for variable in model_from_scene_or_shape(model).variables:
@@ -111,10 +111,10 @@ def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     model = PlanarModel(scene)
     grid = create_case_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
-    arrays = simulate_grid(model, MOTION, grid.replace_values(friction=np.array([0.1, 0.9])), Numerics())
+    arrays = simulate_grid(model, MOTION, grid.replace_values(friction=np.array([0.1, 0.9])), NumericalOptions())
     with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
-        simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
-    swept = simulate_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
+        simulate_as_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
+    swept = simulate_as_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
     for name, values in arrays.items():
         np.testing.assert_array_equal(values, np.repeat(swept[name], 2, axis=3), err_msg=name)
 

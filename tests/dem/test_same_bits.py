@@ -12,7 +12,7 @@ import pytest
 
 from overturning.dem import run as run_module
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.records.catalogue import read_record_table
@@ -60,7 +60,7 @@ def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytes
 def test_a_trajectory_is_bit_equal_to_its_cell() -> None:
     motion, _, _ = near_field(10)
     cell = {"azimuth_deg": 32.0, "height": 0.6, "b_over_h": 0.35, "friction": 0.58}
-    found = simulate_arrays(motion, **{name: [value] for name, value in cell.items()})
+    found = simulate_as_arrays(motion, **{name: [value] for name, value in cell.items()})
     path = trajectory(motion, **cell)
     assert float(stone(path)["peak_rotation"]) == found["peak_rotation"].item()
     assert int(stone(path)["overturned"]) == found["overturned"].item()
@@ -80,10 +80,10 @@ def test_the_mirrored_half_of_the_azimuths_is_exact(vertical: bool) -> None:
         motion = type(motion)(motion.north, motion.east, 0.4 * motion.north, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.1, 0.25, 0.4], "friction": [0.33, 1.0]}
     azimuths = np.arange(0.0, 360.0, 15.0)
-    mirrored = simulate_arrays(motion, azimuth_deg=azimuths, **grid)
+    mirrored = simulate_as_arrays(motion, azimuth_deg=azimuths, **grid)
     every = {}
     for azimuth in azimuths:
-        for name, values in simulate_arrays(motion, azimuth_deg=[azimuth], **grid).items():
+        for name, values in simulate_as_arrays(motion, azimuth_deg=[azimuth], **grid).items():
             every.setdefault(name, []).append(values)
     assert mirrored["mirrored"].any()
     assert (mirrored["overturned"] != 0).any()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -47,7 +47,7 @@ def test_a_3d_body_with_excessive_static_penetration_is_marked(
     size = {"orientation_deg": 0.0, "height": 0.4, "friction": 0.6}
     for ratio, deepest in ((0.3, 0.1), (2.0, 0.05)):
         soft, stiff = (
-            simulate_arrays(
+            simulate_as_arrays(
                 motion,
                 Body(plan, VertexContact(share * times * deepest)),
                 b_over_h=ratio,
@@ -69,7 +69,7 @@ def test_a_stone_that_overlaps_its_wall_has_a_missing_outcome(peak: float) -> No
     """The wall is 0.22 m from the centre: a stone 0.6 m high overlaps it from B/H 0.7333 and would be thrown off."""
     motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)
     ratios = [0.4, 0.73, 0.44 / 0.6, 0.7334, 0.75, 0.9]
-    found = simulate_arrays(motion, load_scene("against-a-wall"), azimuth_deg=[0, 180], b_over_h=ratios)
+    found = simulate_as_arrays(motion, load_scene("against-a-wall"), azimuth_deg=[0, 180], b_over_h=ratios)
     none = found["status"] == CaseStatus.UNSTABLE
     assert none.reshape(2, -1).tolist() == [[False, False, False, True, True, True]] * 2
     assert ((found["overturned"] == INT8_MISSING) == none).all()

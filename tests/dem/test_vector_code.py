@@ -21,7 +21,7 @@ from overturning.dem.polygon.centred import (
 )
 from overturning.dem.polygon.equations import PairSubmatrices
 from overturning.dem.polygon.step import correct_element_motion, predict_element_motion
-from overturning.dem.run import run, run_cases
+from overturning.dem.run import run_cases, simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
@@ -108,8 +108,8 @@ WAVE = 4.0 * np.sin(0.1 * np.arange(50))
 KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
     "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
     "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
-    "body": (lambda motion, _: run(RectangularPrism(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
-    "stack": (lambda motion, _: run(Stack(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 10),
+    "body": (lambda motion, _: simulate_cases(RectangularPrism(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
+    "stack": (lambda motion, _: simulate_cases(Stack(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 10),
 }
 """Function that makes a kernel compile or load, and its number of large loops over the lanes."""
 

@@ -69,7 +69,7 @@ def test_axes_need_a_fault_strike_but_roses_do_not(strong: Path) -> None:
     with open_cube(strong) as cube:
         assert plot.fall_rose(cube).axes
         with refused(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
-            plot.alignment_by_earthquake(cube)
+            plot.fall_alignment_by_earthquake(cube)
 
 
 def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,10 +78,10 @@ def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
     with refused(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
-        plot.alignment_by_b_over_h(stands)
+        plot.fall_alignment_by_b_over_h(stands)
     no_fault = cube.assign_coords(fault_normal=("record", [np.nan, np.nan]))
     with refused(ArgumentError, "follow: nothing to draw: no record with falls has a known peak"):
-        plot.alignment_by_b_over_h(no_fault)
+        plot.fall_alignment_by_b_over_h(no_fault)
 
 
 def test_motion_figures_refuse_ground_at_rest(tmp_path: Path) -> None:

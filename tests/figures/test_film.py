@@ -13,8 +13,8 @@ from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
-from overturning.figures.film_movie import write_film_movie
-from overturning.figures.page import film_page_html, write_film_page
+from overturning.figures.film_movie import write_film_as_gif_or_mp4
+from overturning.figures.page import film_page_html, write_film_html_page
 from tests.figures.films import BASE, block, two_panels
 
 
@@ -48,7 +48,7 @@ def test_the_view_holds_all_free_bodies() -> None:
 
 def test_page_is_small_reproducible_and_self_contained(tmp_path: Path) -> None:
     for name in ("a.html", "b.html"):
-        write_film_page(two_panels(duration=30.0), tmp_path / name)
+        write_film_html_page(two_panels(duration=30.0), tmp_path / name)
     page = (tmp_path / "a.html").read_bytes()
     assert page == (tmp_path / "b.html").read_bytes()
     assert len(page) < 300_000
@@ -76,7 +76,7 @@ def test_invalid_films_are_refused() -> None:
 @pytest.mark.long
 def test_gif_has_the_frames_of_the_film(tmp_path: Path) -> None:
     for name in ("a.gif", "b.gif"):
-        write_film_movie(two_panels(duration=0.9), tmp_path / name)
+        write_film_as_gif_or_mp4(two_panels(duration=0.9), tmp_path / name)
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
     with Image.open(tmp_path / "a.gif") as picture:
         assert picture.n_frames == 46
@@ -90,16 +90,16 @@ def test_gif_has_the_frames_of_the_film(tmp_path: Path) -> None:
 def test_mp4_is_written_or_ffmpeg_is_asked_for(tmp_path: Path) -> None:
     if shutil.which("ffmpeg") is None:
         with pytest.raises(MissingDataError, match="ffmpeg"):
-            write_film_movie(two_panels(duration=0.4), tmp_path / "a.mp4")
+            write_film_as_gif_or_mp4(two_panels(duration=0.4), tmp_path / "a.mp4")
         assert not list(tmp_path.iterdir())
         return
-    write_film_movie(two_panels(duration=0.4), tmp_path / "a.mp4")
+    write_film_as_gif_or_mp4(two_panels(duration=0.4), tmp_path / "a.mp4")
     assert os.path.getsize(tmp_path / "a.mp4") > 1000
 
 
 def test_other_extensions_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="avi"):
-        write_film_movie(two_panels(duration=0.4), tmp_path / "a.avi")
+        write_film_as_gif_or_mp4(two_panels(duration=0.4), tmp_path / "a.avi")
 
 
 def test_record_name_cannot_end_the_script() -> None:

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.film import extent_of_free_bodies, vertex_positions_by_frame
-from overturning.figures.film_movie import write_film_movie
+from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_of_body import convex_hull_faces
 from overturning.figures.film_of_trajectory import (
     AFTERMATH,
@@ -49,7 +49,7 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=0, **BLOCK)
     side = int(stone(path)["overturned"])
     assert side != 0
-    cell = simulate_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
+    cell = simulate_as_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
     assert float(stone(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
     film = film_of_trajectories([path], motion, "pulse")
@@ -288,7 +288,7 @@ def test_body_corners_start_on_the_base_and_end_at_the_fall(bodies: list, pulse:
 def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
     film = film_of_trajectories(bodies, pulse, "title")
     with pytest.raises(ArgumentError, match=r"use the extension \.html"):
-        write_film_movie(film, tmp_path / "film.gif")
+        write_film_as_gif_or_mp4(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from overturning.figures.backwards import motion_posterior_figure
 from overturning.figures.fall_rate import overturned_fraction_figure
-from overturning.figures.film_movie import write_film_movie
+from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.history import record_history_figure
 from overturning.figures.maps import fall_map_figure
@@ -166,11 +166,11 @@ def test_a_film_page_is_japanese(tmp_path: Path) -> None:
 def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
         with translate_visible_texts_to("ja"):
-            write_film_movie(two_panels(0.2), tmp_path / "a.gif")
+            write_film_as_gif_or_mp4(two_panels(0.2), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
     with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
-        write_film_movie(two_panels(0.2), tmp_path / "b.gif")
+        write_film_as_gif_or_mp4(two_panels(0.2), tmp_path / "b.gif")
 
 
 def test_the_japanese_readme_shows_the_figures_of_the_english_one_in_japanese() -> None:

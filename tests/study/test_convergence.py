@@ -12,9 +12,9 @@ import xarray as xr
 from scipy.stats import binomtest
 
 from overturning.commands import workflow
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import plan_simulation, run, run_cases
+from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.errors import ResultError
 from overturning.findings.comparison import comparisons_with_second_computations
 from overturning.model.cases import Cases
@@ -130,7 +130,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
     def whole(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
-        numerics = Numerics(time_step="0.01 stable", **changed)
+        numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
             model or PlanarModel(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics
         ).steps
@@ -325,13 +325,13 @@ def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> 
 def test_scene_repetitions_are_finer_and_stiffer() -> None:
     settings = row_of_two()
     motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
-    own = run(settings.scene, motion, cases)
+    own = simulate_cases(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
         for name, again in case_rerun_functions(settings).items()
     }
     finer, nominal = (
-        plan_simulation(PlanarModel(settings.scene), motion, cases, Numerics(refinement=refinement))
+        plan_simulation(PlanarModel(settings.scene), motion, cases, NumericalOptions(refinement=refinement))
         for refinement in (8, 1)
     )
     assert case_rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]

@@ -12,7 +12,7 @@ from scipy.stats import binom
 
 from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ResultError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -53,7 +53,7 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def nominal(motion: Motion) -> dict[str, np.ndarray]:
-    return simulate_arrays(
+    return simulate_as_arrays(
         motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
     )
 

@@ -9,7 +9,7 @@ import psutil
 import pytest
 
 from overturning import plot
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_page_data
 from overturning.findings.contrast import contrast_study_with_variants, element_fall_findings
@@ -232,7 +232,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping
     )
     motion = Motion(record.north, record.east, sampling_interval=0.01)
-    flags = run(scene, motion, cases).overturned
+    flags = simulate_cases(scene, motion, cases).overturned
     flags = flags[:, -1] if several else flags
     last = (..., -1) if several else ...
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -93,8 +93,8 @@ def test_flags_have_their_documented_values(cube: xr.Dataset) -> None:
     assert {0, 1} <= set(cube["plane_overturned"].to_numpy().ravel().tolist()), "both are looked at"
 
 
-def test_cells_are_those_of_simulate_arrays(cube: xr.Dataset, motion: Motion) -> None:
-    alone = simulate_arrays(
+def test_cells_are_those_of_simulate_as_arrays(cube: xr.Dataset, motion: Motion) -> None:
+    alone = simulate_as_arrays(
         motion, "rectangle", orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
     )
     for name in ("overturned", "fall_azimuth", "fall_face", "peak_tilt", "residual_twist", "energy_error"):
@@ -114,8 +114,8 @@ def test_a_square_looks_the_same_after_a_quarter_turn_and_answers_for_it(cube: x
 
 
 def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, motion: Motion) -> None:
-    along = simulate_arrays(motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7])
-    across = simulate_arrays(motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7])
+    along = simulate_as_arrays(motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7])
+    across = simulate_as_arrays(motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7])
     sides = [found["overturned"].ravel().astype(int) for found in (along, across)]
     times = [np.nan_to_num(found["overturning_time"].ravel(), nan=np.inf) for found in (along, across)]
     cells = cube.isel(record=0, height=0, friction=0).sel(orientation=45, aspect=2)
@@ -133,7 +133,7 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
     angles, falls = [], []
     for i in range(members.member_count):
         scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
-        one = simulate_arrays(
+        one = simulate_as_arrays(
             scaled, "rectangle", orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
             b_over_h=[0.25 * members.b_over_h[i]],
             friction=[0.7 * members.friction[i]],

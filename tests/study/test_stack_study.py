@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
 from overturning.model.falls import model_of_cube
 from overturning.model.stack import Stack
@@ -75,9 +75,9 @@ def test_the_cube_has_orientations_and_an_outcome_of_each_stone(cube: xr.Dataset
     assert 0.0 < shares["shaft"] <= 1.0
 
 
-def test_cells_are_those_of_simulate_arrays(cube: xr.Dataset, motion: Motion, settings: Study) -> None:
+def test_cells_are_those_of_simulate_as_arrays(cube: xr.Dataset, motion: Motion, settings: Study) -> None:
     sizes = {"height": settings.height, "b_over_h": settings.b_over_h}  # rounded in the study
-    alone = simulate_arrays(motion.scaled_by(1.5), settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes)
+    alone = simulate_as_arrays(motion.scaled_by(1.5), settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes)
     for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "residual_slip_north", "slid_off"):
         cell = cube[name].isel(record=0).sel(amplitude=1.5, orientation=30, friction=0.7).to_numpy().ravel()
         found = alone[name].ravel()

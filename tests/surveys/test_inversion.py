@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, ResultError
 from overturning.findings.surveys import inferred_motion_findings
 from overturning.model.cases import Cases
@@ -261,7 +261,7 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
     others = [one for one in every if any(name in one.name for name in names)]
     height, shape = np.full(24, 1.5), np.repeat([0.2, 0.35], 12)
     factors = np.linspace(0.6, 0.9, 24)
-    result = run("circle", truth.motion, Cases(0.0, height, shape, 0.7, factors))
+    result = simulate_cases("circle", truth.motion, Cases(0.0, height, shape, 0.7, factors))
     stones = [
         column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
         for i in range(24)

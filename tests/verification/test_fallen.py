@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
 from overturning.model.geometry import size_reference_height_and_b_over_h
@@ -22,7 +22,7 @@ from verification.stability.checks import (
 
 def case(scene: Scene) -> CaseResults:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
-    return run(scene, pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
+    return simulate_cases(scene, pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
 
 
 def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:

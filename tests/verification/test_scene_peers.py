@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
@@ -37,8 +37,8 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     ours, rigid = np.zeros((2, len(cases)))
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])
-        rigid[here.index] = run(scene, read_near_field_motion(number), blocks).overturned[:, SHAFT]
-        ours[here.index] = run(
+        rigid[here.index] = simulate_cases(scene, read_near_field_motion(number), blocks).overturned[:, SHAFT]
+        ours[here.index] = simulate_cases(
             PlanarModel(scene).with_stiffness_factor(1 / 200), read_near_field_motion(number), blocks
         ).overturned[:, SHAFT]
     pymunk, box2d = (kept[name].to_numpy() for name in ("pymunk", "box2d"))

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon.prepare import prepare_scene
-from overturning.dem.run import run, run_cases
+from overturning.dem.run import run_cases, simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw, Material
@@ -68,7 +68,7 @@ def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name
 def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     made, motion = shipped("three-tier"), pulse(6.0)
     prepared = prepare_scene(made)
-    found = run(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
+    found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
     assert find_scene_contradiction(prepared, 0.7, motion, found) == ""
@@ -99,18 +99,23 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
     for penetration in (0.6, 8.0):
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
         soft = shipped(name).model_copy(update={"contacts": (law,)})
-        found = run(
+        found = simulate_cases(
             soft,
             pulse(3.0),
             Cases(0.0, *size_reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
-            Numerics(general=True),
+            NumericalOptions(general=True),
         )
         assert (found.status == CaseStatus.UNSTABLE).all()
         assert (found.overturned == -128).all()
     law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
     stiff = shipped(name).model_copy(update={"contacts": (law,)})
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
-        run(stiff, pulse(3.0), Cases(0.0, *size_reference_height_and_b_over_h(stiff), 0.7), Numerics(general=True))
+        simulate_cases(
+            stiff,
+            pulse(3.0),
+            Cases(0.0, *size_reference_height_and_b_over_h(stiff), 0.7),
+            NumericalOptions(general=True),
+        )
 
 
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
@@ -145,7 +150,7 @@ def test_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
     cases = Cases(0.0, height, ratio, [friction])
     for scheme, time_step, finer, tolerance in (("cundall", "auto", 8, 1e-5), ("centred", step, 32, 1e-2)):
         given = {"scheme": scheme, "time_step": time_step, "refinement": finer}
-        general = run(scene, motion, cases, Numerics(**given, general=True))
+        general = simulate_cases(scene, motion, cases, NumericalOptions(**given, general=True))
         block = run_cases(
             motion, cases, gravestone(scene.contact_law(*scene.elements).springs_and_dashpots, density), **given
         )

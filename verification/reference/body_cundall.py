@@ -63,10 +63,18 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, TupleRowLayout, aligned_zeros, tuple_arithmetic
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    INNER,
+    OPTIONS,
+    OWNER,
+    TupleRowLayout,
+    aligned_zeros,
+    create_elementwise_tuple_functions,
+)
 from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.dem.kernel.queue import run_queue
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, steps_per_sample
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -111,7 +119,7 @@ class ContactTotals(NamedTuple):
     """Largest penetration, m."""
 
 
-sum_of = tuple_arithmetic(ContactWrench).plus
+sum_of = create_elementwise_tuple_functions(ContactWrench).plus
 
 
 class ContactPoint(NamedTuple):
@@ -283,7 +291,7 @@ load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
 ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.lane_access(ContactTotals)
-no_wrench = tuple_arithmetic(ContactWrench).zero
+no_wrench = create_elementwise_tuple_functions(ContactWrench).zero
 load_shaking = ROWS.lane_access(BodyBaseMotion, unused_fields=UNUSED).load
 load_peaks, load_account = (
     ROWS.lane_access(BodyPeakValues).load,
@@ -506,7 +514,7 @@ def enable_cundall() -> Iterator[None]:
     """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
     plan_centred = body_plan.plan_body_simulation
 
-    def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodySimulationPlan:
+    def plan(model: Body, motion: Motion, cases: Cases, numerics: NumericalOptions) -> body_plan.BodySimulationPlan:
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))

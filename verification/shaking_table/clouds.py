@@ -14,8 +14,8 @@ from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.cache import sources_digest
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run, run_cases
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import run_cases, simulate_cases
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
@@ -79,7 +79,7 @@ def _simulate_prisms(motion: Motion, stone_parameters: Rows) -> NDArray[np.bool_
         stone_parameters["damping"],
         aspect=ASPECT,
     )
-    return np.asarray(run(RectangularPrism(), motion, cases, Numerics()).overturned == 1)
+    return np.asarray(simulate_cases(RectangularPrism(), motion, cases, NumericalOptions()).overturned == 1)
 
 
 _CONTACT: Final[dict[str, tuple[float, float]]] = {

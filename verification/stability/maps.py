@@ -11,9 +11,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import ELEMENT_STEP, Numerics
+from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
-from overturning.dem.run import run, run_cases
+from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.time_step import (
     block_highest_eigenvalue_bound,
     longest_stable_step,
@@ -191,13 +191,13 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     try:
         prepared = prepare_scene(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
-        numerics = Numerics(
+        numerics = NumericalOptions(
             scheme=case.scheme,
             time_step=case.time_step,
             budget=ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )
-        found = run(scene, motion, cases, numerics)
+        found = simulate_cases(scene, motion, cases, numerics)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _scene_groups(setting, prepared, motion)
@@ -209,7 +209,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if scene.is_single_block:
-        block = run(scene, motion, cases, replace(numerics, general=False))
+        block = simulate_cases(scene, motion, cases, replace(numerics, general=False))
         # The ground of the scene is finite, that of the single block is not.
         there = found.peak_slip < 0.5 * prepared.placed[0].shape.width
         both = (found.overturned != INT8_MISSING) & (block.overturned != INT8_MISSING) & there

@@ -73,10 +73,10 @@ def simulate_one_stone(
     print(title, *found.outcome_lines, *_time_origin_notes(shift), *record.notes, sep="\n  ")
     if output_options.animate is not None:
         from overturning.figures.film_case import film_title_facts
-        from overturning.figures.film_movie import write_film_movie
+        from overturning.figures.film_movie import write_film_as_gif_or_mp4
         from overturning.figures.film_of_trajectory import film_of_trajectories
         from overturning.figures.film_words import film_title_text, station_and_event_text
-        from overturning.figures.page import write_film_page
+        from overturning.figures.page import write_film_html_page
 
         facts = film_title_facts(
             found.model,
@@ -87,7 +87,7 @@ def simulate_one_stone(
             level=motion.up is None and record.up is not None,
         )
         film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), film_title_text(facts))
-        write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
+        write = write_film_html_page if output_options.animate.suffix.lower() == ".html" else write_film_as_gif_or_mp4
         with translate_visible_texts_to(output_options.language):
             write(film, output_options.animate)
         print(f"film: {output_options.animate}")

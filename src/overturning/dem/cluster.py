@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.motion.motion import Motion
 
 MAX_CASES_PER_TASK: Final = 16384
@@ -17,7 +17,10 @@ MIN_CASES_PER_TASK: Final = 256
 
 
 def simulate_cases_on_cluster(
-    simulate_cases: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics
+    simulate_cases: Callable[[Motion, Any, NumericalOptions], Any],
+    motion: Motion,
+    cases: Any,
+    numerics: NumericalOptions,
 ) -> Any:
     """Simulate cases on the dask cluster of ``numerics.client``; the results are bit-equal to those of a local run.
 
@@ -29,7 +32,7 @@ def simulate_cases_on_cluster(
         Input motion.
     cases : Cases
         All cases.
-    numerics : Numerics
+    numerics : NumericalOptions
         Numerical options. Each task has one thread, and `progress` counts cases.
 
     Returns

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.simulate import simulate_grid
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.body import Body
@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 
 
 def simulate_grid_and_body_face_planes(
-    model: Model, motion: Motion, grid: CaseGrid, numerics: Numerics
+    model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.
 

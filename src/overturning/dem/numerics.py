@@ -21,7 +21,7 @@ ELEMENT_STEP: Final = 20
 
 
 @dataclass(frozen=True)
-class Numerics:
+class NumericalOptions:
     """Numerical options of a simulation, the same for all its cases.
 
     Parameters

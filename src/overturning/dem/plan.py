@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_cases_until_energy_balances
 from overturning.dem.kernel.ground import GroundMotion, largest_acceleration_ahead_of_samples
 from overturning.dem.kernel.queue import QueueSettings, run_queue
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.model import Model
@@ -75,7 +75,7 @@ class SimulationPlan(ABC):
     model: Model
     motion: Motion
     cases: Cases
-    numerics: Numerics
+    numerics: NumericalOptions
     row: NDArray[np.int64]  # shape (n,): row of `ground` for each case
     ground: FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     steps: NDArray[np.int64]  # shape (n,): steps per sample

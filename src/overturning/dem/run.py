@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cluster import simulate_cases_on_cluster
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.errors import suggest_closest_keyword
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -29,10 +29,10 @@ MAX_QUEUE_LENGTH: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
 
 
-def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "SimulationPlan":
+def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: NumericalOptions) -> "SimulationPlan":
     """Check the arguments and return the plan of the simulation of a model in the cases.
 
-    Parameters and exceptions are those of `run`.
+    Parameters and exceptions are those of `simulate_cases`.
     """
     # Imported lazily: importing a plan imports Numba.
     if isinstance(model, Stack):
@@ -53,11 +53,11 @@ def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Nume
     return plan_scene_simulation(model, motion, cases, numerics)
 
 
-def run(
+def simulate_cases(
     model: "Model | Scene | Shape | str | int | None",
     motion: Motion,
     cases: Cases,
-    numerics: Numerics | None = None,
+    numerics: NumericalOptions | None = None,
 ) -> CaseResults:
     """Simulate cases of a model under one motion; return the results in the order of the cases.
 
@@ -71,8 +71,8 @@ def run(
     cases : Cases
         Cases to simulate. `height` and `b_over_h` are those of the reference element of a scene; `friction` applies to
         every contact law that has no coefficient.
-    numerics : Numerics, optional
-        Numerical options; default `Numerics()`.
+    numerics : NumericalOptions, optional
+        Numerical options; default `NumericalOptions()`.
 
     Returns
     -------
@@ -84,9 +84,9 @@ def run(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    model, numerics = model_from_scene_or_shape(model), numerics or Numerics()
+    model, numerics = model_from_scene_or_shape(model), numerics or NumericalOptions()
     if numerics.client is not None:
-        distributed: CaseResults = simulate_cases_on_cluster(partial(run, model), motion, cases, numerics)
+        distributed: CaseResults = simulate_cases_on_cluster(partial(simulate_cases, model), motion, cases, numerics)
         return distributed
     plan = plan_simulation(model, motion, cases, numerics)
     results = plan.initial_results()
@@ -104,7 +104,7 @@ def run(
     return results
 
 
-@suggest_closest_keyword(Numerics)
+@suggest_closest_keyword(NumericalOptions)
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> CaseResults:
@@ -119,7 +119,7 @@ def run_cases(
     model : Scene, str, int or Shape, optional
         Model, as in `overturning.simulate`; default: a single 2-D block.
     **options
-        Fields of `overturning.dem.numerics.Numerics`.
+        Fields of `overturning.dem.numerics.NumericalOptions`.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def run_cases(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    return run(model, as_motion(motion), cases, Numerics(**options))
+    return simulate_cases(model, as_motion(motion), cases, NumericalOptions(**options))
 
 
 def split_into_queues(
@@ -154,7 +154,7 @@ def split_into_queues(
 def run_queues_in_threads(
     compute_queue: Callable[[NDArray[np.int64]], None],
     queues: list[NDArray[np.int64]],
-    numerics: Numerics,
+    numerics: NumericalOptions,
     steps_done: NDArray[np.int64],
     total_steps: int,
 ) -> None:

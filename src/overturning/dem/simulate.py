@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, create_xarray_dataset
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.grid import AXES, CaseGrid
@@ -58,7 +58,7 @@ def create_case_grid(
     return CaseGrid.from_values(several, **rows)
 
 
-def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numerics) -> dict[str, NDArray[Any]]:
+def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid under one motion; return arrays of the shape of the grid by variable name."""
     few = model.drop_ineffective_frictions(grid)
     sources = model.computed_cell_of_each_direction(few, numerics.leave_out)
@@ -66,7 +66,9 @@ def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numeri
     answering = few.broadcast_over_grid(sources.cell) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
     turn_deg = few.broadcast_over_grid(sources.turn_deg).ravel()[computed]
-    results = run(model, motion, few.cases_at_positions(np.unravel_index(computed, few.shape), turn_deg), numerics)
+    results = simulate_cases(
+        model, motion, few.cases_at_positions(np.unravel_index(computed, few.shape), turn_deg), numerics
+    )
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
     model.rotate_copied_outcomes_in_place(arrays, few, sources)
     for name in COUNTS:
@@ -75,7 +77,7 @@ def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numeri
     return {name: np.repeat(values, copies, axis=last) for name, values in arrays.items()}
 
 
-def simulate_arrays(
+def simulate_as_arrays(
     motion: Accelerogram, model: Model | Scene | Shape | str | int | None = None, **parameters: Any
 ) -> dict[str, NDArray[Any]]:
     """Simulate a block, scene or body for all combinations of direction, size and friction; return arrays.
@@ -91,11 +93,11 @@ def simulate_arrays(
         elements in the scene's order, exists only if the scene has several and the variable is per element.
     """
     model = model_from_scene_or_shape(model, in_3d=parameters.get("orientation_deg") is not None)
-    numerics = {item.name: parameters.pop(item.name) for item in fields(Numerics) if item.name in parameters}
-    return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), Numerics(**numerics))
+    numerics = {item.name: parameters.pop(item.name) for item in fields(NumericalOptions) if item.name in parameters}
+    return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), NumericalOptions(**numerics))
 
 
-@suggest_closest_keyword(Numerics)
+@suggest_closest_keyword(NumericalOptions)
 def simulate(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
@@ -132,7 +134,7 @@ def simulate(
     orientation_deg : array_like, shape (n,)
         3-D bodies: azimuth that the body's first side faces, degrees clockwise from north, any real numbers.
     **options
-        Fields of `overturning.dem.numerics.Numerics`.
+        Fields of `overturning.dem.numerics.NumericalOptions`.
 
     Returns
     -------
@@ -171,7 +173,7 @@ def simulate(
         azimuth_deg=azimuth_deg,
         orientation_deg=orientation_deg,
     )
-    arrays = simulate_grid(model, motion, grid, Numerics(**options))
+    arrays = simulate_grid(model, motion, grid, NumericalOptions(**options))
     coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.dimension_names}
     if grid.element:
         coordinates["element"] = ("element", list(grid.element))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.arrays import create_xarray_dataset
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import create_case_grid
 from overturning.errors import ArgumentError, suggest_closest_keyword
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@suggest_closest_keyword(Numerics, "aspect", "amplitude", "initial_tilt", "aftermath")
+@suggest_closest_keyword(NumericalOptions, "aspect", "amplitude", "initial_tilt", "aftermath")
 def trajectory(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
@@ -40,8 +40,8 @@ def trajectory(
         As in `overturning.simulate`, one value each.
     **options
         `aspect` as in `overturning.simulate`; `amplitude`, `initial_tilt` as in `overturning.Cases`; fields of
-        `overturning.dem.numerics.Numerics`; `aftermath`, time for which the path of a scene goes on after its outcome
-        is known, s (default 0): its stones then fall on, and slide until they lie.
+        `overturning.dem.numerics.NumericalOptions`; `aftermath`, time for which the path of a scene goes on after its
+        outcome is known, s (default 0): its stones then fall on, and slide until they lie.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def trajectory(
     tilt, aftermath = options.pop("initial_tilt", 0.0), float(options.pop("aftermath", 0.0))
     if not (np.isfinite(aftermath) and aftermath >= 0.0):
         raise ArgumentError(f"aftermath: {aftermath}; a finite number of seconds, at least 0")
-    numerics = Numerics(**options)
+    numerics = NumericalOptions(**options)
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.computed_cell_of_each_direction(grid, numerics.leave_out)
     case = Cases(grid.direction_values_deg - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)

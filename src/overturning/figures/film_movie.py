@@ -52,7 +52,7 @@ def check_film_can_be_written(path: Path, *, in_space: bool) -> None:
         raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
 
 
-def write_film_movie(film: Film, path: Path) -> None:
+def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, if it is installed); the file is reproducible.
 
     Raises the errors of `check_film_can_be_written`, and an `ArgumentError` for any other extension.

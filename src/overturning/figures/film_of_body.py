@@ -16,7 +16,7 @@ STILL = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
-def _stones(trajectory: "xr.Dataset") -> list["xr.Dataset"]:
+def _trajectory_of_each_stone(trajectory: "xr.Dataset") -> list["xr.Dataset"]:
     """Return a list with the trajectory of each stone; a single body is one stone named "body"."""
     if "element" not in trajectory.dims:
         return [trajectory.assign_coords(element="body")]
@@ -38,7 +38,7 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return the outcome of a 3-D stack as a sentence without a full stop: falls by name and time, or how it stands."""
-    stones = _stones(trajectory)
+    stones = _trajectory_of_each_stone(trajectory)
     falls = sorted(
         (float(one["overturning_time"]), str(one["element"].item()), round(float(one["fall_azimuth"])))
         for one in stones
@@ -53,7 +53,7 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 def stack_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return tilt, quaternion and position of all stones of a stack, shape (times, 9 × stones)."""
-    return np.concatenate([body_poses_by_time(one) for one in _stones(trajectory)], axis=1)
+    return np.concatenate([body_poses_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1)
 
 
 def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
@@ -67,7 +67,9 @@ def body_film_panel(
     trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
 ) -> FilmPanel:
     """Return the film panel of a 3-D body or stack at `frame_times`, s, titled by `heading_and_outcome`."""
-    bodies = tuple(_film_body(one, frame_times, str(one["element"].item())) for one in _stones(trajectory))
+    bodies = tuple(
+        _film_body(one, frame_times, str(one["element"].item())) for one in _trajectory_of_each_stone(trajectory)
+    )
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal_components, None if motion.up is None else amplitude * motion.up
     ground = ground_displacement_at_times((level[1], level[0], up), interval, frame_times)  # east, north, up

@@ -102,16 +102,16 @@ def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None
 def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
     """Return a body with one pose only, interpolated at a frame position such as 2.5 (at most the last frame)."""
 
-    def interpolate_at_frame(values_by_frame: FloatArray) -> FloatArray:
-        low = min(int(frame_position), len(values_by_frame) - 1)
-        high, part = min(low + 1, len(values_by_frame) - 1), min(max(frame_position - low, 0.0), 1.0)
-        return np.asarray(values_by_frame[low] * (1.0 - part) + values_by_frame[high] * part)[None]
+    def interpolate_poses_at_frame(poses_by_frame: FloatArray) -> FloatArray:
+        low = min(int(frame_position), len(poses_by_frame) - 1)
+        high, part = min(low + 1, len(poses_by_frame) - 1), min(max(frame_position - low, 0.0), 1.0)
+        return np.asarray(poses_by_frame[low] * (1.0 - part) + poses_by_frame[high] * part)[None]
 
     return FilmBody(
         body.name,
         body.vertices,
-        interpolate_at_frame(body.position),
-        interpolate_at_frame(body.rotation),
+        interpolate_poses_at_frame(body.position),
+        interpolate_poses_at_frame(body.rotation),
         body.free,
         body.faces,
     )

@@ -87,6 +87,6 @@ def film_page_html(film: Film) -> str:
     return render_page_template("film.html.j2", read_template_text("player.css"), film_player_script(), {}, **about)
 
 
-def write_film_page(film: Film, path: Path) -> None:
+def write_film_html_page(film: Film, path: Path) -> None:
     """Write the HTML page of a film to a file."""
     write_text(path, film_page_html(film))

@@ -9,7 +9,7 @@ from overturning.findings.values import Estimate, Finding, Number, estimate_from
 from overturning.statistics.alignment_by_rule import FallAlignmentOfBlockSelection
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.falls import block_selection_rule_of_model, count_outcome_changes
+from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes
 from overturning.statistics.space import planar_model_agreement_shares
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
@@ -180,7 +180,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     cube, groups = results.cube, []
     lengths, own = (
         results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
-        block_selection_rule_of_model(cube),
+        block_selection_rule_for_cube(cube),
     )
     members, word = record_masks_by_group(cube), "plane" if results.model.one_component else results.model.direction
     for name, summary in results.fall_axis_summaries.items():

@@ -39,11 +39,6 @@ class RecordName:
     station: str
     event: str
 
-    @property
-    def heading(self) -> str:
-        """Station and earthquake of the record as a heading; the identifier if both names are empty."""
-        return ", ".join(text for text in (self.station, self.event) if text) or self.id
-
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResults:

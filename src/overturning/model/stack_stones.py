@@ -66,10 +66,10 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
         law = scene.contact_law(below, element)
         if law.stiffness != "auto" or law.damping is not None:
             faults.append(f"the contact of {element.name} has a stiffness or dashpot of 2-D corners")
-    return faults or _stones_without_facing_level_faces(scene)
+    return faults or _level_face_and_balance_faults(scene)
 
 
-def _stones_without_facing_level_faces(scene: Scene) -> list[str]:
+def _level_face_and_balance_faults(scene: Scene) -> list[str]:
     """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
     placed = place_elements(scene)[1:]
     faults = [

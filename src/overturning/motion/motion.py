@@ -32,12 +32,12 @@ class Accelerogram:
     def __repr__(self) -> str:
         parts = "north and east" if self.up is None else "north, east and up"
         return (
-            f"<{self._label}: {self.sample_count} samples of {self.sampling_interval:g} s, {parts}, "
+            f"<{self._label_in_repr}: {self.sample_count} samples of {self.sampling_interval:g} s, {parts}, "
             f"horizontal peak {np.hypot(*self.horizontal_components).max():.3g} m/s²>"
         )
 
     @property
-    def _label(self) -> str:
+    def _label_in_repr(self) -> str:
         return type(self).__name__
 
     def check(self, error_type: type[OverturningError], message_prefix: str = "") -> None:

@@ -81,7 +81,7 @@ class Record(Accelerogram):
         )
 
     @property
-    def _label(self) -> str:
+    def _label_in_repr(self) -> str:
         place = ", ".join(text for text in (self.station, self.event) if text)
         return f"Record {self.record_id}" + (f" ({place})" if place else "")
 

@@ -48,7 +48,7 @@ def fault_normal_alignment_by_block_selection(
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
-    alignment is that of the rule `block_selection_rule_of_model(cube)`.
+    alignment is that of the rule `block_selection_rule_for_cube(cube)`.
 
     Parameters
     ----------

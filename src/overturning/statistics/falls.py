@@ -168,7 +168,7 @@ BLOCK_RULES: Final = (
 """Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
-def block_selection_rule_of_model(cube: xr.Dataset) -> BlockSelectionRule:
+def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
     """Return the rule that selects blocks for direction statistics: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
     return MARGINAL if model_of_cube(cube).one_component else EVERY_BLOCK
 
@@ -193,7 +193,7 @@ def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
     no marginal block, all blocks count. Each plane counts once; planes with a missing outcome do not count. In the 3-D
     model all blocks are informative.
     """
-    rule = block_selection_rule_of_model(cube)
+    rule = block_selection_rule_for_cube(cube)
     return (
         xr.DataArray(True)
         if rule is EVERY_BLOCK

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.numerics import Progress
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.results import CaseResults
@@ -281,8 +281,8 @@ def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], Ca
     finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
     shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))
     return {
-        "nominal": partial(run, model, numerics=numerics),
-        "finer": partial(run, model, numerics=finer),
-        "finest": partial(run, model, numerics=finest),
-        "stiffer": partial(run, model.with_stiffness_factor(STIFFER), numerics=shorter),
+        "nominal": partial(simulate_cases, model, numerics=numerics),
+        "finer": partial(simulate_cases, model, numerics=finer),
+        "finest": partial(simulate_cases, model, numerics=finest),
+        "stiffer": partial(simulate_cases, model.with_stiffness_factor(STIFFER), numerics=shorter),
     }

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import Numerics, Progress
+from overturning.dem.numerics import NumericalOptions, Progress
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
@@ -132,11 +132,13 @@ def variant_size_note(study: Study, variant: str) -> str:
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""
 
 
-def numerics_of_study(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
+def numerics_of_study(
+    study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None
+) -> NumericalOptions:
     """Return the numerical settings (scheme, time step, threads) for the simulations of a study."""
     given = study.simulation
     scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
-    return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
+    return NumericalOptions(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
 def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL) -> bool:

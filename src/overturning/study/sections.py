@@ -67,7 +67,7 @@ class SimulationSettings(StrictModel):
 
     @field_validator("time_step")
     @classmethod
-    def _checked_positive_array(cls, step: float | str) -> float | str:
+    def _check_time_step_is_positive(cls, step: float | str) -> float | str:
         """Raise a ValueError if the time step is not positive."""
         if isinstance(step, float) and step <= 0:
             raise ValueError("the time step must be above 0 s, or auto")

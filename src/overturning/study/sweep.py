@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.faces import simulate_grid_and_body_face_planes
-from overturning.dem.numerics import Numerics, Progress
-from overturning.dem.run import run
+from overturning.dem.numerics import NumericalOptions, Progress
+from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.results import COUNTS, CaseResults
@@ -61,7 +61,7 @@ def create_cell_ensemble(
 
 
 def simulate_variant(
-    study: Study, variant: str, motion: Motion, grid: CaseGrid, numerics: Numerics
+    study: Study, variant: str, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
     """Simulate the model of a variant on the grid of the study, or on a piece of it; for arrays see `simulate_grid`.
 
@@ -79,7 +79,7 @@ def simulate_variant(
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 
 
-def member_case_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
+def member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
     """Return a function that runs the member cases of a variant, given with heights and B/H of the study's stone."""
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
 
@@ -88,7 +88,7 @@ def member_case_runner(study: Study, variant: str, motion: Motion, numerics: Num
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
-        return run(model, motion, sized, replace(numerics, progress=progress))
+        return simulate_cases(model, motion, sized, replace(numerics, progress=progress))
 
     return run_members
 
@@ -101,7 +101,7 @@ def sweep_cases_of_record(
     *,
     members: EnsembleMembers | None = None,
     chunk: SweepChunk = WHOLE,
-    numerics: Numerics | None = None,
+    numerics: NumericalOptions | None = None,
 ) -> None:
     """Simulate all cases of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 

@@ -15,8 +15,8 @@ import scipy
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import Numerics
-from overturning.dem.run import run
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
 from overturning.errors import REASON_SEPARATOR, ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
@@ -339,7 +339,9 @@ def simulate_outcomes_of_sizes(
     height, shape = HEIGHTS[np.array(size_grid_indices)[:, 0]], SHAPES[np.array(size_grid_indices)[:, 1]]
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
-    found = run("rectangle" if aspect else "circle", candidate_motion.motion, cases, Numerics(threads=threads))
+    found = simulate_cases(
+        "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
+    )
     way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
     outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])

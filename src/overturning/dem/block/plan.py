@@ -13,7 +13,7 @@ from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL
 from overturning.dem.block.tables import CASE, RESULT, ROW
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
     SimulationPlan,
@@ -99,7 +99,9 @@ class BlockSimulationPlan(SimulationPlan):
         )
 
 
-def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics) -> BlockSimulationPlan:
+def plan_block_simulation(
+    model: PlanarModel, motion: Motion, cases: Cases, numerics: NumericalOptions
+) -> BlockSimulationPlan:
     """Check the arguments and plan the simulation of a single block in n cases.
 
     Parameters
@@ -107,7 +109,7 @@ def plan_block_simulation(model: PlanarModel, motion: Motion, cases: Cases, nume
     model : PlanarModel
         Single block, which gives contact law and density; height and B/H come from the cases.
     motion, cases, numerics
-        See `overturning.dem.run.run`.
+        See `overturning.dem.run.simulate_cases`.
 
     Raises
     ------

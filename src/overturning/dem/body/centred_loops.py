@@ -50,7 +50,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
-from overturning.dem.kernel.lanes import INNER, select, tuple_arithmetic
+from overturning.dem.kernel.lanes import INNER, create_elementwise_tuple_functions, select
 
 load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyBaseMotion).load
 load_frame, store_frame, _ = ROWS.lane_access(Matrix3)
@@ -68,9 +68,9 @@ load_change, store_change, _ = ROWS.lane_access(BodyVelocityChange)
 load_sum, store_sum, _ = ROWS.lane_access(ContactForceSum)
 load_largest, store_largest, _ = ROWS.lane_access(LargestContactChanges)
 add_equations, add_sum, larger_of = (
-    tuple_arithmetic(ContactEquationTerms).plus,
-    tuple_arithmetic(ContactForceSum).plus,
-    tuple_arithmetic(LargestContactChanges).largest,
+    create_elementwise_tuple_functions(ContactEquationTerms).plus,
+    create_elementwise_tuple_functions(ContactForceSum).plus,
+    create_elementwise_tuple_functions(LargestContactChanges).largest,
 )
 load_vertex = VERTEX.lane_access(BodyVertex).load
 load_memory, _, store_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old")

@@ -21,7 +21,7 @@ from overturning.dem.body.statics import (
 from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
-from overturning.dem.numerics import BODY_STEP, Numerics
+from overturning.dem.numerics import BODY_STEP, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
     REST_THRESHOLD_FACTOR,
@@ -157,8 +157,8 @@ def quiet_windows_in_any_direction(
     return first, calm.astype(np.float64), rests
 
 
-def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodySimulationPlan:
-    """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
+def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: NumericalOptions) -> BodySimulationPlan:
+    """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.simulate_cases`."""
     _check_body_arguments(model, cases, numerics)
     shape, contact, start = model.shape, model.contact, model.start
     sizes, which = np.unique(
@@ -220,7 +220,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     )  # fmt: skip
 
 
-def _check_body_arguments(model: Body, cases: Cases, numerics: Numerics) -> None:
+def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions) -> None:
     """Raise an `ArgumentError` if a 3-D body cannot be simulated with these cases, scheme or initial state."""
     if parse_scheme(numerics.scheme) != IntegrationScheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
@@ -264,7 +264,7 @@ def _rest_acceleration_thresholds(
 
 
 def steps_per_sample_and_clock_settings(
-    numerics: Numerics,
+    numerics: NumericalOptions,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
     sampling_interval: float,

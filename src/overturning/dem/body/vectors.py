@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, tuple_arithmetic
+from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
 
 
 class Vector3(NamedTuple):
@@ -49,8 +49,11 @@ class Matrix3(NamedTuple):
     zz: float
 
 
-plus, minus = tuple_arithmetic(Vector3).plus, tuple_arithmetic(Vector3).minus
-matrix_plus, matrix_minus = tuple_arithmetic(Matrix3).plus, tuple_arithmetic(Matrix3).minus
+plus, minus = create_elementwise_tuple_functions(Vector3).plus, create_elementwise_tuple_functions(Vector3).minus
+matrix_plus, matrix_minus = (
+    create_elementwise_tuple_functions(Matrix3).plus,
+    create_elementwise_tuple_functions(Matrix3).minus,
+)
 
 
 @njit(**INLINE)

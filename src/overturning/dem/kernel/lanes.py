@@ -169,7 +169,7 @@ class LaneTupleAccess(NamedTuple):
     """``store_unless(array, j, keep, value)`` writes a tuple to lane j unless `keep` is true."""
 
 
-class TupleArithmetic(NamedTuple):
+class ElementwiseTupleFunctions(NamedTuple):
     """Compiled functions for the elementwise arithmetic of one type of named tuple."""
 
     zero: Any
@@ -183,7 +183,7 @@ class TupleArithmetic(NamedTuple):
 
 
 @cache
-def tuple_arithmetic(tuple_type: type) -> TupleArithmetic:
+def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunctions:
     """Return compiled functions for the arithmetic of a named tuple, whose fields are numbers or such tuples."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
@@ -192,7 +192,7 @@ def tuple_arithmetic(tuple_type: type) -> TupleArithmetic:
             builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
         )
 
-    return TupleArithmetic(
+    return ElementwiseTupleFunctions(
         create_zero_tuple_function(tuple_type),
         create_elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
         create_elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),

@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
+from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, select
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
@@ -76,7 +76,7 @@ class PredictedSegmentEnd(NamedTuple):
     """True if a normal force pushes the end out while it slides."""
 
 
-plus = tuple_arithmetic(PairVelocityToForceMatrix).plus
+plus = create_elementwise_tuple_functions(PairVelocityToForceMatrix).plus
 
 
 @njit(**INLINE)

@@ -17,8 +17,8 @@ from overturning.dem.kernel.lanes import (
     INNER,
     OWNER,
     TupleRowLayout,
+    create_elementwise_tuple_functions,
     create_window_slicer,
-    tuple_arithmetic,
     unknown,
 )
 from overturning.dem.polygon import rows
@@ -43,7 +43,7 @@ class EquationSubmatrix(NamedTuple):
 SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, EquationSubmatrix)
 SIZE: Final = SUBMATRIX.size
 load, store, _ = SUBMATRIX.lane_access(EquationSubmatrix)
-minus = tuple_arithmetic(EquationSubmatrix).minus
+minus = create_elementwise_tuple_functions(EquationSubmatrix).minus
 
 
 class PairSubmatrices(NamedTuple):

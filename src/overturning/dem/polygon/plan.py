@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.numerics import ELEMENT_STEP, Numerics
+from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, check_trajectory_size, motion_rows_and_base_accelerations
 from overturning.dem.polygon import arrays as t
@@ -144,9 +144,9 @@ class PolygonSimulationPlan(SimulationPlan):
 
 
 def plan_scene_simulation(
-    model: PlanarModel, motion: Motion, cases: Cases, numerics: Numerics
+    model: PlanarModel, motion: Motion, cases: Cases, numerics: NumericalOptions
 ) -> PolygonSimulationPlan:
-    """Check the arguments and plan the cases of a scene; see `overturning.dem.run.run` for the errors."""
+    """Check the arguments and plan the cases of a scene; see `overturning.dem.run.simulate_cases` for the errors."""
     scheme, scene = parse_scheme(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")

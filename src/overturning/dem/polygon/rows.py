@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_window_slicer, tuple_arithmetic
+from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_elementwise_tuple_functions, create_window_slicer
 from overturning.dem.polygon.faces import SharedSegment
 from overturning.dem.polygon.mechanics import AssumedSegmentEndSlip
 from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredStepContactChanges
@@ -42,7 +42,7 @@ _, store_up, _ = CASE.lane_access(CaseState, "shaking.up")
 _, store_attempt, _ = CASE.lane_access(CaseState, "attempt")
 _, store_decision, _ = CASE.lane_access(CaseState, "decision")
 _, store_findings, _ = CASE.lane_access(CaseState, "findings")
-no_findings = tuple_arithmetic(StoredStepContactChanges).zero
+no_findings = create_elementwise_tuple_functions(StoredStepContactChanges).zero
 load_element, _, _ = ELEMENT.lane_access(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT.lane_access(ElementState, "pose")
 _, store_velocity, keep_velocity = ELEMENT.lane_access(ElementState, "velocity")

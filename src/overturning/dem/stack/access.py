@@ -9,7 +9,7 @@ from overturning.dem.body.state import BodyBaseMotion, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress
-from overturning.dem.kernel.lanes import tuple_arithmetic
+from overturning.dem.kernel.lanes import create_elementwise_tuple_functions
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
@@ -88,5 +88,11 @@ load_outline, store_outline, _ = POINT.lane_access(PointOutline)
 load_place, store_place, _ = POINT.lane_access(PointPlace)
 load_point, _, store_point_unless = POINT.lane_access(PointBeforeAndAfter, "old")
 
-add_losses, no_losses = tuple_arithmetic(JointLosses).plus, tuple_arithmetic(JointLosses).zero
-larger_of, no_findings = tuple_arithmetic(LargestContactChanges).largest, tuple_arithmetic(LargestContactChanges).zero
+add_losses, no_losses = (
+    create_elementwise_tuple_functions(JointLosses).plus,
+    create_elementwise_tuple_functions(JointLosses).zero,
+)
+larger_of, no_findings = (
+    create_elementwise_tuple_functions(LargestContactChanges).largest,
+    create_elementwise_tuple_functions(LargestContactChanges).zero,
+)

@@ -25,7 +25,7 @@ from overturning.dem.kernel.clock import (
     StepContactChanges,
     choose_next_step_attempt,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, select, tuple_arithmetic
+from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
     add_losses,
@@ -110,7 +110,7 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_end, no_end = tuple_arithmetic(PointEnd).plus, tuple_arithmetic(PointEnd).zero
+add_end, no_end = create_elementwise_tuple_functions(PointEnd).plus, create_elementwise_tuple_functions(PointEnd).zero
 FINE: Final = BODY.fine
 PRESENT: Final = STONE.row_start(StoneOutcome, "present")
 SLID, NEW_SLID = JOINT.row_start(JointBeforeAndAfter, "old.slid"), JOINT.row_start(JointBeforeAndAfter, "new.slid")

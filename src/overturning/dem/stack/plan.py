@@ -16,7 +16,7 @@ from overturning.dem.body.plan import (
 )
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.linear import highest_eigenvalue
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import check_trajectory_size
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR
 from overturning.dem.stack.path import GROUND_COLUMNS, STONE_COLUMNS, StackTrajectory, draw_fallen_stones
@@ -143,8 +143,10 @@ def _check_that_stacks_stand(sizes: FloatArray, stacks: list[list[StackStone]]) 
                 )
 
 
-def plan_stack_simulation(model: Stack, motion: Motion, cases: Cases, numerics: Numerics) -> StackSimulationPlan:
-    """Check the arguments and plan the cases of a 3-D stack; see `overturning.dem.run.run`."""
+def plan_stack_simulation(
+    model: Stack, motion: Motion, cases: Cases, numerics: NumericalOptions
+) -> StackSimulationPlan:
+    """Check the arguments and plan the cases of a 3-D stack; see `overturning.dem.run.simulate_cases`."""
     if parse_scheme(numerics.scheme) != IntegrationScheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D stack supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():

@@ -17,7 +17,7 @@ from overturning.dem.kernel.clock import (
     BODY,
 )
 from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
-from overturning.dem.kernel.lanes import APART, INLINE, tuple_arithmetic
+from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions
 from overturning.dem.stack.access import (
     load_attempt,
     load_axes,
@@ -93,8 +93,14 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_normal, no_normal = tuple_arithmetic(JointNormalSums).plus, tuple_arithmetic(JointNormalSums).zero
-no_sum, no_wrench = tuple_arithmetic(StoneContactSums).zero, tuple_arithmetic(Wrench).zero
+add_normal, no_normal = (
+    create_elementwise_tuple_functions(JointNormalSums).plus,
+    create_elementwise_tuple_functions(JointNormalSums).zero,
+)
+no_sum, no_wrench = (
+    create_elementwise_tuple_functions(StoneContactSums).zero,
+    create_elementwise_tuple_functions(Wrench).zero,
+)
 FINE: Final = BODY.fine
 
 

@@ -16,12 +16,18 @@ from overturning.dem.body.vectors import (
     plus,
     transpose,
 )
-from overturning.dem.kernel.lanes import INLINE, tuple_arithmetic
+from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
 from overturning.dem.stack.joint_state import JointEquations
 from overturning.dem.stack.state import DiagonalBlockAndRightSide, EliminatedStone, ForceVelocityBlocks, Wrench
 
-blocks_plus, blocks_minus = tuple_arithmetic(ForceVelocityBlocks).plus, tuple_arithmetic(ForceVelocityBlocks).minus
-wrench_plus, wrench_minus = tuple_arithmetic(Wrench).plus, tuple_arithmetic(Wrench).minus
+blocks_plus, blocks_minus = (
+    create_elementwise_tuple_functions(ForceVelocityBlocks).plus,
+    create_elementwise_tuple_functions(ForceVelocityBlocks).minus,
+)
+wrench_plus, wrench_minus = (
+    create_elementwise_tuple_functions(Wrench).plus,
+    create_elementwise_tuple_functions(Wrench).minus,
+)
 
 
 @njit(**INLINE)

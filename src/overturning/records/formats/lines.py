@@ -142,7 +142,7 @@ class TextLines:
         for index, line in enumerate(cells, first_line):
             if len(line) != column_count:
                 why = f"{len(line)} numbers where {column_count} belong; columns touch, or the line is cut"
-                raise self._line_or_cell_error(index, line, why)
+                raise self._check_cells_and_create_line_error(index, line, why)
         values = self._parse_cells(cells, first_line).reshape(-1, column_count)
         self._check_last_number_is_complete()
         return values
@@ -171,14 +171,14 @@ class TextLines:
         if rest := line[column_count * column_width :].strip():
             columns = f"{column_count} columns of {column_width} characters"
             why = f"{rest!r} after the last of {columns}; the columns have moved"
-            raise self._line_or_cell_error(line_index, cells, why)
+            raise self._check_cells_and_create_line_error(line_index, cells, why)
         # Numbers are right-aligned, so a line shorter than its columns has lost the end of its last number.
         if len(line) < column_count * column_width:
             why = f"{len(line)} characters where {column_count} columns of {column_width} belong; the line is cut"
-            raise self._line_or_cell_error(line_index, cells, why)
+            raise self._check_cells_and_create_line_error(line_index, cells, why)
         return cells
 
-    def _line_or_cell_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
+    def _check_cells_and_create_line_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
         """Check that all cells of a line are numbers, then return an error about the line with the given problem."""
         for cell in cells:
             self.parse_number(cell, line_index, "a sample")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.results import CaseResults
 from overturning.model.stack import Stack
@@ -49,7 +49,7 @@ def answered_case() -> tuple[StackSetting, Motion, CaseResults]:
         orientation_deg=np.array([0.0]),
     )  # fmt: skip
     motion = Motion(*plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
-    found = run(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
+    found = simulate_cases(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert found.overturned[0].tolist() == [0, 1]
     return setting, motion, found

@@ -15,7 +15,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.numerics import BODY_STEP, NumericalOptions
-from overturning.dem.run import run
+from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST, Cases
 from overturning.model.element import ContactLaw, Element, Material
@@ -212,7 +212,7 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
     height, ratio = size_reference_height_and_b_over_h(scene)
     try:
         cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude)
-        found = run(Stack(scene), motion, cases, NumericalOptions(budget=BODY_STEP * STACK_BUDGET * stones))
+        found = simulate_cases(Stack(scene), motion, cases, NumericalOptions(budget=BODY_STEP * STACK_BUDGET * stones))
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows

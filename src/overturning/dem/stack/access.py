@@ -14,16 +14,16 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     ClippedSide,
+    ContactPointPosition,
+    FaceCorner,
     JointBeforeAndAfter,
     JointConstants,
     JointEquations,
     JointFriction,
-    JointLanding,
-    JointNormalSums,
+    JointLandingTimes,
+    JointNormalForceSums,
     JointRelativeMotion,
     PointBeforeAndAfter,
-    PointOutline,
-    PointPlace,
     PressureArmSum,
     SolvedJointPointSums,
 )
@@ -41,7 +41,7 @@ from overturning.dem.stack.state import (
     StoneChange,
     StoneConstants,
     StoneContactSums,
-    StoneOutcome,
+    StoneFallState,
     StonePeaks,
     StoneState,
 )
@@ -63,7 +63,7 @@ load_change, store_change, _ = STONE.lane_access(StoneChange)
 load_constants, store_constants, _ = STONE.lane_access(StoneConstants)
 load_diagonal, store_diagonal, _ = STONE.lane_access(DiagonalBlockAndRightSide)
 load_elimination, store_elimination, _ = STONE.lane_access(EliminatedStone)
-load_outcome, store_outcome, _ = STONE.lane_access(StoneOutcome)
+load_outcome, store_outcome, _ = STONE.lane_access(StoneFallState)
 load_peaks, store_peaks, store_peaks_unless = STONE.lane_access(StonePeaks)
 load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
 load_stone, store_stone, store_stone_unless = STONE.lane_access(StoneState)
@@ -77,15 +77,15 @@ load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
 load_history, store_history, store_history_unless = JOINT.lane_access(JointBeforeAndAfter, "old")
 load_joint, store_joint, _ = JOINT.lane_access(JointConstants)
 load_joint_change, store_joint_change, _ = JOINT.lane_access(JointEquations, "wrench")
-load_landing, store_landing, _ = JOINT.lane_access(JointLanding)
+load_landing, store_landing, _ = JOINT.lane_access(JointLandingTimes)
 load_next_history, store_next_history, _ = JOINT.lane_access(JointBeforeAndAfter, "new")
-load_normal, store_normal, _ = JOINT.lane_access(JointNormalSums)
+load_normal, store_normal, _ = JOINT.lane_access(JointNormalForceSums)
 load_point_sum, store_point_sum, _ = JOINT.lane_access(SolvedJointPointSums, "at_end")
 
 load_clip, store_clip, _ = POINT.lane_access(ClippedSide)
 load_next_point, store_next_point, _ = POINT.lane_access(PointBeforeAndAfter, "new")
-load_outline, store_outline, _ = POINT.lane_access(PointOutline)
-load_place, store_place, _ = POINT.lane_access(PointPlace)
+load_outline, store_outline, _ = POINT.lane_access(FaceCorner)
+load_place, store_place, _ = POINT.lane_access(ContactPointPosition)
 load_point, _, store_point_unless = POINT.lane_access(PointBeforeAndAfter, "old")
 
 add_losses, no_losses = (

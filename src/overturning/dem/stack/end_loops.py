@@ -84,16 +84,16 @@ from overturning.dem.stack.joint import (
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
+    ContactPointPosition,
     JointBeforeAndAfter,
-    PointEnd,
-    PointPlace,
+    PointForceAndImpulse,
     PressureArmSum,
 )
 from overturning.dem.stack.patch import (
     upper_face_centre,
 )
 from overturning.dem.stack.solve import (
-    shift_wrench,
+    shift_wrench_to_centre,
     wrench_minus,
     wrench_plus,
 )
@@ -103,19 +103,22 @@ from overturning.dem.stack.state import (
     StackClock,
     StoneChange,
     StoneContactSums,
-    StoneOutcome,
+    StoneFallState,
     StonePeaks,
     StoneState,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_end, no_end = create_elementwise_tuple_functions(PointEnd).plus, create_elementwise_tuple_functions(PointEnd).zero
+add_end, no_end = (
+    create_elementwise_tuple_functions(PointForceAndImpulse).plus,
+    create_elementwise_tuple_functions(PointForceAndImpulse).zero,
+)
 FINE: Final = BODY.fine
-PRESENT: Final = STONE.row_start(StoneOutcome, "present")
+PRESENT: Final = STONE.row_start(StoneFallState, "present")
 SLID, NEW_SLID = JOINT.row_start(JointBeforeAndAfter, "old.slid"), JOINT.row_start(JointBeforeAndAfter, "new.slid")
 NEW_CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "new.crossed")
-WEIGHT: Final = POINT.row_start(PointPlace, "weight")
+WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
 
 
 @njit(**INLINE)
@@ -202,14 +205,15 @@ def compute_joint_wrench(
             early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
             arm, other = minus(origin, below.place), load_sum(lower_rows, j)
             store_sum(lower_rows, j, StoneContactSums(
-                wrench_minus(other.at_end, shift_wrench(at_end, arm)),
-                wrench_minus(other.early, shift_wrench(early, arm)),
+                wrench_minus(other.at_end, shift_wrench_to_centre(at_end, arm)),
+                wrench_minus(other.early, shift_wrench_to_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.place)
         store_sum(upper_rows, j, StoneContactSums(
-            wrench_plus(total.at_end, shift_wrench(at_end, arm)), wrench_plus(total.early, shift_wrench(early, arm))
+            wrench_plus(total.at_end, shift_wrench_to_centre(at_end, arm)),
+            wrench_plus(total.early, shift_wrench_to_centre(early, arm)),
         ))  # fmt: skip
 
 

@@ -47,10 +47,10 @@ from overturning.dem.stack.state import (
     STONE,
     StackAccount,
     StoneConstants,
-    StoneOutcome,
+    StoneFallState,
     StoneState,
 )
-from overturning.dem.stack.step import joint_size
+from overturning.dem.stack.step import joint_state_size
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -89,7 +89,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
 
     `heights` holds the height of each centre from which its potential energy is counted, m.
     """
-    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         rows = of_stone(state, s)
         if not load_outcome(rows, lane).present > 0.0:
@@ -119,13 +119,17 @@ def pose_relative_to_stone_below(
 
 
 @njit(**INNER)
-def hangs_over_rim(state: Any, lane: int, s: int, stone_count: int, corner_limit: int) -> bool:
+def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: int, corner_limit: int) -> bool:
     """True if a corner of a stone's base lies well below the face that carries the stone: it tips over the rim."""
-    below, lower, rows = of_stone(state, s - 1), load_constants(of_stone(state, s - 1), lane), of_stone(state, s)
+    below, lower, rows = (
+        of_stone(state, stone_index - 1),
+        load_constants(of_stone(state, stone_index - 1), lane),
+        of_stone(state, stone_index),
+    )
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.turn)
     apart, turn = pose_relative_to_stone_below(stone, base.place, axes)
-    at = CASE_SIZE + stone_count * STONE_SIZE + s * joint_size(corner_limit) + JOINT_SIZE
+    at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(corner_limit) + JOINT_SIZE
     lowest = 0.0
     for i in range(corner_limit):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
@@ -146,7 +150,7 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
         if axes.zz <= constants.fallen or stone.place.z < constants.lowest:
             return s
         leans = lean_as_squared_sine(axes) > constants.critical
-        if s > 0 and leans and hangs_over_rim(state, lane, s, stone_count, corner_limit):
+        if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit):
             return s
     return stone_count
 
@@ -170,8 +174,8 @@ def remove_fallen_stones(
         last = load_peaks(rows, lane).last_upright
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.upright_until
         slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical
-        slid_off = slid_off or (s > 0 and hangs_over_rim(state, lane, s, stone_count, corner_limit))
-        store_outcome(rows, lane, StoneOutcome(
+        slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit))
+        store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_account(state, lane)
@@ -195,7 +199,7 @@ def stack_status(
     """Remove a fallen stone with those above it; return the `CaseStatus` after a sample, or `GOES_ON`."""
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         rows = of_stone(state, s)
         if not load_outcome(rows, lane).present > 0.0:
@@ -215,7 +219,7 @@ def stack_status(
         sample >= min(course.calm, last_sample)
         and kinetic < case.still
         and loaded
-        and all_patch_points_in_contact(state, lane, stone_count, corner_limit)
+        and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
     ):
         return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:
@@ -224,9 +228,9 @@ def stack_status(
 
 
 @njit(**INNER)
-def all_patch_points_in_contact(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
+def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
     """True if all contact points of all stones still simulated carry load."""
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         if not load_outcome(of_stone(state, s), lane).present > 0.0:
             continue
@@ -241,52 +245,62 @@ def all_patch_points_in_contact(state: Any, lane: int, stone_count: int, corner_
 
 @njit(**INNER)
 def write_stack_results(
-    state: Any, lane: int, stone_count: int, corner_limit: int, status: int, heights: Any, result: Any, each: Any
+    state: Any,
+    lane: int,
+    stone_count: int,
+    corner_limit: int,
+    status: int,
+    heights: Any,
+    result_row: Any,
+    stone_results: Any,
 ) -> None:
-    """Write the results of the case in a lane into `result`, and those of each stone into a row of `each`."""
+    """Write the results of the case in a lane into `result_row`, and one row of `stone_results` per stone."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
         (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy) - account.work + account.lost
     )
-    result.energy_error = abs(balance) / max(account.work, course.barrier)
-    result.peak_penetration = account.depth
+    result_row.energy_error = abs(balance) / max(account.work, course.barrier)
+    result_row.peak_penetration = account.depth
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
         rows = of_stone(state, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
         own = rotation_matrix(stone.turn)
         fallen = not outcome.present > 0.0 and status == CaseStatus.SIMULATED
-        each[s].fallen = 1.0 if fallen else 0.0
-        each[s].slid_off = outcome.slid_off
-        each[s].overturning_time = outcome.upright_until if fallen else np.nan
-        each[s].lean = max(load_peaks(rows, lane).lean, lean_as_squared_sine(own))
+        stone_results[s].fallen = 1.0 if fallen else 0.0
+        stone_results[s].slid_off = outcome.slid_off
+        stone_results[s].overturning_time = outcome.upright_until if fallen else np.nan
+        stone_results[s].lean = max(load_peaks(rows, lane).lean, lean_as_squared_sine(own))
         place, turn = pose_relative_to_stone_below(stone, below, axes)
-        each[s].slip_x, each[s].slip_y = place.x - constants.foot * turn.xz, place.y - constants.foot * turn.yz
-        each[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
-        each[s].top_x, each[s].top_y = own.xz, own.yz
+        stone_results[s].slip_x, stone_results[s].slip_y = (
+            place.x - constants.foot * turn.xz,
+            place.y - constants.foot * turn.yz,
+        )
+        stone_results[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
+        stone_results[s].top_x, stone_results[s].top_y = own.xz, own.yz
         below, axes = stone.place, own
 
 
 @njit(**INNER)
 def record_stack_motion(
-    state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, row: Any
+    state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and the motion of all stones of the stack in lane 0 into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
-    row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
-    row[1], row[2] = (
+    trajectory_row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
+    trajectory_row[1], trajectory_row[2] = (
         -base_acceleration_at_tick(shaking.push_x, time.tick),
         -base_acceleration_at_tick(shaking.push_y, time.tick),
     )
-    row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
+    trajectory_row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
     for s in range(stone_count):
         constants, stone = load_constants(of_stone(state, s), 0), load_stone(of_stone(state, s), 0)
         spin, at = (
             angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.turn), stone.momentum),
             4 + 14 * s,
         )
-        row[at], row[at + 1], row[at + 2] = stone.place
-        row[at + 3], row[at + 4], row[at + 5], row[at + 6] = stone.turn
-        row[at + 7], row[at + 8], row[at + 9] = stone.velocity
-        row[at + 10], row[at + 11], row[at + 12] = spin
-        row[at + 13] = load_outcome(of_stone(state, s), 0).present
+        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.place
+        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.turn
+        trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
+        trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
+        trajectory_row[at + 13] = load_outcome(of_stone(state, s), 0).present

@@ -17,16 +17,16 @@ from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.stack.joint_state import (
+    ContactPointPosition,
     JointConstants,
     JointEquations,
     JointFriction,
     JointHistory,
-    JointLanding,
-    JointNormalSums,
+    JointLandingTimes,
+    JointNormalForceSums,
     JointRelativeMotion,
-    PointEnd,
+    PointForceAndImpulse,
     PointHistory,
-    PointPlace,
     TangentialVector,
 )
 from overturning.dem.stack.state import ForceVelocityBlocks, JointLosses, LargestContactChanges, Wrench
@@ -38,54 +38,61 @@ LEAST_WEIGHT: Final = 1e-3
 
 
 @njit(**INLINE)
-def joint_lands_flat(landing: JointLanding) -> bool:
+def joint_lands_flat(landing: JointLandingTimes) -> bool:
     """True if all points of a joint land together, so that dashpots may pull; see `dem.block.landing`."""
     return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
 
 
 @njit(**INLINE)
-def landing_including_point(landing: JointLanding, point: PointHistory) -> JointLanding:
+def joint_landing_times_with_point(landing: JointLandingTimes, point: PointHistory) -> JointLandingTimes:
     """Return the shortest and longest landing time of a joint with one more contact point included."""
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
     longest = longest_landing_time_including_point(landing.longest, point.landing, point.depth)
-    return JointLanding(left, longest if counts else landing.longest)
+    return JointLandingTimes(left, longest if counts else landing.longest)
 
 
 @njit(**INLINE)
-def point_opening_rate(frame: JointRelativeMotion, place: PointPlace) -> float:
+def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point opens at the predicted end of a step; positive upwards."""
-    return frame.velocity.z + (frame.spin.x * place.y - frame.spin.y * place.x)
+    return frame.velocity.z + (frame.spin.x * position.y - frame.spin.y * position.x)
 
 
 @njit(**INLINE)
 def predicted_force_per_weight_and_contact(
-    joint: JointConstants, frame: JointRelativeMotion, place: PointPlace, old: PointHistory, fine: bool, flat: bool
-) -> tuple[float, bool]:
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
+    step_is_fine: bool, lands_flat: bool,
+) -> tuple[float, bool]:  # fmt: skip
     """Return the predicted normal force of a point divided by its weight, N, and True if the point is in contact.
 
     In a fine step the predicted forces decide about contact, in a longer one the last state. A point that did not
     belong to the patch before has no last state.
     """
-    depth = -place.z
-    pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, place)
-    now = ((pressure > 0.0) | flat) & (depth > 0.0)
-    return pressure, (now if fine | (old.weight == 0.0) else old.pressure != 0.0) & (place.weight > 0.0)
+    depth = -position.z
+    pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, position)
+    now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
+    return pressure, (now if step_is_fine | (previous.weight == 0.0) else previous.pressure != 0.0) & (
+        position.weight > 0.0
+    )
 
 
 @njit(**INLINE)
 def point_terms_of_joint_sums(
-    joint: JointConstants, half: float, place: PointPlace, pressure: float, on: bool
-) -> JointNormalSums:
+    joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
+) -> JointNormalForceSums:
     """Return the terms that one contact point adds to the sums of its joint in the equations of a step."""
-    n = place.weight * pressure if on else 0.0
-    g = half * (place.weight * (joint.dashpot + half * joint.stiffness)) if on else 0.0
-    gx, gy = g * place.x, g * place.y
-    return JointNormalSums(n, n * place.x, n * place.y, g, gx, gy, gx * place.x, gx * place.y, gy * place.y)
+    n = position.weight * pressure if in_contact else 0.0
+    g = half_step * (position.weight * (joint.dashpot + half_step * joint.stiffness)) if in_contact else 0.0
+    gx, gy = g * position.x, g * position.y
+    return JointNormalForceSums(
+        n, n * position.x, n * position.y, g, gx, gy, gx * position.x, gx * position.y, gy * position.y
+    )
 
 
 @njit(**INLINE)
-def spring_force(joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector) -> TangentialVector:
+def tangential_spring_force(
+    joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
+) -> TangentialVector:
     """Return the tangential force of a joint (x, y, twist) from its springs and dashpots, N."""
     k, h = joint.tangential, joint.damping
     return TangentialVector(
@@ -114,17 +121,19 @@ def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
 
 @njit(**INLINE)
 def flat_landing_slip_direction(
-    joint: JointConstants, velocity: Vector3, spin: Vector3, foot: float, place: tuple[float, float, float]
+    joint: JointConstants, velocity: Vector3, spin: Vector3, centre_height: float, position: tuple[float, float, float]
 ) -> tuple[TangentialVector, bool]:
     """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
     Of the rotation only that about the normal is included; see
-    `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `place` holds the centre of pressure and the mean
+    `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `position` holds the centre of pressure and the mean
     distance of the forces from it, m.
     """
-    cx, cy, arm = place
+    cx, cy, arm = position
     slip = TangentialVector(
-        (velocity.x + spin.y * foot) - spin.z * cy, (velocity.y - spin.x * foot) + spin.z * cx, arm * spin.z
+        (velocity.x + spin.y * centre_height) - spin.z * cy,
+        (velocity.y - spin.x * centre_height) + spin.z * cx,
+        arm * spin.z,
     )
     square = squared_length(slip)
     up = velocity.z + (spin.x * cy - spin.y * cx)
@@ -141,75 +150,75 @@ def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: f
 
 @njit(**INLINE)
 def extend_spring_stretch(
-    stretch: TangentialVector, half: float, first: TangentialVector, second: TangentialVector
+    stretch: TangentialVector, half_step: float, first: TangentialVector, second: TangentialVector
 ) -> TangentialVector:
     """Return a spring stretch after a step with slip velocity `first` at its start and `second` at its end."""
     return TangentialVector(
-        stretch.x + half * (first.x + second.x), stretch.y + half * (first.y + second.y),
-        stretch.twist + half * (first.twist + second.twist),
+        stretch.x + half_step * (first.x + second.x), stretch.y + half_step * (first.y + second.y),
+        stretch.twist + half_step * (first.twist + second.twist),
     )  # fmt: skip
 
 
 @njit(**INLINE)
 def predict_friction(
-    joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalSums, old: JointHistory, half: float,
-    state: tuple[bool, bool, float],
+    joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointHistory,
+    half_step: float, state: tuple[bool, bool, float],
 ) -> JointFriction:  # fmt: skip
     """Predict spring stretch, sliding and friction direction of a joint, as the equations of a step assume them.
 
     `state` holds whether the step is fine, whether the joint lands flat, and the height of the centre of the upper
     stone above its base.
     """
-    fine, flat, foot = state
-    was, loaded = old.normal > 0.0, sums.force > 0.0
+    step_is_fine, lands_flat, centre_height = state
+    was, loaded = previous.normal > 0.0, sums.force > 0.0
     one = 1.0 / (sums.force if loaded else 1.0)
-    cx = old.cx if was else (sums.x * one if loaded else 0.0)
-    cy = old.cy if was else (sums.y * one if loaded else 0.0)
-    velocity = slip_velocity(frame.velocity, frame.spin, cx, cy, old.arm)
+    cx = previous.cx if was else (sums.x * one if loaded else 0.0)
+    cy = previous.cy if was else (sums.y * one if loaded else 0.0)
+    velocity = slip_velocity(frame.velocity, frame.spin, cx, cy, previous.arm)
     stretch = scale_tangential_vector(
-        1.0 if was else 0.0, extend_spring_stretch(old.stretch, half, old.velocity, velocity)
+        1.0 if was else 0.0, extend_spring_stretch(previous.stretch, half_step, previous.velocity, velocity)
     )
-    force = spring_force(joint, stretch, velocity)
-    most = joint.friction * (sums.force if fine | (not was) else old.normal)
-    slip, drifts = flat_landing_slip_direction(joint, frame.velocity, frame.spin, foot, (cx, cy, old.arm))
-    drifts = drifts & flat
+    force = tangential_spring_force(joint, stretch, velocity)
+    most = joint.friction * (sums.force if step_is_fine | (not was) else previous.normal)
+    slip, drifts = flat_landing_slip_direction(joint, frame.velocity, frame.spin, centre_height, (cx, cy, previous.arm))
+    drifts = drifts & lands_flat
     square, smooth = squared_length(force), joint.friction == 0.0
-    decides = fine | (not was)
-    slides = square > most * most if decides else old.slid > 0.0
-    slides = drifts if flat else slides | smooth
+    decides = step_is_fine | (not was)
+    slides = square > most * most if decides else previous.slid > 0.0
+    slides = drifts if lands_flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
     direction = unit_tangential_vector(force)
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist if drifts else direction.twist
-    cz = foot * (1.0 - joint.tilting) if drifts else 0.0
-    on = 1.0 if loaded else 0.0
+    cz = centre_height * (1.0 - joint.tilting) if drifts else 0.0
+    in_contact = 1.0 if loaded else 0.0
     sliding = 1.0 if loaded & slides else 0.0
-    return JointFriction(cx, cy, cz, old.arm, stretch, velocity, on, sliding, TangentialVector(dx, dy, dt))
+    return JointFriction(cx, cy, cz, previous.arm, stretch, velocity, in_contact, sliding, TangentialVector(dx, dy, dt))
 
 
 @njit(**INLINE)
 def joint_equation_terms(
-    joint: JointConstants, sums: JointNormalSums, friction: JointFriction, half: float, normal: float
+    joint: JointConstants, sums: JointNormalForceSums, friction: JointFriction, half_step: float, normal: float
 ) -> JointEquations:
     """Return predicted force and moment of a joint about the centre of the lower face, with velocity derivatives.
 
     `normal` is the normal force that limits friction across the direction of sliding, N.
     """
-    on, slides, d = friction.on > 0.0, friction.slides > 0.0, friction.direction
-    held = spring_force(joint, friction.stretch, friction.velocity)
+    in_contact, slides, d = friction.on > 0.0, friction.slides > 0.0, friction.direction
+    held = tangential_spring_force(joint, friction.stretch, friction.velocity)
     part = friction_share_of_holding_force(joint.friction * normal, squared_length(held), slides)
-    mu = joint.friction if slides & on else 0.0
+    mu = joint.friction if slides & in_contact else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist
     fx, fy, ft = (
         (mx * sums.force if slides else held.x),
         (my * sums.force if slides else held.y),
         (mt * sums.force if slides else held.twist),
     )
-    fx, fy, ft = (fx if on else 0.0), (fy if on else 0.0), (ft if on else 0.0)
-    stick = half * (joint.damping + half * joint.tangential)
+    fx, fy, ft = (fx if in_contact else 0.0), (fy if in_contact else 0.0), (ft if in_contact else 0.0)
+    stick = half_step * (joint.damping + half_step * joint.tangential)
     across = stick * part if slides else stick
-    across = across if on else 0.0
+    across = across if in_contact else 0.0
     along = across if slides else 0.0
     a, b, c = across - along * (d.x * d.x), -(along * (d.x * d.y)), across - along * (d.y * d.y)
     ta, tb, tt = -(along * (d.x * d.twist)), -(along * (d.y * d.twist)), across - along * (d.twist * d.twist)
@@ -247,44 +256,46 @@ def joint_equation_terms(
 
 @njit(**INLINE)
 def solve_point_contact(
-    joint: JointConstants, frame: JointRelativeMotion, place: PointPlace, old: PointHistory,
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float],
-) -> tuple[PointEnd, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
+) -> tuple[PointForceAndImpulse, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point at the solved end of a step.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
     half of the step (s), whether the joint lands flat, and the landing time of a point that touches now (s).
     """
-    half, flat, new_landing = step
-    w = place.weight
-    counts, had = w > 0.0, old.weight > 0.0
-    rise = change[0].z + (change[1].x * place.y - change[1].y * place.x)
-    rate, before = point_opening_rate(frame, place) + rise, -place.z
-    depth = before - half * rise
-    inside, was = depth > 0.0, old.depth > 0.0
+    half_step, lands_flat, new_landing = step
+    w = position.weight
+    counts, had = w > 0.0, previous.weight > 0.0
+    rise = change[0].z + (change[1].x * position.y - change[1].y * position.x)
+    rate, before = point_opening_rate(frame, position) + rise, -position.z
+    depth = before - half_step * rise
+    inside, was = depth > 0.0, previous.depth > 0.0
     # A point that did not belong to the patch before is as it is now: it neither opens nor closes.
     changed = before if before > depth else depth
     changed = -depth if was else changed
     heavy = had & (w > LEAST_WEIGHT)
     spring = joint.stiffness * depth if inside else 0.0
     pressure = spring - joint.dashpot * rate
-    pressure = pressure if counts & inside & (flat | (pressure > 0.0)) else 0.0
+    pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0
     fresh = inside & had & (not was) & counts
-    more = depth * (2.0 * half / (depth - old.depth if fresh else 1.0)) - half if fresh else 0.0
-    landing = (new_landing if fresh | (not had) else old.landing) - 2.0 * half
+    more = depth * (2.0 * half_step / (depth - previous.depth if fresh else 1.0)) - half_step if fresh else 0.0
+    landing = (new_landing if fresh | (not had) else previous.landing) - 2.0 * half_step
     n = w * pressure
     power = w * (spring - pressure) * rate
-    over = depth * old.depth
-    over = math.copysign(over if over < 0.0 else 0.0, depth - old.depth)
-    both = (depth if inside else 0.0) * (old.depth if was else 0.0)
-    let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (old.weight - w))
+    over = depth * previous.depth
+    over = math.copysign(over if over < 0.0 else 0.0, depth - previous.depth)
+    both = (depth if inside else 0.0) * (previous.depth if was else 0.0)
+    let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (previous.weight - w))
     let_go = let_go if counts | had else 0.0
     findings = LargestContactChanges(
         changed=changed if heavy else 0.0, wrong=0.0, reversed=0.0, holds=0.0, back=0.0,
         off=1.0 if heavy & (not (pressure > 0.0)) else 0.0, depth=depth if counts else 0.0, loaded=0.0,
     )  # fmt: skip
     return (
-        PointEnd(n, n * place.x, n * place.y, more * n, more * (n * place.x), more * (n * place.y)),
+        PointForceAndImpulse(
+            n, n * position.x, n * position.y, more * n, more * (n * position.x), more * (n * position.y)
+        ),
         findings,
         JointLosses(power, let_go + more * power),
         PointHistory(
@@ -298,15 +309,16 @@ def solve_point_contact(
 
 @njit(**INLINE)
 def solve_joint_contact(
-    joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction, points: tuple[PointEnd, float],
-    change: tuple[Vector3, Vector3], old: JointHistory, step: tuple[float, bool, bool, float],
+    joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
+    points: tuple[PointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
+    step: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, LargestContactChanges, JointLosses, JointHistory]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state of a joint at the solved end of a step.
 
     `points` holds the sums over its points and Σ n r (N·m); `step` half of the step (s), whether it is fine, whether
     the joint lands flat, and the height of the upper stone's centre above its base (m).
     """
-    half, fine, flat, foot = step
+    half_step, step_is_fine, lands_flat, centre_height = step
     ends, arm_sum = points
     cx, cy, arm = friction.cx, friction.cy, friction.arm
     more = slip_velocity(change[0], change[1], cx, cy, arm)
@@ -314,18 +326,20 @@ def solve_joint_contact(
     velocity = TangentialVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
     loaded = ends.force > 0.0
     zero = TangentialVector(0.0, 0.0, 0.0)
-    stretch = scale_tangential_vector(1.0 if loaded else 0.0, extend_spring_stretch(friction.stretch, half, more, zero))
+    stretch = scale_tangential_vector(
+        1.0 if loaded else 0.0, extend_spring_stretch(friction.stretch, half_step, more, zero)
+    )
     most = joint.friction * ends.force
-    force = spring_force(joint, stretch, velocity)
+    force = tangential_spring_force(joint, stretch, velocity)
     at_origin = Vector3(frame.velocity.x + change[0].x, frame.velocity.y + change[0].y, frame.velocity.z + change[0].z)
     spin = Vector3(frame.spin.x + change[1].x, frame.spin.y + change[1].y, frame.spin.z + change[1].z)
-    slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, foot, (cx, cy, arm))
-    drifts = drifts & flat
+    slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, centre_height, (cx, cy, arm))
+    drifts = drifts & lands_flat
     hx = -slip.x if drifts else force.x
     hy = -slip.y if drifts else force.y
     ht = -slip.twist if drifts else force.twist
     square = squared_length(TangentialVector(hx, hy, ht))
-    slips = drifts if flat else square > most * most
+    slips = drifts if lands_flat else square > most * most
     share = most / math.sqrt(square if slips & (square > 0.0) else 1.0) if slips else 1.0
     share = share if loaded else 0.0
     fx, fy, ft = share * hx, share * hy, share * ht
@@ -333,18 +347,18 @@ def solve_joint_contact(
     holds, long = most * joint.compliance, squared_length(stretch)
     cut = slips & (long > holds * holds)
     kept = scale_tangential_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
-    cz = foot * (1.0 - joint.tilting) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.tilting) if drifts else 0.0
     k = joint.tangential
     power = -(
         ((fx + k * kept.x) * (velocity.x + spin.y * cz) + (fy + k * kept.y) * (velocity.y - spin.x * cz))
         + (ft + k * kept.twist) * velocity.twist
     ) + k * cz * (kept.x * spin.y - kept.y * spin.x)
-    s = old.stretch
+    s = previous.stretch
     released = ((s.x + kept.x) * (stretch.x - kept.x) + (s.y + kept.y) * (stretch.y - kept.y)) + (
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
-    let_go = 0.5 * k * (released if loaded else (squared_length(s) if old.normal > 0.0 else 0.0))
-    d, carries, coarse = friction.direction, most > 0.0, not fine
+    let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
+    d, carries, coarse = friction.direction, most > 0.0, not step_is_fine
     assumed = friction.slides > 0.0
     wrong = carries & (slips != assumed)
     backwards = carries & assumed & ((fx * d.x + fy * d.y) + ft * d.twist < 0.0)
@@ -369,15 +383,15 @@ def solve_joint_contact(
         Vector3(early * fx, early * fy, ends.early),
         Vector3(ends.early_y + early * mx, -ends.early_x + early * my, early * mz),
     )
-    on = 1.0 if loaded else 0.0
+    in_contact = 1.0 if loaded else 0.0
     new = JointHistory(
-        kept, velocity, ends.x * one * on, ends.y * one * on, arm_sum * one * on, ends.force if loaded else 0.0,
-        1.0 if slips & (most != 0.0) else 0.0, 0.0,
+        kept, velocity, ends.x * one * in_contact, ends.y * one * in_contact, arm_sum * one * in_contact,
+        ends.force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
     return at_end, sooner, findings, JointLosses(power, let_go + early * power), new
 
 
 @njit(**INLINE)
-def landing_time_of_new_point(joint: JointConstants, landing: JointLanding) -> float:
+def landing_time_of_new_point(joint: JointConstants, landing: JointLandingTimes) -> float:
     """Return the landing time (s) of a new contact point: that of the points in contact, else the full time."""
     return joint.landing if landing.longest == IN_THE_AIR else landing.longest

@@ -68,7 +68,7 @@ class JointBeforeAndAfter(NamedTuple):
     new: JointHistory
 
 
-class JointLanding(NamedTuple):
+class JointLandingTimes(NamedTuple):
     """Shortest and longest remaining time of a flat landing over the contact points of a joint, s."""
 
     shortest: float
@@ -96,7 +96,7 @@ class JointRelativeMotion(NamedTuple):
     """Length of the rim of the patch, m."""
 
 
-class JointNormalSums(NamedTuple):
+class JointNormalForceSums(NamedTuple):
     """Sums over a joint's contact points: normal force, its moments, and their derivatives by the velocities."""
 
     force: float
@@ -147,7 +147,7 @@ class JointEquations(NamedTuple):
     blocks: ForceVelocityBlocks
 
 
-class PointOutline(NamedTuple):
+class FaceCorner(NamedTuple):
     """Corner of the upper stone's base, or corner of the lower face with the side that starts there."""
 
     x: float
@@ -162,7 +162,7 @@ class PointOutline(NamedTuple):
     """Weight of the corner while the whole base rests."""
 
 
-class PointPlace(NamedTuple):
+class ContactPointPosition(NamedTuple):
     """Position of a contact point of a joint at the predicted end of a step, in the frame of the lower face."""
 
     x: float
@@ -204,7 +204,7 @@ class PointBeforeAndAfter(NamedTuple):
     new: PointHistory
 
 
-class PointEnd(NamedTuple):
+class PointForceAndImpulse(NamedTuple):
     """Normal force, its moments, and impulse of early contacts at the end of a step, for a point or their sum."""
 
     force: float
@@ -220,11 +220,11 @@ class PointEnd(NamedTuple):
 class SolvedJointPointSums(NamedTuple):
     """Sums over all contact points of a joint of the forces at the solved end of a step."""
 
-    at_end: PointEnd
+    at_end: PointForceAndImpulse
 
 
 JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointBeforeAndAfter, JointLanding, JointRelativeMotion, JointNormalSums, PressureArmSum,
-    JointFriction, JointEquations, SolvedJointPointSums,
+    COLUMNS, JointConstants, JointBeforeAndAfter, JointLandingTimes, JointRelativeMotion, JointNormalForceSums,
+    PressureArmSum, JointFriction, JointEquations, SolvedJointPointSums,
 )  # fmt: skip
-POINT: Final = TupleRowLayout(COLUMNS, PointOutline, PointPlace, ClippedSide, PointBeforeAndAfter)
+POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, PointBeforeAndAfter)

@@ -38,22 +38,22 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     ClippedSide,
+    ContactPointPosition,
+    FaceCorner,
     JointBeforeAndAfter,
     JointRelativeMotion,
     PointBeforeAndAfter,
-    PointOutline,
-    PointPlace,
 )
-from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneOutcome
+from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
 
 P: Final = POINT.size
 point_window: Final = create_window_slicer(P)
 """Return the rows of a point of a joint."""
 INSIDE, RIM = JOINT.row_start(JointRelativeMotion, "inside"), JOINT.row_start(JointRelativeMotion, "rim")
 CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "old.crossed")
-WEIGHT: Final = POINT.row_start(PointPlace, "weight")
+WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
 OLD_WEIGHT: Final = POINT.row_start(PointBeforeAndAfter, "old.weight")
-PRESENT: Final = STONE.row_start(StoneOutcome, "present")
+PRESENT: Final = STONE.row_start(StoneFallState, "present")
 
 
 @njit(**INLINE)
@@ -114,9 +114,9 @@ def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, la
 
 
 @njit(**INLINE)
-def corner_position_and_weight(frame: JointRelativeMotion, corner: PointOutline, present: float) -> PointPlace:
+def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
     """Return position and weight of a corner of the upper stone's base while the whole base rests on the face."""
-    return PointPlace(
+    return ContactPointPosition(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
         frame.corner.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
         frame.corner.z + (corner.x * frame.along_x.z + corner.y * frame.along_y.z),
@@ -125,7 +125,7 @@ def corner_position_and_weight(frame: JointRelativeMotion, corner: PointOutline,
 
 
 @njit(**APART)
-def place_corner(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of the upper stone's base, in all stacks."""
     for j in range(lane_count):
         place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
@@ -133,14 +133,16 @@ def place_corner(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) 
 
 
 @njit(**INNER)
-def place_corners(upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int) -> None:
+def predict_base_corner_positions(
+    upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int
+) -> None:
     """Compute the predicted positions of all corners of the upper stone's base, in all stacks."""
     for i in range(upper_count):
-        place_corner(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
+        predict_base_corner_position(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
 
 
 @njit(**APART)
-def measure_distance_inside(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
+def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
     """Lower the smallest distance of base corners from the lower face's rim to that of one corner from one side."""
     for j in range(lane_count):
         place, limit = load_place(point, j), load_outline(side, j)
@@ -150,12 +152,12 @@ def measure_distance_inside(joint_rows: Any, point: Any, side: Any, lane_count: 
 
 
 @njit(**INNER)
-def patch_is_whole(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
+def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
     """True if the whole upper base rests on the lower face in all lanes, now and at the end of the last step."""
     for i in range(upper_count):
         for k in range(lower_count):
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
-            measure_distance_inside(joint_rows, points[i * P : (i + 1) * P], side, lane_count)
+            update_distance_from_rim(joint_rows, points[i * P : (i + 1) * P], side, lane_count)
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0.0
@@ -183,14 +185,14 @@ def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
 
 
 @njit(**INLINE)
-def clipped_length(clip: ClippedSide, length: float) -> ClippedSide:
+def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
     """Return the clipped part of a side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
     return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
 @njit(**APART)
-def begin_clip(point: Any, lane_count: int) -> None:
+def reset_clipped_side(point: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, in all lanes."""
     for j in range(lane_count):
         store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
@@ -208,11 +210,11 @@ def clip_upper_side(point: Any, after: Any, side: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def end_upper_clip(joint_rows: Any, point: Any, after: Any, lane_count: int) -> None:
+def finish_clipped_upper_side(joint_rows: Any, point: Any, after: Any, lane_count: int) -> None:
     """Compute the length of an upper side after clipping, and add it to the length of the patch's rim."""
     for j in range(lane_count):
         a, b = load_place(point, j), load_place(after, j)
-        clip = clipped_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
+        clip = clipped_side_with_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
         store_clip(point, j, clip)
         joint_rows[RIM + j] += clip.length
 
@@ -223,14 +225,14 @@ def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
         after = points[following * P : (following + 1) * P]
-        begin_clip(point, lane_count)
+        reset_clipped_side(point, lane_count)
         for k in range(lower_count):
             clip_upper_side(point, after, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
-        end_upper_clip(joint_rows, point, after, lane_count)
+        finish_clipped_upper_side(joint_rows, point, after, lane_count)
 
 
 @njit(**INLINE)
-def signed_area_inside_side(a: PointPlace, b: PointPlace, x: float, y: float) -> float:
+def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
     """Return twice the area (m²) of triangle a, b, point: positive inside side a–b of an anticlockwise polygon."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
@@ -247,11 +249,11 @@ def clip_lower_side(side: Any, after: Any, begin: Any, end: Any, lane_count: int
 
 
 @njit(**APART)
-def end_lower_clip(joint_rows: Any, side: Any, after: Any, lane_count: int) -> None:
+def finish_clipped_lower_side(joint_rows: Any, side: Any, after: Any, lane_count: int) -> None:
     """Compute the length of a lower side after clipping, and add it to the length of the patch's rim."""
     for j in range(lane_count):
         c, d = load_outline(side, j), load_outline(after, j)
-        clip = clipped_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
+        clip = clipped_side_with_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
         store_clip(side, j, clip)
         joint_rows[RIM + j] += clip.length
 
@@ -263,26 +265,28 @@ def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
         following = (k + 1) % lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
         after = points[(upper_count + following) * P : (upper_count + following + 1) * P]
-        begin_clip(side, lane_count)
+        reset_clipped_side(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
             clip_lower_side(side, after, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count)
-        end_lower_clip(joint_rows, side, after, lane_count)
+        finish_clipped_lower_side(joint_rows, side, after, lane_count)
 
 
 @njit(**INLINE)
-def point_on_side(a: PointPlace, b: PointPlace, share: float, weight: float) -> PointPlace:
+def point_on_side(
+    a: ContactPointPosition, b: ContactPointPosition, share: float, weight: float
+) -> ContactPointPosition:
     """Return the point on the side from a to b at the given share of its length from a, with a weight."""
-    return PointPlace(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
+    return ContactPointPosition(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
 
 
 @njit(**INLINE)
-def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: float) -> PointPlace:
+def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
     """Return the point of the upper stone's base that lies above point (x, y) of the lower face, with a weight."""
     normal = cross_product(frame.along_x, frame.along_y)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
-    return PointPlace(
+    return ContactPointPosition(
         x, y, frame.corner.z - (normal.x * (x - frame.corner.x) + normal.y * (y - frame.corner.y)) / up, weight
     )
 
@@ -326,7 +330,9 @@ def place_upper_points(
 
 
 @njit(**INNER)
-def place_crossings(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+def place_points_of_partial_patch(
+    joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
+) -> None:
     """Compute position and weight of all contact points of a patch that is only a part of the upper stone's base."""
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     for k in range(lower_count):

@@ -93,19 +93,23 @@ class StackTrajectory:
         return variables, coordinates, {"reference": self.stones[-1].name}
 
 
-def draw_fallen_stones(
-    rows: FloatArray, stones: list[StackStone], has_fallen: NDArray[np.bool_], interval: float, aftermath: float
+def continue_fallen_stones_in_free_flight(
+    rows: FloatArray,
+    stones: list[StackStone],
+    has_fallen: NDArray[np.bool_],
+    sampling_interval: float,
+    aftermath: float,
 ) -> FloatArray:
     """Return a trajectory in which each fallen stone continues in free flight until it meets the ground.
 
     A stone that has fallen is not simulated any more; its path is drawn only. Rows are appended for `aftermath`
-    seconds after the end, in steps of `interval`, s, without the base motion of these times. `has_fallen`, shape
-    (stones,), is that of the end of the case.
+    seconds after the end, in steps of `sampling_interval`, s, without the base motion of these times. `has_fallen`,
+    shape (stones,), is that of the end of the case.
     """
     if not has_fallen.any():
         return rows
-    more = np.repeat(rows[-1:], int(np.ceil(aftermath / interval)), axis=0)
-    more[:, 0] += interval * np.arange(1, len(more) + 1)
+    more = np.repeat(rows[-1:], int(np.ceil(aftermath / sampling_interval)), axis=0)
+    more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
     rows = np.concatenate([rows, more])
     columns = rows[:, GROUND_COLUMNS:].reshape(len(rows), len(stones), STONE_COLUMNS)
     columns[len(rows) - len(more) :, has_fallen, 13] = 0.0
@@ -113,11 +117,11 @@ def draw_fallen_stones(
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fly(columns[begin:, index], rows[begin:, 0], stone)
+            _fill_in_free_flight(columns[begin:, index], rows[begin:, 0], stone)
     return rows
 
 
-def _fly(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
+def _fill_in_free_flight(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
     """Fill in the poses of a stone in free flight from the first row on, until the stone meets the ground."""
     place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
     from scipy.spatial.transform import Rotation

@@ -19,20 +19,25 @@ from overturning.dem.linear import highest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import check_trajectory_size
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR
-from overturning.dem.stack.path import GROUND_COLUMNS, STONE_COLUMNS, StackTrajectory, draw_fallen_stones
+from overturning.dem.stack.path import (
+    GROUND_COLUMNS,
+    STONE_COLUMNS,
+    StackTrajectory,
+    continue_fallen_stones_in_free_flight,
+)
 from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import COLUMNS
 from overturning.dem.stack.statics import (
+    base_positions_at_rest,
+    face_corner_rows,
     inertia_coupling_factor,
     joint_table,
-    motion_threshold,
-    outline_rows,
-    slip_at_rest,
+    motion_onset_acceleration,
     spring_energy_at_rest,
     stiffness_matrix,
     stone_table,
-    unit_mass_scale,
+    unit_mass_factors,
 )
 from overturning.dem.stack.tables import CASE, RESULT, STONE_RESULT
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
@@ -85,7 +90,7 @@ class StackSimulationPlan(SpaceSimulationPlan):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
-        each["slip_x"] -= slip_at_rest(self.stones)[stack]
+        each["slip_x"] -= base_positions_at_rest(self.stones)[stack]
         return stack_outcomes(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
@@ -111,7 +116,7 @@ class StackSimulationPlan(SpaceSimulationPlan):
         self, trajectory: FloatArray, aftermath: float, has_fallen: NDArray[np.bool_]
     ) -> FloatArray:
         """Return a trajectory in which fallen stones go on in free flight, for `aftermath` seconds after its end."""
-        longer = draw_fallen_stones(
+        longer = continue_fallen_stones_in_free_flight(
             trajectory, self._stones_of_case, has_fallen, self.motion.sampling_interval, aftermath
         )
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
@@ -159,7 +164,7 @@ def plan_stack_simulation(
     given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
-        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_scale(stones))) * inertia_coupling_factor(stones)
+        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones))) * inertia_coupling_factor(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
@@ -176,7 +181,7 @@ def plan_stack_simulation(
     threshold = np.zeros(cases.case_count)
     for index, table in enumerate(joints):
         of_stack = which == index
-        threshold[of_stack] = motion_threshold(table, friction[of_stack])
+        threshold[of_stack] = motion_onset_acceleration(table, friction[of_stack])
     first, calm, at_rest = quiet_windows_in_any_direction(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
@@ -202,7 +207,7 @@ def plan_stack_simulation(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
         joints=np.stack([table.rows for table in joints]),
         outlines=np.array([
-            [[outline_rows(stone.base), outline_rows(stone.upper)] for stone in stones] for stones in stacks
+            [[face_corner_rows(stone.base), face_corner_rows(stone.upper)] for stone in stones] for stones in stacks
         ]), friction=friction,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=case_table, stays_at_rest=at_rest,
         too_soft=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],

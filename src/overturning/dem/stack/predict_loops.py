@@ -60,24 +60,24 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint import (
     NO_POINT,
     joint_equation_terms,
+    joint_landing_times_with_point,
     joint_lands_flat,
-    landing_including_point,
     point_terms_of_joint_sums,
     predict_friction,
     predicted_force_per_weight_and_contact,
 )
 from overturning.dem.stack.joint_state import (
-    JointLanding,
-    JointNormalSums,
+    JointLandingTimes,
+    JointNormalForceSums,
 )
 from overturning.dem.stack.patch import (
     upper_face_centre,
 )
 from overturning.dem.stack.solve import (
-    blocks_times_wrench,
     eliminate_stone,
-    inertia_blocks,
-    right_side,
+    mass_matrix_of_stone,
+    matrix_6x6_times_wrench,
+    momentum_change_right_side,
     rotate_equations,
     solve_lowest_stone,
     wrench_plus,
@@ -94,8 +94,8 @@ from overturning.dem.stack.state import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 add_normal, no_normal = (
-    create_elementwise_tuple_functions(JointNormalSums).plus,
-    create_elementwise_tuple_functions(JointNormalSums).zero,
+    create_elementwise_tuple_functions(JointNormalForceSums).plus,
+    create_elementwise_tuple_functions(JointNormalForceSums).zero,
 )
 no_sum, no_wrench = (
     create_elementwise_tuple_functions(StoneContactSums).zero,
@@ -105,22 +105,22 @@ FINE: Final = BODY.fine
 
 
 @njit(**INLINE)
-def predict_stone(inverse: SymmetricMatrix, state: StoneState, dt: float) -> PredictedStone:
+def predict_stone(inverse: SymmetricMatrix, state: StoneState, step_length: float) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, from constant force and moment."""
-    half = 0.5 * dt
+    half = 0.5 * step_length
     v, momentum = (
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.momentum, half, state.moment),
     )
-    turn, spin = rotate_over_step(inverse, state.turn, momentum, state.moment, dt)
+    turn, spin = rotate_over_step(inverse, state.turn, momentum, state.moment, step_length)
     return PredictedStone(
-        place=extrapolate_vector(state.place, dt, v), turn=turn, velocity=v, momentum=momentum,
+        place=extrapolate_vector(state.place, step_length, v), turn=turn, velocity=v, momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration), spin=spin,
     )  # fmt: skip
 
 
 @njit(**APART)
-def predict_base(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
+def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Compute the inertial acceleration from base motion and gravity at the end of each stack's attempted step."""
     for j in range(lane_count):
         length, time, shaking = load_attempt(case_rows, j).length, load_time(case_rows, j), load_shaking(case_rows, j)
@@ -146,8 +146,8 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
         store_predicted(rows, j, predicted)
         store_axes(rows, j, axes)
         store_diagonal(rows, j, DiagonalBlockAndRightSide(
-            inertia_blocks(constants.mass, constants.inertia, axes),
-            right_side(
+            mass_matrix_of_stone(constants.mass, constants.inertia, axes),
+            momentum_change_right_side(
                 half, constants.mass, no_wrench(), load_inertial(case_rows, j),
                 Wrench(state.acceleration, state.moment),
             ),
@@ -156,24 +156,24 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def begin_joint(joint_rows: Any, lane_count: int) -> None:
+def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums over the contact points of a joint, in all stacks."""
     for j in range(lane_count):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
-        store_landing(joint_rows, j, JointLanding(NO_POINT, longest))
+        store_landing(joint_rows, j, JointLandingTimes(NO_POINT, longest))
         store_normal(joint_rows, j, no_normal())
 
 
 @njit(**APART)
-def add_point_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of its joint, in all stacks."""
     for j in range(lane_count):
-        store_landing(joint_rows, j, landing_including_point(load_landing(joint_rows, j), load_point(point, j)))
+        store_landing(joint_rows, j, joint_landing_times_with_point(load_landing(joint_rows, j), load_point(point, j)))
 
 
 @njit(**APART)
-def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Predict the normal force of one contact point and add its terms to the sums of its joint, in all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
@@ -185,7 +185,7 @@ def predict_point(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) 
 
 
 @njit(**APART)
-def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict friction and equation terms of a joint about the centre of the lower face, in all stacks."""
     for j in range(lane_count):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
@@ -203,14 +203,14 @@ def predict_joint(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: 
 
 
 @njit(**APART)
-def rotate_joint(lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def rotate_joint_equations(lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Rotate the equations of a joint from the axes of the lower stone to those of the ground."""
     for j in range(lane_count):
         store_equations(joint_rows, j, rotate_equations(load_axes(lower_rows, j), load_equations(joint_rows, j)))
 
 
 @njit(**APART)
-def eliminate_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Eliminate the velocities of a stone that stands on another one from the equations, in all stacks."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
@@ -234,9 +234,9 @@ def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: 
 
 
 @njit(**APART)
-def substitute_stones(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
+def compute_upper_stone_changes(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of a stone from that of the stone below it, in all stacks."""
     for j in range(lane_count):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
-        e = wrench_plus(solution.alone, blocks_times_wrench(solution.below, Wrench(below.velocity, below.spin)))
+        e = wrench_plus(solution.alone, matrix_6x6_times_wrench(solution.below, Wrench(below.velocity, below.spin)))
         store_change(upper_rows, j, StoneChange(e.force, e.moment))

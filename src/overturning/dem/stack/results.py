@@ -11,38 +11,49 @@ from overturning.model.status import CaseStatus
 
 
 def stack_outcomes(
-    results: NDArray[np.void], each: NDArray[np.void], orientation_deg: FloatArray, cosines: FloatArray
+    results: NDArray[np.void],
+    stone_results: NDArray[np.void],
+    orientation_deg: FloatArray,
+    direction_cosines: FloatArray,
 ) -> dict[str, Any]:
     """Return the outcome variables and ``block_steps`` of n cases with k stones each, shape (n,) or (n, k).
 
     Parameters
     ----------
-    results, each : ndarray
+    results, stone_results : ndarray
         Results of the cases, shape (n,), and of their stones, shape (n, k).
     orientation_deg : ndarray, shape (n,)
         Orientation of each case, degrees.
-    cosines : ndarray, shape (n, 2)
+    direction_cosines : ndarray, shape (n, 2)
         Direction cosines of the orientation, north and east.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        fell = (results["status"] == CaseStatus.SIMULATED)[:, None] & (each["fallen"] > 0)
-        azimuth = np.mod(orientation_deg[:, None] - rounded_degrees(np.arctan2(each["top_y"], each["top_x"])), 360.0)
-        north, east, x, y = cosines[:, :1], cosines[:, 1:], each["slip_x"], each["slip_y"]
+        fell = (results["status"] == CaseStatus.SIMULATED)[:, None] & (stone_results["fallen"] > 0)
+        azimuth = np.mod(
+            orientation_deg[:, None] - rounded_degrees(np.arctan2(stone_results["top_y"], stone_results["top_x"])),
+            360.0,
+        )
+        north, east, x, y = (
+            direction_cosines[:, :1],
+            direction_cosines[:, 1:],
+            stone_results["slip_x"],
+            stone_results["slip_y"],
+        )
         found = {
             "overturned": fell,
             "status": results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
-            "peak_tilt": tilt_deg_of_lean(each["lean"]),
-            "overturning_time": np.where(fell, each["overturning_time"], np.nan),
+            "peak_tilt": tilt_deg_of_lean(stone_results["lean"]),
+            "overturning_time": np.where(fell, stone_results["overturning_time"], np.nan),
             "residual_slip_north": np.where(fell, np.nan, x * north + y * east),
             "residual_slip_east": np.where(fell, np.nan, x * east - y * north),
-            "residual_twist": np.where(fell, np.nan, -rounded_degrees(each["twist"])),
-            "slid_off": fell & (each["slid_off"] > 0),
+            "residual_twist": np.where(fell, np.nan, -rounded_degrees(stone_results["twist"])),
+            "slid_off": fell & (stone_results["slid_off"] > 0),
             "peak_penetration": results["peak_penetration"],
             "energy_error": results["energy_error"],
             "block_steps": results["block_steps"],
             "samples_left_out": results["samples_left_out"],
         }
-    if each.shape[1] > 1:
+    if stone_results.shape[1] > 1:
         return found
     return {name: values[:, 0] if np.ndim(values) == 2 else values for name, values in found.items()}

@@ -49,9 +49,9 @@ from overturning.dem.stack.ending import (
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
+    FaceCorner,
     JointConstants,
     JointHistory,
-    PointOutline,
     TangentialVector,
 )
 from overturning.dem.stack.state import (
@@ -61,18 +61,18 @@ from overturning.dem.stack.state import (
     StackClock,
     StackConstants,
     StoneConstants,
-    StoneOutcome,
+    StoneFallState,
     StonePeaks,
     StoneState,
 )
-from overturning.dem.stack.step import advance_stacks, joint_size
+from overturning.dem.stack.step import advance_stacks, joint_state_size
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
 TICK, SAMPLE = CASE.row_start(StackClock, "tick"), CASE.row_start(CaseProgress, "sample")
 ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(LoadedSampleNumber, "sample")
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
     STONE.row_start(StonePeaks, "last_upright"),
-    STONE.row_start(StoneOutcome, "upright_until"),
+    STONE.row_start(StoneFallState, "upright_until"),
 )
 
 
@@ -97,7 +97,7 @@ class StackKernelInput(NamedTuple):
     corners: NDArray[np.int64]
     """Number of corners of each stone's faces, shape (stones,)."""
     outlines: FloatArray
-    """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `PointOutline`."""
+    """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `FaceCorner`."""
 
 
 class StackWorkspace(NamedTuple):
@@ -110,7 +110,7 @@ class StackWorkspace(NamedTuple):
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state arrays of the stacks in all lanes, which are simulated at the same time."""
     stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
-    size = CASE_SIZE + stones * (STONE_SIZE + joint_size(corners))
+    size = CASE_SIZE + stones * (STONE_SIZE + joint_state_size(corners))
     return StackWorkspace(aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
@@ -133,7 +133,7 @@ def initialise_lane(
     (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
     for row in range(state.size // COLUMNS):
         state[row * COLUMNS + lane] = 0.0
-    first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_size(outlines.shape[2])
+    first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
     store_case(state, lane, StackConstants(
         sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still
@@ -148,12 +148,12 @@ def initialise_lane(
         for i in range(corners[s]):
             begin = at + JOINT_SIZE + i * P
             o = outlines[s, 0, i]
-            store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
+            store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
         if s > 0:
             for i in range(corners[s - 1]):
                 begin = at + JOINT_SIZE + (corners[s] + i) * P
                 o = outlines[s - 1, 1, i]
-                store_outline(state[begin : begin + P], lane, PointOutline(o[0], o[1], o[2], o[3], o[4], o[5]))
+                store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(state, lane, CaseProgress(
         case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, case.spring_energy,
         case.barrier,
@@ -161,38 +161,50 @@ def initialise_lane(
 
 
 @njit(**INNER)
-def initialise_stone(rows: Any, lane: int, given: Any) -> None:
+def initialise_stone(rows: Any, lane: int, constants: Any) -> None:
     """Store the constants and the initial state of a stone in the rows of a lane."""
     store_constants(rows, lane, StoneConstants(
-        inverse=SymmetricMatrix(given.ixx, given.iyy, given.izz, given.ixy, given.ixz, given.iyz),
-        inertia=SymmetricMatrix(given.axx, given.ayy, given.azz, given.axy, given.axz, given.ayz),
-        mass=given.mass, foot=given.foot, top=given.top, critical=given.critical, fallen=given.fallen,
-        lowest=given.lowest,
+        inverse=SymmetricMatrix(
+            constants.ixx, constants.iyy, constants.izz, constants.ixy, constants.ixz, constants.iyz
+        ),
+        inertia=SymmetricMatrix(
+            constants.axx, constants.ayy, constants.azz, constants.axy, constants.axz, constants.ayz
+        ),
+        mass=constants.mass, foot=constants.foot, top=constants.top, critical=constants.critical,
+        fallen=constants.fallen, lowest=constants.lowest,
     ))  # fmt: skip
-    at, still = given.start, Vector3(0.0, 0.0, 0.0)
+    at, still = constants.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
     store_stone(rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
     store_peaks(rows, lane, StonePeaks(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
-    store_outcome(rows, lane, StoneOutcome(1.0, 0.0, 0.0))
+    store_outcome(rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 
 @njit(**INNER)
 def initialise_joint(
-    rows: Any, lane: int, given: Any, friction: float, damping_factor: float, foot: float, reach: float
+    rows: Any,
+    lane: int,
+    constants: Any,
+    friction: float,
+    damping_factor: float,
+    centre_height: float,
+    edge_distance: float,
 ) -> None:
     """Store the contact constants and the load at rest of a joint in the rows of a lane."""
     store_joint(rows, lane, JointConstants(
-        stiffness=given.stiffness, dashpot=given.dashpot * damping_factor, tangential=given.tangential,
-        compliance=given.compliance, damping=given.damping * damping_factor, friction=friction,
-        landing=given.landing * damping_factor, tilting=0.0 if friction * foot <= reach else 1.0,
+        stiffness=constants.stiffness, dashpot=constants.dashpot * damping_factor, tangential=constants.tangential,
+        compliance=constants.compliance, damping=constants.damping * damping_factor, friction=friction,
+        landing=constants.landing * damping_factor, tilting=0.0 if friction * centre_height <= edge_distance else 1.0,
     ))  # fmt: skip
     still = TangentialVector(0.0, 0.0, 0.0)
-    store_history(rows, lane, JointHistory(still, still, given.cx, given.cy, given.arm, given.normal, 0.0, 0.0))
+    store_history(
+        rows, lane, JointHistory(still, still, constants.cx, constants.cy, constants.arm, constants.normal, 0.0, 0.0)
+    )
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Begin a sample in all lanes: scale the stones' quaternions to length 1, and load the base motion."""
-    load_next_sample(
+    load_next_sample_into_lanes(
         workspace.state,
         kernel_input.corners.size,
         lane_count,
@@ -204,7 +216,7 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 
 
 @njit(**INNER)
-def load_next_sample(
+def load_next_sample_into_lanes(
     state: Any,
     stone_count: int,
     lane_count: int,
@@ -239,7 +251,7 @@ def load_next_sample(
 
 
 def advance_one_sample(
-    kernel_input: Any, workspace: Any, lane_count: int, path: Any, recorded_rows: int
+    kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Attempt steps in all lanes; record the first lane if a sample has passed since the last row."""
     settings, corners, limit, stones = (
@@ -248,55 +260,57 @@ def advance_one_sample(
         kernel_input.outlines.shape[3],
         kernel_input.corners.size,
     )
-    if recorded_rows < path.shape[0]:
-        record_stack_motion(workspace.state, stones, settings.interval, settings.ticks, path[recorded_rows])
-        due = path[recorded_rows - 1, 0] + 0.999 * settings.interval if recorded_rows > 0 else 0.0
-        recorded_rows += 1 if path[recorded_rows, 0] >= due else 0
+    if recorded_row_count < trajectory.shape[0]:
+        record_stack_motion(workspace.state, stones, settings.interval, settings.ticks, trajectory[recorded_row_count])
+        due = trajectory[recorded_row_count - 1, 0] + 0.999 * settings.interval if recorded_row_count > 0 else 0.0
+        recorded_row_count += 1 if trajectory[recorded_row_count, 0] >= due else 0
     advance_stacks(
         workspace.state, stones, limit, corners, workspace.used, lane_count, settings.steps_per_check, settings.ticks
     )
-    return path, recorded_rows
+    return trajectory, recorded_row_count
 
 
-def mark_lanes_that_may_have_ended(kernel_input: Any, workspace: Any, active_count: int, marks: Any) -> int:
+def mark_lanes_that_may_have_ended(
+    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
+) -> int:
     """Mark and count the lanes whose case may have ended or in which a stone may have fallen."""
-    return mark_possibly_ended(
+    return mark_possibly_ended_lanes(
         workspace.state,
         kernel_input.corners.size,
         kernel_input.outlines.shape[3],
-        active_count,
-        marks,
+        active_lane_count,
+        end_marks_out,
         kernel_input.settings.ticks,
         float(kernel_input.settings.samples),
     )
 
 
 @njit(**INNER)
-def mark_possibly_ended(
+def mark_possibly_ended_lanes(
     state: Any,
     stone_count: int,
     corner_limit: int,
-    active_count: int,
-    marks: Any,
+    active_lane_count: int,
+    end_marks_out: Any,
     ticks_per_sample: float,
     last_sample: float,
 ) -> int:
     """Mark and count lanes with a fallen stone, a state that is not finite, or no strong motion to come."""
     count = 0
-    for j in range(active_count):
+    for j in range(active_lane_count):
         course, total = load_course(state, j), 0.0
         for s in range(stone_count):
             total += sum_of_stone_state_components(load_stone(of_stone(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.calm, last_sample)
         due = due or first_fallen_stone(state, j, stone_count, corner_limit) < stone_count
-        marks[j] = 1.0 if due else 0.0
+        end_marks_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
 
 
 def skip_quiet_samples(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_samples: Any
+    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip nothing: stacks are computed in all samples between the first and the last strong one."""
 

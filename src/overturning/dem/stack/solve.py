@@ -20,7 +20,7 @@ from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functi
 from overturning.dem.stack.joint_state import JointEquations
 from overturning.dem.stack.state import DiagonalBlockAndRightSide, EliminatedStone, ForceVelocityBlocks, Wrench
 
-blocks_plus, blocks_minus = (
+sum_of_6x6_matrices, difference_of_6x6_matrices = (
     create_elementwise_tuple_functions(ForceVelocityBlocks).plus,
     create_elementwise_tuple_functions(ForceVelocityBlocks).minus,
 )
@@ -49,48 +49,54 @@ def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
 
 
 @njit(**INLINE)
-def rotate_matrix(r: Matrix3, m: Matrix3) -> Matrix3:
+def rotate_matrix(rotation: Matrix3, m: Matrix3) -> Matrix3:
     """Return R M Rᵀ, the matrix M in axes rotated by R."""
-    return matrix_product(matrix_product(r, m), transpose(r))
+    return matrix_product(matrix_product(rotation, m), transpose(rotation))
 
 
 @njit(**INLINE)
-def rotate_equations(r: Matrix3, local: JointEquations) -> JointEquations:
-    """Rotate the equations of a joint by `r`, from the axes of the lower stone to the axes of the ground."""
-    w, b = local.wrench, local.blocks
+def rotate_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
+    """Rotate the equations of a joint by `rotation`, from the axes of the lower stone to the axes of the ground."""
+    wrench, joint_matrix = joint_equations.wrench, joint_equations.blocks
     return JointEquations(
-        Wrench(matrix_times_vector(r, w.force), matrix_times_vector(r, w.moment)),
+        Wrench(matrix_times_vector(rotation, wrench.force), matrix_times_vector(rotation, wrench.moment)),
         ForceVelocityBlocks(
-            rotate_matrix(r, b.fv), rotate_matrix(r, b.fw), rotate_matrix(r, b.mv), rotate_matrix(r, b.mw)
+            rotate_matrix(rotation, joint_matrix.fv),
+            rotate_matrix(rotation, joint_matrix.fw),
+            rotate_matrix(rotation, joint_matrix.mv),
+            rotate_matrix(rotation, joint_matrix.mw),
         ),
     )
 
 
 @njit(**INLINE)
-def shift_blocks(b: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3) -> ForceVelocityBlocks:
+def shift_matrix_to_centres(
+    joint_matrix: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3
+) -> ForceVelocityBlocks:
     """Return a joint's matrix from the velocity of one stone to the force on another, about both centres.
 
     The arms lead from the centres to the origin of the joint: of the stone on which it acts, and of the one that moves.
     """
-    fw = matrix_minus(b.fw, matrix_times_cross_matrix(b.fv, column_arm))
+    fw = matrix_minus(joint_matrix.fw, matrix_times_cross_matrix(joint_matrix.fv, column_arm))
     return ForceVelocityBlocks(
-        b.fv,
+        joint_matrix.fv,
         fw,
-        matrix_plus(b.mv, cross_matrix_times_matrix(row_arm, b.fv)),
+        matrix_plus(joint_matrix.mv, cross_matrix_times_matrix(row_arm, joint_matrix.fv)),
         matrix_plus(
-            matrix_minus(b.mw, matrix_times_cross_matrix(b.mv, column_arm)), cross_matrix_times_matrix(row_arm, fw)
+            matrix_minus(joint_matrix.mw, matrix_times_cross_matrix(joint_matrix.mv, column_arm)),
+            cross_matrix_times_matrix(row_arm, fw),
         ),
     )
 
 
 @njit(**INLINE)
-def shift_wrench(w: Wrench, arm: Vector3) -> Wrench:
+def shift_wrench_to_centre(wrench: Wrench, arm: Vector3) -> Wrench:
     """Return force and moment about a stone's centre; `arm` leads from there to the point they referred to before."""
-    return Wrench(w.force, plus(w.moment, cross_product(arm, w.force)))
+    return Wrench(wrench.force, plus(wrench.moment, cross_product(arm, wrench.force)))
 
 
 @njit(**INLINE)
-def inertia_blocks(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> ForceVelocityBlocks:
+def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> ForceVelocityBlocks:
     """Return the 6 × 6 mass matrix of a stone in the axes of the ground, kg and kg·m²."""
     i = rotate_matrix(axes, full_matrix(inertia))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -104,7 +110,7 @@ def inertia_blocks(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> Forc
 
 
 @njit(**INLINE)
-def blocks_product(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> ForceVelocityBlocks:
+def product_of_6x6_matrices(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> ForceVelocityBlocks:
     """Return the product of two 6 × 6 matrices."""
     return ForceVelocityBlocks(
         matrix_plus(matrix_product(a.fv, b.fv), matrix_product(a.fw, b.mv)),
@@ -115,7 +121,7 @@ def blocks_product(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> ForceVeloc
 
 
 @njit(**INLINE)
-def blocks_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
+def matrix_6x6_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
     """Return the product of a 6 × 6 matrix and a vector of 6."""
     return Wrench(
         plus(matrix_times_vector(a.fv, w.force), matrix_times_vector(a.fw, w.moment)),
@@ -124,7 +130,7 @@ def blocks_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
 
 
 @njit(**INLINE)
-def inverse_blocks(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
+def inverse_of_6x6_matrix(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
     """Return the inverse of a 6 × 6 matrix by its 3 × 3 blocks."""
     p = inverse_matrix(a.fv)
     q = matrix_product(p, a.fw)
@@ -136,16 +142,21 @@ def inverse_blocks(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
 
 
 @njit(**INLINE)
-def right_side(half: float, mass: float, wrench: Wrench, inertial: Vector3, old: Wrench) -> Wrench:
+def momentum_change_right_side(
+    half_step: float, mass: float, wrench: Wrench, inertial: Vector3, previous: Wrench
+) -> Wrench:
     """Return half step × change of force and moment since its start, the right-hand side of a stone's equations."""
     f, m = wrench.force, wrench.moment
     return Wrench(
         Vector3(
-            half * (f.x + mass * (inertial.x - old.force.x)), half * (f.y + mass * (inertial.y - old.force.y)),
-            half * (f.z + mass * (inertial.z - old.force.z)),
+            half_step * (f.x + mass * (inertial.x - previous.force.x)),
+            half_step * (f.y + mass * (inertial.y - previous.force.y)),
+            half_step * (f.z + mass * (inertial.z - previous.force.z)),
         ),
         Vector3(
-            half * (m.x - mass * old.moment.x), half * (m.y - mass * old.moment.y), half * (m.z - mass * old.moment.z)
+            half_step * (m.x - mass * previous.moment.x),
+            half_step * (m.y - mass * previous.moment.y),
+            half_step * (m.z - mass * previous.moment.z),
         ),
     )  # fmt: skip
 
@@ -162,7 +173,7 @@ def eliminate_stone(
     diagonal: DiagonalBlockAndRightSide,
     lower: DiagonalBlockAndRightSide,
     joint: JointEquations,
-    half: float,
+    half_step: float,
     upper_arm: Vector3,
     lower_arm: Vector3,
 ) -> tuple[EliminatedStone, DiagonalBlockAndRightSide]:
@@ -170,22 +181,32 @@ def eliminate_stone(
 
     `diagonal` and `lower` do not contain the joint between the two stones yet.
     """
-    b, w = joint.blocks, scale_wrench(half, joint.wrench)
-    own = blocks_plus(diagonal.blocks, shift_blocks(b, upper_arm, upper_arm))
-    coupling, back = shift_blocks(b, upper_arm, lower_arm), shift_blocks(b, lower_arm, upper_arm)
-    inverse = inverse_blocks(own)
-    below = blocks_product(inverse, coupling)
-    alone = blocks_times_wrench(inverse, wrench_plus(diagonal.right, shift_wrench(w, upper_arm)))
+    joint_matrix, wrench = joint.blocks, scale_wrench(half_step, joint.wrench)
+    own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint_matrix, upper_arm, upper_arm))
+    coupling, back = (
+        shift_matrix_to_centres(joint_matrix, upper_arm, lower_arm),
+        shift_matrix_to_centres(joint_matrix, lower_arm, upper_arm),
+    )
+    inverse = inverse_of_6x6_matrix(own)
+    below = product_of_6x6_matrices(inverse, coupling)
+    alone = matrix_6x6_times_wrench(inverse, wrench_plus(diagonal.right, shift_wrench_to_centre(wrench, upper_arm)))
     # e = alone + below · e_below: the coupling has a minus sign.
     return EliminatedStone(below, alone), DiagonalBlockAndRightSide(
-        blocks_minus(blocks_plus(lower.blocks, shift_blocks(b, lower_arm, lower_arm)), blocks_product(back, below)),
-        wrench_plus(wrench_minus(lower.right, shift_wrench(w, lower_arm)), blocks_times_wrench(back, alone)),
+        difference_of_6x6_matrices(
+            sum_of_6x6_matrices(lower.blocks, shift_matrix_to_centres(joint_matrix, lower_arm, lower_arm)),
+            product_of_6x6_matrices(back, below),
+        ),
+        wrench_plus(
+            wrench_minus(lower.right, shift_wrench_to_centre(wrench, lower_arm)), matrix_6x6_times_wrench(back, alone)
+        ),
     )
 
 
 @njit(**INLINE)
-def solve_lowest_stone(diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half: float, arm: Vector3) -> Wrench:
+def solve_lowest_stone(
+    diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half_step: float, arm: Vector3
+) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
-    own = blocks_plus(diagonal.blocks, shift_blocks(joint.blocks, arm, arm))
-    right = wrench_plus(diagonal.right, shift_wrench(scale_wrench(half, joint.wrench), arm))
-    return blocks_times_wrench(inverse_blocks(own), right)
+    own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint.blocks, arm, arm))
+    right = wrench_plus(diagonal.right, shift_wrench_to_centre(scale_wrench(half_step, joint.wrench), arm))
+    return matrix_6x6_times_wrench(inverse_of_6x6_matrix(own), right)

@@ -128,7 +128,7 @@ class StonePeaks(NamedTuple):
     last_upright: float
 
 
-class StoneOutcome(NamedTuple):
+class StoneFallState(NamedTuple):
     """Fate of a stone: still simulated or fallen, last time upright, and True if it slid off its support."""
 
     present: float
@@ -203,6 +203,6 @@ CASE: Final = TupleRowLayout(
     CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointLosses, Vector3,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
-    COLUMNS, StoneConstants, StoneState, StonePeaks, StoneOutcome, PredictedStone, Matrix3, DiagonalBlockAndRightSide,
+    COLUMNS, StoneConstants, StoneState, StonePeaks, StoneFallState, PredictedStone, Matrix3, DiagonalBlockAndRightSide,
     EliminatedStone, StoneChange, StoneContactSums,
 )  # fmt: skip

@@ -83,7 +83,7 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
     return table
 
 
-def slip_at_rest(stones: NDArray[np.void]) -> FloatArray:
+def base_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:
     """Return the x position of each stone's base at rest relative to its support's centre, m, (stacks, stones).
 
     `stones` has the type `overturning.dem.stack.tables.STONE`. Stones off centre lean a little under their weight.
@@ -103,8 +103,8 @@ def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
     return np.array([[zz / area, 0.0, -xz / area], [0.0, 1.0 / yy, 0.0], [-xz / area, 0.0, xx / area]])
 
 
-def outline_rows(corners: FloatArray) -> FloatArray:
-    """Return the corners of a convex face, given as (n, 2) in m, as kernel rows with the fields of `PointOutline`."""
+def face_corner_rows(corners: FloatArray) -> FloatArray:
+    """Return the corners of a convex face, given as (n, 2) in m, as kernel rows with the fields of `FaceCorner`."""
     side = np.roll(corners, -1, axis=0) - corners
     length = np.sqrt((side**2).sum(axis=1))
     normal = np.stack([side[:, 1], -side[:, 0]], axis=1) / length[:, None]
@@ -113,7 +113,7 @@ def outline_rows(corners: FloatArray) -> FloatArray:
     return np.column_stack([corners, normal, reach, share])
 
 
-def _corner_motion(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
+def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
     """Return the 3 × 6n matrix from the motion of n stones to the relative motion of two stones at a patch corner.
 
     The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
@@ -129,23 +129,23 @@ def _corner_motion(stones: list[StackStone], joint: int, corner: FloatArray) -> 
 
 
 def stiffness_matrix(
-    stones: list[StackStone], joints: JointTable, scale: FloatArray, carries: NDArray[np.bool_] | None = None
+    stones: list[StackStone], joints: JointTable, scale: FloatArray, loaded_corners: NDArray[np.bool_] | None = None
 ) -> FloatArray:
     """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides by `scale`.
 
-    `carries`, shape (joints, 4), is False for corners of the patches that carry no load.
+    `loaded_corners`, shape (joints, 4), is False for corners of the patches that carry no load.
     """
     matrix = np.zeros((scale.size, scale.size))
     for k, patch in enumerate(joints.patches):
         normal, tangential = 0.25 * joints.rows["stiffness"][k], 0.25 * joints.rows["tangential"][k]
         for number, corner in enumerate(patch.corners):
-            if carries is None or carries[k, number]:
-                each = _corner_motion(stones, k, corner) * scale
+            if loaded_corners is None or loaded_corners[k, number]:
+                each = _corner_motion_matrix(stones, k, corner) * scale
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
     return matrix
 
 
-def unit_mass_scale(stones: list[StackStone]) -> FloatArray:
+def unit_mass_factors(stones: list[StackStone]) -> FloatArray:
     """Return the factors that scale a stack's unknowns to a mass matrix with unit diagonal, shape (6 n,)."""
     return np.concatenate([
         1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia)])) for stone in stones
@@ -155,7 +155,7 @@ def unit_mass_scale(stones: list[StackStone]) -> FloatArray:
 def inertia_coupling_factor(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise the square of the highest frequency.
 
-    `unit_mass_scale` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled mass
+    `unit_mass_factors` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled mass
     matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
     """
     correlation = [abs(stone.inertia[0, 2]) / math.sqrt(stone.inertia[0, 0] * stone.inertia[2, 2]) for stone in stones]
@@ -170,7 +170,7 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
     count = len(stones)
     weight = np.zeros(6 * count)
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
-    scale, carries = unit_mass_scale(stones), np.ones((count, 4), np.bool_)
+    scale, carries = unit_mass_factors(stones), np.ones((count, 4), np.bool_)
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joints.penetration)
     for _ in range(4 * count):
@@ -178,27 +178,27 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
         if shift is None:
             return level  # the stack finds its pose by itself
         shift = shift * scale
-        depth = _corner_depths(stones, joints, shift)
+        depth = _corner_penetrations(stones, joints, shift)
         if (depth[carries] > 0.0).all():
             return np.asarray(shift.reshape(count, 6))
         carries &= depth > 0.0
     return level
 
 
-def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArray) -> FloatArray:
+def _corner_penetrations(stones: list[StackStone], joints: JointTable, displacements: FloatArray) -> FloatArray:
     """Return the penetration at the corners of the patches, shape (joints, 4), m; negative at open corners.
 
-    `shift` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
+    `displacements` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
     """
     return np.array([
-        [-(_corner_motion(stones, k, corner) @ shift)[2] for corner in patch.corners]
+        [-(_corner_motion_matrix(stones, k, corner) @ displacements)[2] for corner in patch.corners]
         for k, patch in enumerate(joints.patches)
     ])  # fmt: skip
 
 
 def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None:
     """Fill in, in place, the normal force, centre of pressure and mean distance from it of each joint at rest."""
-    depths = np.maximum(_corner_depths(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
+    depths = np.maximum(_corner_penetrations(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
         force = 0.25 * row["stiffness"] * depth
         share = force / force.sum()
@@ -210,11 +210,11 @@ def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None
 
 def spring_energy_at_rest(stones: list[StackStone], joints: JointTable) -> float:
     """Return the energy of the springs of a stack that stands at rest, J."""
-    depths = np.maximum(_corner_depths(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
+    depths = np.maximum(_corner_penetrations(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
     return float(np.sum(0.5 * 0.25 * joints.rows["stiffness"][:, None] * depths**2))
 
 
-def motion_threshold(joints: JointTable, friction: FloatArray) -> FloatArray:
+def motion_onset_acceleration(joints: JointTable, friction: FloatArray) -> FloatArray:
     """Return |a|/g below which no joint opens or slides, shape (n,); `friction` has shape (n, joints).
 
     Joint k opens at the least ratio of the distance of a side of its patch to the height of the centre of all stones

@@ -21,24 +21,24 @@ from overturning.dem.stack.patch import (
     any_lane_uses_point,
     clip_lower_sides,
     clip_upper_sides,
-    patch_is_whole,
-    place_corners,
-    place_crossings,
+    patch_covers_whole_base,
+    place_points_of_partial_patch,
     point_window,
+    predict_base_corner_positions,
     predict_ground_frame,
     predict_relative_frame,
 )
 from overturning.dem.stack.predict_loops import (
-    add_point_landing,
-    begin_joint,
-    eliminate_stones,
-    predict_base,
-    predict_joint,
-    predict_point,
+    add_point_to_joint_landing,
+    clear_joint_sums,
+    compute_upper_stone_changes,
+    eliminate_upper_stones,
+    predict_inertial_acceleration,
+    predict_joint_friction,
+    predict_point_normal_force,
     predict_stones,
-    rotate_joint,
+    rotate_joint_equations,
     solve_lowest_stones,
-    substitute_stones,
 )
 from overturning.dem.stack.state import CASE, STONE
 
@@ -46,57 +46,72 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 
 
 @njit(**INNER)
-def joint_size(corner_limit: int) -> int:
+def joint_state_size(corner_limit: int) -> int:
     """Return the length of the state array of a joint and its points; faces have at most `corner_limit` corners."""
     return JOINT_SIZE + 6 * corner_limit * P
 
 
 @njit(**INNER)
-def predict_patch(
-    case_rows: Any, upper: Any, joint: Any, points: Any, corners: tuple[int, int], used: Any, lane_count: int
+def predict_patch_forces(
+    case_rows: Any,
+    upper_rows: Any,
+    joint_rows: Any,
+    points: Any,
+    corner_counts: tuple[int, int],
+    used_points: Any,
+    lane_count: int,
 ) -> None:
     """Compute the contact points of a joint at the predicted step end, and sum their predicted forces.
 
-    `corners` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
-    points that have weight in any lane are written to `used`, after their count.
+    `corner_counts` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
+    points that have weight in any lane are written to `used_points`, after their count.
     """
-    upper_count, lower_count = corners
-    place_corners(upper, joint, points, upper_count, lane_count)
+    upper_count, lower_count = corner_counts
+    predict_base_corner_positions(upper_rows, joint_rows, points, upper_count, lane_count)
     for i in range(upper_count):
-        used[1 + i] = i
+        used_points[1 + i] = i
     count = upper_count
-    if lower_count > 0 and not patch_is_whole(joint, points, upper_count, lower_count, lane_count):
-        clip_upper_sides(joint, points, upper_count, lower_count, lane_count)
-        clip_lower_sides(joint, points, upper_count, lower_count, lane_count)
-        place_crossings(joint, points, upper_count, lower_count, lane_count)
+    if lower_count > 0 and not patch_covers_whole_base(joint_rows, points, upper_count, lower_count, lane_count):
+        clip_upper_sides(joint_rows, points, upper_count, lower_count, lane_count)
+        clip_lower_sides(joint_rows, points, upper_count, lower_count, lane_count)
+        place_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
-            used[1 + count] = i
+            used_points[1 + count] = i
             count += 1 if any_lane_uses_point(point_window(points, i), lane_count) else 0
-    used[0] = count
-    begin_joint(joint, lane_count)
+    used_points[0] = count
+    clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
-        add_point_landing(joint, point_window(points, used[1 + n]), lane_count)
+        add_point_to_joint_landing(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     for n in range(count):
-        predict_point(case_rows, joint, point_window(points, used[1 + n]), lane_count)
-    predict_joint(case_rows, upper, joint, lane_count)
+        predict_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
+    predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)
 
 
 @njit(**INNER)
-def end_patch(
-    case_rows: Any, upper: Any, lower: Any, joint: Any, points: Any, used: Any, lane_count: int, on_ground: Any
+def compute_patch_forces(
+    case_rows: Any,
+    upper_rows: Any,
+    lower_rows: Any,
+    joint_rows: Any,
+    points: Any,
+    used_points: Any,
+    lane_count: int,
+    on_ground: Any,
 ) -> None:
-    """Compute the contact forces of a joint at the solved end of the step, after `predict_patch`."""
-    store_relative_velocity_changes(upper, lower, joint, lane_count, on_ground)
-    for n in range(used[0]):
-        compute_point_normal_force(case_rows, joint, point_window(points, used[1 + n]), lane_count)
-    for n in range(used[0]):
-        add_point_to_pressure_arm_sum(joint, point_window(points, used[1 + n]), lane_count)
-    compute_joint_wrench(case_rows, upper, lower, joint, lane_count, on_ground)
+    """Compute the contact forces of a joint at the solved end of the step, after `predict_patch_forces`."""
+    store_relative_velocity_changes(upper_rows, lower_rows, joint_rows, lane_count, on_ground)
+    for n in range(used_points[0]):
+        compute_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
+    for n in range(used_points[0]):
+        add_point_to_pressure_arm_sum(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+    compute_joint_wrench(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
 
 
 @njit(**INNER)
-def complete_stacks(state: Any, stone_count: int, size: int, used: Any, lane_count: int) -> None:
-    """Store the new states of stones, joints and points after accepted steps; a joint has `size` values."""
+def store_accepted_stack_states(
+    state: Any, stone_count: int, joint_state_size: int, used_points: Any, lane_count: int
+) -> None:
+    """Store the new states of stones, joints and points after accepted steps; a joint has `joint_state_size` values."""
     case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
     for s in range(stone_count):
         stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -104,11 +119,11 @@ def complete_stacks(state: Any, stone_count: int, size: int, used: Any, lane_cou
             complete_stone_step(case, stone, lane_count, 1)
         else:
             complete_stone_step(case, stone, lane_count, None)
-        at = first + s * size
+        at = first + s * joint_state_size
         store_accepted_joint_histories(case, state[at : at + JOINT_SIZE], lane_count)
-        points = state[at + JOINT_SIZE : at + size]
-        for n in range(used[s, 0]):
-            store_accepted_point_histories(case, point_window(points, used[s, 1 + n]), lane_count)
+        points = state[at + JOINT_SIZE : at + joint_state_size]
+        for n in range(used_points[s, 0]):
+            store_accepted_point_histories(case, point_window(points, used_points[s, 1 + n]), lane_count)
 
 
 @njit(**INNER)
@@ -116,17 +131,17 @@ def advance_stacks(
     state: Any,
     stone_count: int,
     corner_limit: int,
-    corners: Any,
-    used: Any,
+    corner_counts: Any,
+    used_points: Any,
     lane_count: int,
-    steps: int,
-    ticks: float,
+    step_count: int,
+    ticks_per_sample: float,
 ) -> None:
-    """Attempt `steps` time steps of all stacks; `corners`: corners per stone's faces, `used`: work array."""
+    """Attempt `step_count` time steps of all stacks; `used_points` is a work array for indices of contact points."""
     case = state[:CASE_SIZE]
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_size(corner_limit)
-    for _ in range(steps):
-        predict_base(case, lane_count, ticks)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    for _ in range(step_count):
+        predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             predict_stones(case, stone, lane_count)
@@ -136,33 +151,37 @@ def advance_stacks(
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
                 predict_ground_frame(stone, joint, lane_count)
-                predict_patch(case, stone, joint, points, (int(corners[s]), 0), used[s], lane_count)
+                predict_patch_forces(case, stone, joint, points, (int(corner_counts[s]), 0), used_points[s], lane_count)
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_relative_frame(stone, lower, joint, lane_count)
-                both = (int(corners[s]), int(corners[s - 1]))
-                predict_patch(case, stone, joint, points, both, used[s], lane_count)
-                rotate_joint(lower, joint, lane_count)
+                both = (int(corner_counts[s]), int(corner_counts[s - 1]))
+                predict_patch_forces(case, stone, joint, points, both, used_points[s], lane_count)
+                rotate_joint_equations(lower, joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-            eliminate_stones(case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count)
+            eliminate_upper_stones(
+                case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count
+            )
         solve_lowest_stones(
             case, state[CASE_SIZE : CASE_SIZE + STONE_SIZE], state[first : first + JOINT_SIZE], lane_count
         )
         for s in range(1, stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            substitute_stones(stone, state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count)
+            compute_upper_stone_changes(
+                stone, state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count
+            )
         for s in range(stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             at = first + s * size
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
-                end_patch(case, stone, stone, joint, points, used[s], lane_count, 1)
+                compute_patch_forces(case, stone, stone, joint, points, used_points[s], lane_count, 1)
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-                end_patch(case, stone, lower, joint, points, used[s], lane_count, None)
-                for n in range(corners[s], used[s, 0]):
-                    mark_joints_with_crossing_points(joint, point_window(points, used[s, 1 + n]), lane_count)
-        accept_or_reject_steps(case, lane_count, ticks)
-        complete_stacks(state, stone_count, size, used, lane_count)
+                compute_patch_forces(case, stone, lower, joint, points, used_points[s], lane_count, None)
+                for n in range(corner_counts[s], used_points[s, 0]):
+                    mark_joints_with_crossing_points(joint, point_window(points, used_points[s, 1 + n]), lane_count)
+        accept_or_reject_steps(case, lane_count, ticks_per_sample)
+        store_accepted_stack_states(state, stone_count, size, used_points, lane_count)

@@ -11,7 +11,7 @@ from overturning.dem.stack.joint_state import JointConstants
 from overturning.dem.stack.state import StoneConstants
 
 
-class StackCaseColumns(NamedTuple):
+class StackCaseTableColumns(NamedTuple):
     """Columns of the stack kernel's table of cases: the parameters of a case; those of `CaseStepControl` follow."""
 
     amplitude: float
@@ -49,7 +49,7 @@ class JointLoadAtRest(NamedTuple):
     """Mean distance of the normal forces from the centre of pressure, m."""
 
 
-class StoneResultColumns(NamedTuple):
+class StoneResultTableColumns(NamedTuple):
     """Columns of the stack kernel's results of stones: one row per case and stone."""
 
     fallen: float
@@ -70,7 +70,7 @@ class StoneResultColumns(NamedTuple):
     top_y: float
 
 
-class StackResultColumns(NamedTuple):
+class StackResultTableColumns(NamedTuple):
     """Columns of the stack kernel's results of cases: one row per case."""
 
     status: float
@@ -86,11 +86,11 @@ class StackResultColumns(NamedTuple):
 
 
 START: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
-CASE: Final = np.dtype([("stack", "i8"), *table_dtype_of_named_tuples(StackCaseColumns, CaseStepControl).descr])
+CASE: Final = np.dtype([("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepControl).descr])
 STONE: Final = np.dtype([(name, "f8") for name in (
     "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz",
     *(name for name in StoneConstants._fields if name not in {"inverse", "inertia"}), "reach", "rest",
 )] + [("start", START)])  # fmt: skip
 JOINT: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
-RESULT: Final = table_dtype_of_named_tuples(StackResultColumns)
-STONE_RESULT: Final = table_dtype_of_named_tuples(StoneResultColumns)
+RESULT: Final = table_dtype_of_named_tuples(StackResultTableColumns)
+STONE_RESULT: Final = table_dtype_of_named_tuples(StoneResultTableColumns)

@@ -60,7 +60,7 @@ def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -
 
 
 def suggest_closest_keyword(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
-    """Return a decorator that makes a function or class refuse an unknown keyword and name the closest one.
+    """Return a decorator with which a function or class refuses an unknown keyword and names the closest known one.
 
     `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """

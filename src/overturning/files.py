@@ -152,7 +152,7 @@ _BLOCK = 1 << 20  # bytes read at a time
 
 
 def path_without_absolute_folder(path_text: str) -> str:
-    """Return a path as it is stored in results: of an absolute path only the last part, the file name."""
+    """Return a path as stored in results: a relative path unchanged, of an absolute one only the file name."""
     path = Path(path_text)
     return path.name if path.is_absolute() else path.as_posix()
 

@@ -54,7 +54,7 @@ def element_size_note(cube: "xr.Dataset") -> str:
 
 
 def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
-    """Return the notes on the assignment of records to earthquakes: merged names, and doubtful cases."""
+    """Return notes on which records count as one earthquake: earthquakes with several names, and doubtful cases."""
     return list(parse_json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 

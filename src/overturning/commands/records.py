@@ -23,7 +23,7 @@ app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record f
 @app.command("check")
 @dataclass_fields_as_options
 def check_record_files(paths: Paths, file_options: FileOptions) -> None:
-    """Read files of any known format, and print their records or the reasons why they are refused.
+    """Read record files of any known format, and print each record, or the reason why a file is refused.
 
     Folders are read recursively. The exit status is 1 if a file was refused.
     """

@@ -85,7 +85,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
 
 
 def _motion_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
-    """Return a note on the time that the search for the motion behind each survey takes with so many records."""
+    """Return a note on how long the search for the motion behind each survey takes, given the number of records."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import uncached_case_count_and_time

@@ -167,7 +167,7 @@ def compute_survival_probability(
         Path | None, typer.Option(help="survey (CSV); if none of its stones fell, it bounds the rate of falls")
     ] = None,
 ) -> None:
-    """Compute the probability that stones survive years of a hazard, and the bound that standing stones put on it.
+    """Compute the probability that stones survive a hazard for some years, and its bound from stones that stand.
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """

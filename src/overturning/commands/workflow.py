@@ -164,7 +164,7 @@ def merge_parts_into_cube(
     variant: Variant = "nominal",
     chunks: Chunks = 1,
 ) -> None:
-    """Combine the parts of a sweep into the cube."""
+    """Combine the part files of a sweep into the cube of results of a study or of one of its variants."""
     from overturning.study.gather import merge_sweep_parts
     from overturning.study.parts import sweep_part_paths
 
@@ -229,7 +229,7 @@ def run_convergence_check(
 def draw_figures_of_records(
     study: Study, parts: Parts, intensity: Intensity, motions: Motions, output: Figures, chunks: Chunks = 1
 ) -> None:
-    """Draw the figures of some records of a study, from the parts of the sweep."""
+    """Draw the figures of some records of a study from the part files of the sweep."""
     from functools import partial
     from tempfile import TemporaryDirectory
 

@@ -187,14 +187,14 @@ class SimulationPlan(ABC):
         aftermath: float,  # noqa: ARG002
         has_fallen: NDArray[np.bool_],  # noqa: ARG002
     ) -> NDArray[Any]:
-        """Return a trajectory continued for `aftermath` seconds after its end; unchanged for a single block or body.
+        """Return a trajectory with `aftermath` seconds added after its end; unchanged for a single block or body.
 
         `has_fallen`, shape (elements,), is True for the elements that fell by the end of the case.
         """
         return trajectory
 
     def insert_skipped_sample_rows(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:
-        """Return the rows of a trajectory, with rows inserted for the samples that were skipped at rest.
+        """Return the rows of a trajectory with rows added for the samples that were skipped because all was at rest.
 
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rows_at_rest`
         has a row for each sample of the record, with the base motion.

@@ -98,7 +98,7 @@ def rest_acceleration_threshold(
     dynamic_overshoot: FloatArray,
     max_threshold_share: float,
 ) -> FloatArray:
-    """Return the horizontal base acceleration over g up to which a body at rest is not simulated (docs/method.md).
+    """Return the base acceleration |a|/g up to which samples of a body at rest are skipped (docs/method.md).
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def rest_acceleration_threshold(
 def dynamic_overshoot_bound(
     squared_frequency: FloatArray, damping_delay: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
-    """Return an upper bound of the ratio of dynamic to static contact force, over all base motions of one peak.
+    """Return an upper bound of dynamic over static contact force, for all base motions with a single peak.
 
     The lower of two bounds: the integral of |h|, where h is the force after an impulse of the base, for any motion; and
     for a motion that is linear between samples, the vibration that its kinks excite: 4/x each, x = ω Δt, with decay

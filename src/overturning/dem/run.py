@@ -137,7 +137,7 @@ def run_cases(
 def split_into_queues(
     ordered_cases: NDArray[np.int64], queue_number_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases into queues of at most `MAX_QUEUE_LENGTH` cases with the same queue number each.
+    """Split cases into queues of at most `MAX_QUEUE_LENGTH` cases, all with the same queue number.
 
     `ordered_cases` are indices of cases, ordered by their number in `queue_number_by_case`. If `split_long_groups`,
     128 or more cases of one number make at least two queues, so that two threads share them.

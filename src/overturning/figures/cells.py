@@ -16,7 +16,7 @@ MAX_COLUMNS: Final = 3
 
 
 def extend_cells_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Return a cube whose azimuths are extended to the full circle; a cube with one azimuth is unchanged.
+    """Return a cube whose azimuths are repeated to fill the full circle; a cube with one azimuth is unchanged.
 
     The outcomes of opposite azimuths follow from each other. Gaps between azimuths that were not simulated are filled
     with missing values; see `simulated_azimuths_deg`.
@@ -60,7 +60,7 @@ def count_b_over_h_rings_with_falls(*falls: xr.DataArray) -> int:
 
 
 def panel_row_and_column_counts(row_group_count: int, panels_per_group: int) -> tuple[int, int]:
-    """Return the numbers of rows and columns for all panels: a row per group if that fits, at most three columns."""
+    """Return the numbers of rows and columns of a grid of panels: a row per group if that fits in three columns."""
     count = row_group_count * panels_per_group
     columns = (
         panels_per_group if row_group_count > 1 and 1 < panels_per_group <= MAX_COLUMNS else min(count, MAX_COLUMNS)

@@ -156,7 +156,7 @@ def _rounded_json_list(numbers: NDArray[Any]) -> list[float]:
 
 
 def _direction_cell_edges(direction_deg: FloatArray, is_planar: bool) -> FloatArray:
-    """Return the edges of cells around directions: radians for azimuths (2-D), degrees for orientations (3-D)."""
+    """Return the edges between cells of neighbouring directions: radians (2-D azimuths) or degrees (orientations)."""
     if is_planar:
         return azimuth_cell_edges_rad(direction_deg)
     return cell_edges(direction_deg) if direction_deg.size > 1 else direction_deg + np.array([-2.5, 2.5])

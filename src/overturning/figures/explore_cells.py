@@ -39,7 +39,7 @@ DEGREE_STEP: Final = 1e-2
 def encode_record_cells(
     record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_step: float
 ) -> dict[str, Any]:
-    """Return the outcomes of all cases under one record as base64 texts; rotations count units of `rotation_step`."""
+    """Return the outcomes of all cases under one record as base64 texts; rotations are in steps of `rotation_step`."""
     model = model_of_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 

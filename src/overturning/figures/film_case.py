@@ -13,7 +13,7 @@ from overturning.model.stack import Stack
 
 
 def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name: str, **more: Any) -> FilmTitleFacts:
-    """Return the facts for the title of a film: stone, sizes, friction, and the record of the motion.
+    """Return the facts for the title of a film: the stone, its size and friction, and the name of the record.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> Floa
 
 
 def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> tuple[FloatArray, FloatArray]:
-    """Return times, s, and poses (x, z, rotation) of one element, continued until the element lies on the ground.
+    """Return times, s, and poses (x, z, rotation) of an element, extended until a fallen element lies on the ground.
 
     The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
     too early; one pose is appended in which the block has turned about its corner until it lies.

@@ -165,7 +165,7 @@ def fall_sentence(fall_azimuth_deg: float, fall_time: float, stone_name: str = "
 
 
 def join_fall_sentences(fall_sentences: list[str], stone_count: int) -> str:
-    """Return the sentences on the falls of a scene as one text, which begins with "2 of 3 fall" for several stones."""
+    """Return the sentences on the falls in a scene as one text; for several stones it begins with "2 of 3 fall"."""
     return (f"{len(fall_sentences)} of {stone_count} fall: " if stone_count > 1 else "") + "; ".join(fall_sentences)
 
 

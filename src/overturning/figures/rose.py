@@ -104,7 +104,7 @@ def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> No
 
 
 def axis_interval_arcs_deg(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
-    """Return start and end, degrees, of the parts of an axis ± half-width that lie within −90° to 90°."""
+    """Return start and end, degrees, of the parts of an axis's interval that lie within −90° to 90°."""
     ends = ((axis_deg - half_width_deg + turn, axis_deg + half_width_deg + turn) for turn in (-180.0, 0.0, 180.0))
     clipped = ((max(-90.0, low), min(90.0, high)) for low, high in ends)
     return [(low, high) for low, high in clipped if low < high]

@@ -265,7 +265,7 @@ def _write_station_names(
     occupied_points_km: list[Any],
     points_per_km: float,
 ) -> None:
-    """Write the name of each station where it covers the fewest lines, marks and other names."""
+    """Write the name of each station on a map where it covers the fewest lines, marks and other names."""
     own = points_per_km * np.asarray(station_positions_km)
     marks = points_per_km * np.asarray([*station_positions_km, *occupied_points_km])
     frame = points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])

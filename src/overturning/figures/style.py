@@ -65,7 +65,7 @@ SETTINGS: Final[Any] = {
 
 @contextmanager
 def figures_for_phone() -> Iterator[None]:
-    """Context manager in which `create_panel_grid` makes figures for a phone: panels below each other."""
+    """Context manager in which `create_panel_grid` arranges panels below each other, for a phone."""
     token = _NARROW.set(True)
     try:
         yield
@@ -173,7 +173,7 @@ def create_panel_grid(
 def add_panel_grid(
     figure: "Figure", row_count: int, column_count: int, visible_count: int | None = None, **more: Any
 ) -> Any:
-    """Add a grid of panels to a figure, also in `figures_for_phone`; return an array, shape (row_count, column_count).
+    """Add a grid of panels to a figure, the same on a phone; return an array, shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.

@@ -246,7 +246,7 @@ def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
 
 
 def _compute_layout_only_once(figure: "Figure") -> None:
-    """Compute the layout of a figure once, without the complete drawing that Matplotlib makes and discards for it."""
+    """Make a figure compute its layout at the first drawing only, without an additional complete drawing."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     draw, waiting = figure.draw, [True]

@@ -70,7 +70,7 @@ class VariantContrast(Finding):
 
 
 class OverturnedSharesAtBOverH(Finding):
-    """Shares of the cases of one B/H that overturn in the study and in a variant."""
+    """Shares of the cases of one B/H that overturn, in the study and in a variant of the study."""
 
     b_over_h: float
     """Width-to-height ratio B/H of the block."""
@@ -117,7 +117,7 @@ class SoilLayerSummary(Finding):
 
 
 class SiteFallRates(Finding):
-    """Share of the population of stones that falls on one soil column, at one amplitude of the motion."""
+    """Share of the population of stones that falls at a site with one soil column, at one amplitude of the motion."""
 
     variant: str
     """Name of the variant that sets the soil; "nominal" for the study itself."""

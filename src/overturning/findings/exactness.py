@@ -29,7 +29,7 @@ from overturning.study.ensemble import BATCH
 
 
 class EnsembleFindings(Finding):
-    """Shares of cells whose ensemble runs disagree with each other; runs change motion and block slightly."""
+    """Shares of cells (blocks under one motion) whose ensemble runs, with slightly changed parameters, disagree."""
 
     share_of_cells_repeated: Number
     """Share of all cells that lie near a change of outcome and were run again, several times."""
@@ -131,7 +131,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
 
 
 def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
-    """Compute the shares of cells whose ensemble runs disagree with each other; None without an ensemble."""
+    """Compute the shares of cells in which ensemble runs disagree about the fall; None without an ensemble."""
     cube, settings = results.cube, results.study.ensemble
     if "members" not in cube:
         return None
@@ -155,7 +155,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 
 
 def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
-    """Count, for each record, cells: all, repeated, with runs that disagree, with falls to both sides.
+    """Count cells for each record: all, repeated by an ensemble, with runs that disagree, with falls to both sides.
 
     The runs of repeated cells are counted, too.
     """

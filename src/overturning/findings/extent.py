@@ -146,7 +146,7 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
 
 
 def cell_counts_by_status(results: StudyResults) -> list[CellCount]:
-    """Count the cells of the cube of each computation status; a status without cells is left out."""
+    """Count the cells of the cube by computation status, such as "simulated"; a status without cells is left out."""
     return [
         CellCount(status=name, cells=count)
         for name, (count, _) in results.cell_and_unknown_counts_by_status.items()

@@ -109,7 +109,7 @@ class FragilityCurve(Finding):
 
 
 class RecordFallRate(Finding):
-    """Share of the population of stones that falls under one record (amplitude 1), with its interval.
+    """Share of the population of stones that falls under one record as recorded (amplitude 1), with its interval.
 
     The interval is that of a sample of as many stones.
     """
@@ -250,7 +250,7 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
 def _mask_of_motions_in_fall_rate_range_of_rule(
     survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
-    """Return True for known motions whose fall rate a survey rule covers, shape (records, amplitudes)."""
+    """Return True for known motions with a fall rate in the range of a survey rule, shape (records, amplitudes)."""
     low, high, *_ = survey_rule
     return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 

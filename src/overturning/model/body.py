@@ -112,7 +112,7 @@ class Body(SpaceModel):
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return the given height (m) and B/H; a polyhedron has its own B/H, and its own height by default."""
+        """Return height (m) and B/H as given; a polyhedron has its own B/H, and by default its own height."""
         if self.shape.slenderness_is_parameter:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"

@@ -46,7 +46,7 @@ def combined_fall_flag_and_azimuth(
 
 
 def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_time: FloatArray) -> FloatArray:
-    """Return the probability that a stone falls over each of two edges of its base, shape (2, …).
+    """Return the probabilities that a stone falls over each of two perpendicular edges of its base, shape (2, …).
 
     If all probabilities are 0 or 1, the result agrees with `combined_fall_flag_and_azimuth`.
 

@@ -164,7 +164,7 @@ def ground_name(scene: SceneLayout) -> str | None:
 
 
 def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
-    """Return the rotation of the motion after which the outcome of a scene repeats or is mirrored, degrees.
+    """Return the rotation of the motion, degrees, after which the outcome of a scene repeats, mirrored or not.
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
@@ -237,7 +237,7 @@ def contact_segment_ends(
         normal_sign: float,
         may_touch: float,
     ) -> tuple[float, ContactSegmentEnd]:
-        """Return the position of a vertex of `element` along the opposite face, m, and the segment end there."""
+        """Return where a vertex of `element` lies along the opposite face, m, and the segment end at this vertex."""
         x, z = vertex + shift
         gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
         along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]

@@ -47,7 +47,7 @@ class CaseGrid:
 
     @classmethod
     def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
-        """Return the grid of all combinations of `dimension_values`, a number or a row of numbers per dimension.
+        """Return the grid of all combinations of the given values of each dimension (`dimension_values`).
 
         Raises
         ------

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class StoneOutcomes(NamedTuple):
-    """Outcomes of n stones under one record at each amplitude; arrays of shape (amplitudes, n)."""
+    """Outcomes of n stones under one record at several amplitudes of the motion, arrays of shape (amplitudes, n)."""
 
     fell: NDArray[np.bool_]
     """True for a stone that fell."""
@@ -167,7 +167,7 @@ class Model(ABC):
     def ensemble_variables_of_cells(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute the ensemble variables of a cube, such as the share of members that fall, one row per cell.
+        """Compute the ensemble variables of cells, such as the share of ensemble runs (members) with a fall.
 
         Parameters
         ----------
@@ -181,11 +181,11 @@ class Model(ABC):
 
     @abstractmethod
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Return positions along the direction dimension of a cube, so that no two are the same case by symmetry."""
+        """Return the positions of those directions of a cube that are different cases, not equivalent by symmetry."""
 
     @abstractmethod
     def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-        """Return probability and mean direction of falls in each distinct cell of a cube (no mirror images).
+        """Return probability and mean direction of falls in each cell of a cube, without cells equal by symmetry.
 
         Parameters
         ----------
@@ -205,7 +205,7 @@ class Model(ABC):
 
     @abstractmethod
     def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return the shares of ensemble members that fall to either side, for each distinct cell of a cube.
+        """Return the shares of ensemble runs (members) that fall to either side, for each distinct cell of a cube.
 
         Returns
         -------

@@ -43,7 +43,7 @@ def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
 
 
 def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
-    """Return the positions of one azimuth for each distinct vertical plane, ordered by azimuth modulo the period.
+    """Return the position of one azimuth in each distinct vertical plane, sorted by azimuth modulo the period.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERI
 def circle_share_of_planes(
     plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
-    """Return the share of the half circle of azimuths that each vertical plane represents (trapezoidal rule).
+    """Return the share of all directions (half circle of azimuths) that each vertical plane represents.
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
     that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps_and_step`) represent half

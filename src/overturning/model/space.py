@@ -124,7 +124,7 @@ class SpaceModel(Model):
 
     @override
     def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return, for each cell, the share of members that fall, and whether the directions of their falls differ.
+        """Return, for each cell, the share of ensemble runs that fall, and whether their fall directions differ.
 
         Directions differ if they spread by more than 15° about their mean.
         """

@@ -21,5 +21,5 @@ class CaseStatus(IntEnum):
 
     @property
     def has_outcome(self) -> bool:
-        """True if it is known which elements fall: the case was computed to the end, or nothing can move."""
+        """True if it is known which elements fall: the case was simulated to its end, or nothing can move."""
         return self in (CaseStatus.SIMULATED, CaseStatus.AT_REST)

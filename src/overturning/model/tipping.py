@@ -116,7 +116,7 @@ def fall_tilt_limits(
 def _reduce_fall_limits_to_resting_faces(
     fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
 ) -> None:
-    """Lower the fall limits so that a body resting on any of the faces counts as fallen, even on a narrow face."""
+    """Lower the tilts at which a body counts as fallen so that a body that rests on any other face has fallen."""
     for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)

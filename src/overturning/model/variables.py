@@ -57,7 +57,7 @@ class OutcomeVariable:
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
-        """Return this variable's values at azimuth φ + 180° from the outcomes at φ, for a mirror-symmetric scene."""
+        """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""
         values = np.asarray(outcome_arrays[self.exchanged or self.name][selection])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value_in_file), values, -values) if self.odd else values

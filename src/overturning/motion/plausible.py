@@ -113,7 +113,7 @@ def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], samplin
 
 
 def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Sequence[str]) -> str:
-    """Return the reason why a horizontal axis of a motion counts as dead; "" if none does.
+    """Return why a horizontal axis of a motion counts as dead (without signal); "" if no axis does.
 
     Peaks are counted from the mean: a dead channel may have an offset.
 
@@ -194,7 +194,7 @@ def longest_standstill_of_axis(
 
 
 def _value_resolution(samples: FloatArray, peak: float) -> float:
-    """Return the resolution of a component, m/s²: nearly the smallest difference between two values that occur."""
+    """Return the resolution of a component, m/s²: about the smallest difference between two of its sample values."""
     gaps = np.diff(np.unique(samples))
     gaps = gaps[gaps > 1e-9 * peak]
     return float(np.quantile(gaps, 0.1)) if gaps.size else peak

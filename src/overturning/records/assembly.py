@@ -191,7 +191,7 @@ def borehole_station_name(station: str) -> str:
 
 
 def _unused_declaration_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
-    """Return a note on declared values that are ignored because the file states its own; "" if there are none."""
+    """Return a note on declared values that are ignored since the file states them itself; "" if there are none."""
     said = [f"unit {declared_properties.unit}"] if declared_properties.unit not in (None, component.unit) else []
     if declared_properties.processed not in (None, component.processed):
         said.append("processed" if declared_properties.processed else "raw")

@@ -105,7 +105,7 @@ def channel_direction_mismatch_notes(channel_code: str, direction: Direction, di
 def known_direction_or_that_of_channel_code(
     channel_code: str, direction: Direction, reason_unknown: str
 ) -> tuple[Direction, tuple[str, ...]]:
-    """Return ``direction`` and (); if it is unknown, the direction in the channel code and a note on that."""
+    """Return ``direction`` and (), or, if it is unknown, the direction in the channel code and a note on this."""
     if direction != UNKNOWN:
         return direction, ()
     coded = (
@@ -252,7 +252,7 @@ class RecordComponent:
 
 
 def peak_acceleration(component: RecordComponent) -> float:
-    """Return the peak acceleration of a component, m/s²: from the mean if the header counts its peak from there."""
+    """Return the peak acceleration of a component, m/s²; the mean is subtracted if the header does so for its peak."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
         samples = samples - samples.mean()

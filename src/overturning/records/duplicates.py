@@ -28,7 +28,7 @@ SAME_MOTION_CORRELATION: Final = 0.999
 
 @dataclass(frozen=True)
 class MotionFingerprint:
-    """Horizontal acceleration of a record near its peak, resampled coarsely to find records with the same samples."""
+    """Horizontal acceleration around the peak of a record, coarsely resampled to find records with equal samples."""
 
     record_id: str
     size: float  # root of the energy of the window, m/s^1.5

@@ -268,7 +268,7 @@ def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
 
 
 def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a doubt on each pair of earthquakes that counts as two although names or record starts are alike."""
+    """Yield a doubt on each pair of earthquakes with similar names or record starts that counts as two."""
     named = [
         (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic
     ]
@@ -291,7 +291,7 @@ def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake
 
 
 def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
-    """Return the words of an earthquake name without the date, the year, and day and month (smaller number first)."""
+    """Return the words of an earthquake name without its date, the year, and day and month (smaller number first)."""
     name = earthquake.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()

@@ -109,7 +109,7 @@ def _drop_raw_versions_of_processed_components(
 
 
 def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tuple[str, str]]) -> RecordComponent:
-    """Return a component with notes on the omitted files named like its own file; on all if none is named so."""
+    """Return a component with notes on omitted files that have the name of its own file, or on all if none has."""
     own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
     notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))

@@ -96,7 +96,7 @@ class MavroeidisPapageorgiouPulse(_AccelerationPulse):
 
 
 class _PulseOfStatedDuration(_AccelerationPulse):
-    """Base class of the pulses whose duration is a parameter."""
+    """Base class of the acceleration pulses whose duration is a parameter."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 

@@ -74,7 +74,7 @@ class Record(Accelerogram):
     def with_changed_components(
         self, change_component: Callable[[FloatArray], FloatArray], **replaced_fields: Any
     ) -> "Record":
-        """Return the record with ``change_component`` applied to each component, and ``replaced_fields`` replaced."""
+        """Return a copy of the record with ``change_component`` applied to each component, and some fields replaced."""
         up = None if self.up is None else change_component(self.up)
         return replace(
             self, north=change_component(self.north), east=change_component(self.east), up=up, **replaced_fields

@@ -24,7 +24,7 @@ def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> Reco
 
 
 class _ProcessingStep(BaseModel):
-    """Base class of the processing steps."""
+    """Base class of the processing steps of a record, such as a filter or a cut."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -275,7 +275,7 @@ Step = Annotated[
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
-    """Return the steps unchanged; raise a ValueError if a step with times follows a high-pass of automatic corner."""
+    """Return steps unchanged; raise a ValueError if one with times follows a high-pass with corner ``auto``."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
         timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)

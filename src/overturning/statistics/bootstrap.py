@@ -105,7 +105,7 @@ def statistic_of_bootstrap_samples(
 
 
 def tail_share_of_expanded_interval(earthquake_count: int, level: float = 0.95) -> float:
-    """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
+    """Return the share of bootstrap samples to leave out at each end for the expanded percentile interval.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
     (Hesterberg 2015, American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the
@@ -162,7 +162,7 @@ def bootstrap_interval(
 
 
 def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
-    """Average each sample over its earthquakes (axis 1), for use as a statistic in `bootstrap_interval`."""
+    """Return the mean over the earthquakes (axis 1) of each bootstrap sample."""
     return np.asarray(bootstrap_samples.mean(axis=1))
 
 

@@ -46,7 +46,7 @@ def largest_b_over_h_at_half_probability(fall_probabilities: ArrayLike, b_over_h
 
 
 def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
-    """Compute, for each azimuth, the B/H above which no block falls, and its range over two half ensembles.
+    """Compute for each azimuth the largest B/H that falls, and its range over two halves of the ensemble.
 
     Parameters
     ----------

@@ -258,7 +258,7 @@ class PredictionRuleScore:
 
 @dataclass(frozen=True)
 class OverturningCriteriaScores:
-    """Scores of all published criteria, and of the rule that uses B/H only.
+    """Scores of all published overturning criteria, and of a rule that uses only the slenderness B/H.
 
     Attributes
     ----------

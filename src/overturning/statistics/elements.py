@@ -155,7 +155,7 @@ def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
 
 
 def _quantiles(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
-    """Compute median and 90th percentile of the values of all records; NaN without values."""
+    """Compute the median and the 90th percentile of values under all records; NaN if there are no values."""
     values = np.concatenate(values_by_record).astype(np.float64)
     median, most = np.quantile(values, _QUANTILES).tolist() if values.size else (math.nan, math.nan)
     return median, most

@@ -202,7 +202,7 @@ def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
 
 
 def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:
-    """Compute, for each record and block, the weighted share of planes (3-D: orientations) with a fall.
+    """Compute, per record and block, the weighted share of azimuths (3-D: orientations) with a fall.
 
     Cells with an unknown outcome do not count.
     """
@@ -216,7 +216,7 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
 def sum_fall_vectors(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Sum falls, and cosines and sines of fall azimuths (once and doubled), over directions of a cube.
+    """Sum falls, and cosines and sines of (doubled) fall azimuths, over the directions of a cube, for each block.
 
     The sums are also over ``summed_dims``.
 

@@ -245,7 +245,7 @@ OPPOSITE: Final = IllustrativeCaseRule(
 
 
 def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
-    """Return the clearest case among the cells where `mark_variable` is True; None if there is none.
+    """Return the clearest of the cases in which the mask `mark_variable` is True; None if there is no such case.
 
     Clear means that the block rocks, then that neighbours are marked, too, then that it is broad.
     """

@@ -211,7 +211,7 @@ def _fit_without_each_cluster(
     start_coefficients: FloatArray,
     cluster: NDArray[np.intp],
 ) -> tuple[FloatArray, str]:
-    """Fit the coefficients without each cluster in turn, shape (clusters, coefficients); return a note, too.
+    """Return the coefficients fitted without each cluster in turn, shape (clusters, coefficients), and a note.
 
     If one fit fails, the array is empty and the note gives the reason; otherwise the note is empty.
     """
@@ -238,7 +238,7 @@ def _fit_without_each_cluster(
 def _jackknife_estimate_and_error(
     full_estimate: FloatArray, partial_estimates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the estimate corrected for bias, and its standard error, from one estimate per left-out cluster.
+    """Return the bias-corrected jackknife estimate and its standard error, from estimates without one cluster each.
 
     `partial_estimates` has shape (clusters, coefficients).
     """

@@ -23,7 +23,7 @@ Statistic = Callable[[Counts, Counts, Any], FloatArray]
 
 
 def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
-    """Return 1 for cells in which some ensemble runs fall and others stand, otherwise 0.
+    """Return 1 for cells in which some ensemble runs fall and others stand, else 0; arguments count runs per cell.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """

@@ -27,7 +27,7 @@ def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
 
 
 class OutcomeDifferenceCounts(BaseModel):
-    """Numbers of compared cases, and of cases whose outcomes differ, in two computations of the same cases."""
+    """Number of compared cases, and of those with different outcomes, in two computations of the same cases."""
 
     cases: int  # with an outcome in both
     flags: int  # of these, fall in one computation and stand in the other

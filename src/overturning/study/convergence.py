@@ -66,7 +66,7 @@ class RecordChanges(BaseModel):
 
 
 class FallChangesWithAmplitude(BaseModel):
-    """Numbers of 3-D falls that change under motions whose amplitudes differ by at most `AMPLITUDE_REACH`."""
+    """Numbers of 3-D falls that change if the amplitude of the motion changes by at most `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions

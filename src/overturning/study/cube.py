@@ -170,7 +170,7 @@ def select_element_and_amplitude(
 
 
 def sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a cube, or a part of a cube, as figures need it: with all dimensions, and no value twice along any.
+    """Return a cube, or part of one, with all dimensions and no repeated coordinate values, as figures need it.
 
     One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
     azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a

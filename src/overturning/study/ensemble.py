@@ -321,7 +321,7 @@ class EnsembleRunner:
         )
 
     def _fill_copied_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Fill in the ensemble variables of the cells marked in `copied_cells` from cells equal by symmetry."""
+        """Fill in the ensemble variables of `copied_cells` from the simulated cells equal to them by symmetry."""
         source = self.model.computed_cell_of_each_direction(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.

@@ -101,7 +101,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
 def _copy_parts_of_record(
     sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
 ) -> bool:
-    """Copy a record's parts into a cube and add their time steps × stones; False if a cell is in no part."""
+    """Copy the parts of a record into a cube, and add up their steps; return False if a cell is in no part."""
     with ExitStack() as stack:
         parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)

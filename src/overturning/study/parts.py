@@ -21,7 +21,7 @@ from overturning.study.schema import Study
 
 @dataclass(frozen=True)
 class SweepChunk:
-    """Number of one of the chunks into which the cases of each record are divided, and the number of all chunks."""
+    """One of the chunks into which the cases of each record are divided: its number, and the number of all chunks."""
 
     number: int = 1  # from 1
     of: int = 1

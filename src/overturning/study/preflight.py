@@ -252,7 +252,7 @@ def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry])
 
 
 def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
-    """Plan the outermost cells of a study as a run does; a ConfigError states why one cannot be simulated.
+    """Plan the cases at the limits of a study's grid as a run does; raise a ConfigError if one cannot be simulated.
 
     Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `sampling_interval`, s.
     """

@@ -29,7 +29,7 @@ _ROUNDING: Final = 1e-6
 
 @dataclass(frozen=True)
 class CellSample:
-    """Random sample of cells of a cube, in the order in which they are run again, with the outcomes of the study."""
+    """Random sample of cells of a cube, in the order in which they are rerun, with their outcomes in the study."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
     index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space

@@ -153,7 +153,7 @@ def _stack_outcomes_of_amplitudes(
     variables: tuple[OutcomeVariable, ...],
     nominal_outcome: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
-    """Stack outcomes along a first dimension, the amplitude; ensemble variables are missing except at amplitude 1."""
+    """Stack outcomes along a new first dimension, amplitude; ensemble variables are known at amplitude 1 only."""
     unknown = {one.name: 0 if one.name == "members" else one.missing_value_in_memory for one in variables}
     missing = {name: np.full_like(nominal_outcome[name], value) for name, value in unknown.items()}
     return {

@@ -64,7 +64,7 @@ class SurveyInversion:
     def outcome_probabilities(
         self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOMES
     ) -> NDArray[np.float32]:
-        """Return the probabilities of outcomes of a stone, shape (motions, levels, rotations, outcomes).
+        """Return the probability of each given outcome of a stone, shape (motions, levels, rotations, outcomes).
 
         An outcome is a direction bin of the fall, or `STOOD`.
 

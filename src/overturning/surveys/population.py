@@ -119,7 +119,7 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
 
 
 def outcomes_of_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomes:
-    """Return the outcomes of drawn stones under the record of a cube: those of neighbouring cells.
+    """Return the outcomes of random stones under the record of a cube, each that of a neighbouring cell of the grid.
 
     `record_cube` is the cube of this record, with or without amplitudes.
 

@@ -71,7 +71,7 @@ class MotionPosterior:
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
     def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:
-        """Return the posterior probabilities of the weakest and the strongest level.
+        """Return the posterior probabilities of the lowest and of the highest level of peak velocity.
 
         Levels are peak velocities.
         """
@@ -137,7 +137,7 @@ class MotionPosterior:
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
     def _shortest_axis_arc_deg(self) -> tuple[float, float]:
-        """Return middle and width of the shortest arc that holds the velocity axis with `LEVEL`.
+        """Return middle and width, degrees, of the shortest arc that holds the velocity axis with probability `LEVEL`.
 
         `LEVEL` is the probability.
         """

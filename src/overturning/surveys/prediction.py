@@ -173,7 +173,7 @@ class SiteFallPrediction:
     def _fall_side_probabilities_without_background(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of the outcomes `SIDES` for n face azimuths, shape (5, n).
+        """Return the probabilities of `SIDES` for n face azimuths, shape (5, n), before a background is mixed in.
 
         The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
         """

@@ -207,7 +207,7 @@ def response_cache_folder() -> Path:
 def size_grid_weights_by_kind(
     stone_kinds: Sequence[StoneKind], size_population: StonePopulation | None = None
 ) -> dict[StoneKind, FloatArray]:
-    """Return, for each kind of stone, the weights of simulated heights and B/H, shape (heights, shapes).
+    """Return, for each kind of stone, the weights of the simulated heights and shapes, shape (heights, shapes).
 
     See `StoneKind.size_grid_weights`.
     """
@@ -382,7 +382,7 @@ def uninformed_outcome_probabilities() -> FloatArray:
 
 @cache
 def observed_direction_probabilities_by_simulated() -> FloatArray:
-    """Return the probability of each observed bin (columns) for each simulated one, shape (bins, bins).
+    """Return the probability of each observed direction bin (column) given the simulated bin (row).
 
     A bin is a direction bin of a fall.
     """

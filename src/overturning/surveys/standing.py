@@ -161,7 +161,7 @@ class StandingProbability:
 def estimate_standing_probability(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float
 ) -> StandingProbability:
-    """Compute the probability that stones with a fragility curve stand after `years` of a hazard.
+    """Compute the probability that stones with a fragility curve still stand after `years` of a hazard.
 
     The median of the curve is known.
     """

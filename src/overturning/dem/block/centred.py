@@ -159,7 +159,7 @@ def assume_corner_friction(
 def signed_friction_and_sliding(
     corner_friction: AssumedCornerFriction, other_corner_friction: AssumedCornerFriction, other_in_contact: bool
 ) -> tuple[float, bool]:
-    """Return the signed friction coefficient of a corner (±μ, 0 if not free to slide), and True if the corner slides.
+    """Return ±μ of a corner, with the sign of its friction force (0 if it sticks), and True if the corner slides.
 
     A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
     """

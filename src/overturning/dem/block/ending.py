@@ -46,7 +46,7 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
 
 @njit(**INLINE)
 def tilt_energy_per_mass(block: BlockConstants, peak_rotation: float) -> float:
-    """Return the energy per mass that tilts a block from rest to `peak_rotation`, or to α if that is less, m²/s²."""
+    """Return the energy per mass, m²/s², that tilts a block from rest to `peak_rotation` (at most to α)."""
     angle = min(peak_rotation, block.alpha)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))

@@ -17,7 +17,7 @@ def block_is_airborne(state: BlockState) -> bool:
 
 @njit(**INLINE)
 def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
-    """Return the time that a flat landing still lasts after a step, s; a block in the air has its full duration."""
+    """Return how long a flat landing of a block still lasts after a step, s; the full time for a block in the air."""
     return block.landing if block_is_airborne(state) else state.landing - time_step
 
 
@@ -42,7 +42,7 @@ def block_lands_flat(
 def flat_landing_friction(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
-    """Return for a flat landing: True if the block slides, its friction ±μ, and the share of its frictional moment.
+    """Return, for a flat landing, True if the block slides, ±μ, and the share of the friction moment that rotates it.
 
     The signed friction is ±μ, with the sign of `vx`. The share is the part of the moment that rotates the block.
 

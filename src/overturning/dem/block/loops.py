@@ -34,7 +34,7 @@ from overturning.dem.time_step import IntegrationScheme
 
 
 class CundallSchemeConstants(NamedTuple):
-    """Constants of Cundall's scheme in the block kernel: lag of velocities, and steps beyond the end of a sample."""
+    """Constants of Cundall's scheme in the block kernel: how far velocities lag and steps may pass a sample's end."""
 
     lag: float = 0.5
     """Lag of velocities behind positions, steps."""
@@ -43,7 +43,7 @@ class CundallSchemeConstants(NamedTuple):
 
 
 class CentredSchemeConstants(NamedTuple):
-    """Constants of the centred scheme in the block kernel: lag of velocities, and steps beyond the end of a sample."""
+    """Constants of the centred scheme in the block kernel: how far velocities lag and steps may pass a sample's end."""
 
     lag: float = 0.0
     """Lag of velocities behind positions, steps."""
@@ -171,7 +171,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
 
 @cache
 def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
-    """Return a compiled function that advances blocks by Cundall's scheme.
+    """Return Cundall's scheme for blocks as a compiled function, with or without vertical base motion.
 
     Parameters are those of `create_centred_time_stepping_loop`.
 
@@ -214,7 +214,7 @@ SCHEMES: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
 
 
 def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
-    """Return the step function of a scheme, selected by the types of the arguments; callable from compiled code.
+    """Return the compiled time stepping function for a scheme, with or without vertical base motion and friction.
 
     `vertical_acceleration` and `with_friction` are None for the variants without vertical motion and without friction.
     """

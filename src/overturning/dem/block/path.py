@@ -116,14 +116,14 @@ def _mean_rate_of_successive_rows(quantity: FloatArray, time: FloatArray) -> Flo
 
 
 def _mean_of_successive_rows(quantity: FloatArray) -> FloatArray:
-    """Return the mean of a quantity between successive rows, between which it is linear in time."""
+    """Return the mean of a quantity over the time between successive rows, in which the quantity varies linearly."""
     return np.asarray(0.5 * (quantity[1:] + quantity[:-1]))
 
 
 def _mean_acceleration_between_times(
     time: FloatArray, acceleration: FloatArray, sampling_interval: float
 ) -> FloatArray:
-    """Return the mean acceleration between successive times, m/s².
+    """Return the mean of an acceleration, m/s², over the time between successive `time` values.
 
     `acceleration` holds a value for each sample; it is linear between samples and 0 after the record.
     """

@@ -95,7 +95,7 @@ SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(C
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
-    """Allocate the array for the state of all lanes (one lane: one block in progress)."""
+    """Allocate the array for the states of all blocks that are simulated at the same time, one lane (column) each."""
     return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
 
 
@@ -286,7 +286,7 @@ def mark_possibly_ended_lanes(
     last_sample: float,
     max_penetration: float,
 ) -> int:
-    """Mark lanes whose block has fallen or failed, or has no strong shaking to come; return the number of marks."""
+    """Mark and count the lanes whose block has fallen or failed, or has no strong shaking left to come."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width

@@ -84,7 +84,7 @@ class CornerState(NamedTuple):
 
 
 class AssumedCornerContact(NamedTuple):
-    """Sliding and landing that a step of the centred scheme assumes for a corner."""
+    """Sliding and flat landing of a corner as a step of the centred scheme assumes them."""
 
     slid: float
     """±μ if the corner slides, else 0."""
@@ -143,7 +143,7 @@ class BlockPeakValues(NamedTuple):
 
 
 class BlockEnergyAccount(NamedTuple):
-    """Energy account of a block per mass: work of the base and losses so far, and their rates at the last step.
+    """Energy account of a block per mass: work done by the base and energy lost so far, and their present rates.
 
     `work` and `lost` are in m²/s², their rates `power` and `loss` in m²/s³.
     """

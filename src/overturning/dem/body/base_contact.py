@@ -39,7 +39,7 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 
 @njit(**INLINE)
 def point_rests_on_spring(body: BodyConstants, point_history: ContactPointHistory) -> float:
-    """Return 1 if the spring, not the dashpot, carries a contact point (which neither lands nor lifts off), else 0."""
+    """Return 1 if the spring carries a contact point, 0 if its dashpot does because the point lands or lifts off."""
     spring = body.stiffness * point_history.depth
     return 1.0 if (point_history.depth > 0.0) & (abs(point_history.normal - spring) < RESTS * spring) else 0.0
 
@@ -76,7 +76,7 @@ def vertex_waits_for_extreme_base_vertices(
     vertex_height: float,
     point_history: ContactPointHistory,
 ) -> bool:
-    """True if a base vertex may not carry load yet, because the lowest and the highest base vertex do not both rest.
+    """True if a base vertex carries no load yet because the lowest and the highest base vertex do not both rest.
 
     `vertex_height` is the height of the vertex relative to the centre, m.
     """
@@ -142,7 +142,7 @@ def any_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 @njit(**INNER)
 def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Set `BaseContactState.tilting` to 1 in the lanes where friction would tilt a body that slides in a flat landing.
+    """Set `BaseContactState.tilting` to 1 in lanes where friction tilts a body that slides during a flat landing.
 
     The value is read only in lanes whose base lands flat.
     The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of it,
@@ -163,7 +163,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the `BaseContactState` of the body in each lane from its base vertices or its rim.
+    """Update the contact state of the body's base in each lane, from its base vertices or from its round rim.
 
     The rows of the opposite vertices start at index `opposite_start_index` of `vertex_rows`.
     """

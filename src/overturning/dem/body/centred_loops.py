@@ -201,7 +201,7 @@ def predict_rim_point_pair(
 def add_point_pair_to_equations(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds_to_other_pairs: Any
 ) -> None:
-    """Add the terms of two opposite contact points to the equations of the body in each lane.
+    """Add the terms of two opposite contact points to the equations for the body's velocities, in all lanes.
 
     `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
     """

@@ -178,7 +178,7 @@ def compute_point_forces(
 def rim_contact_point_moves_fast(
     state: BodyState, predicted_body: PredictedBody, largest_contact_changes: LargestContactChanges
 ) -> bool:
-    """True if the lowest point of a tilted rim moves along the rim by more than `FAST_TURN` (tangent) in the step."""
+    """True if the lowest point of a tilted round base moves along its rim by an angle above `FAST_TURN` in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (

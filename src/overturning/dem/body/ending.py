@@ -103,7 +103,7 @@ def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
 
 @njit(**INLINE)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
-    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m); False without friction."""
+    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) on a base with friction."""
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
     v = plus(state.velocity, cross_product(w, Vector3(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
@@ -113,7 +113,7 @@ def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_dista
 
 @njit(**INLINE)
 def direction_pseudo_angle(x: float, y: float) -> float:
-    """Return a measure of the direction (x, y), 0 to 4, that increases with the anticlockwise angle from the x axis."""
+    """Return a number from 0 to 4 that grows with the angle of (x, y), anticlockwise from x, without trigonometry."""
     share = abs(x) / (abs(x) + abs(y))
     if y >= 0.0:
         return 1.0 - share if x >= 0.0 else 1.0 + share

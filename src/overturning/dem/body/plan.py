@@ -321,7 +321,7 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
 
 
 def _deepest_penetration(body: RigidSolid, rest_pose: FloatArray) -> float:
-    """Return the penetration of the deepest vertex of the base in the pose at rest, m."""
+    """Return the penetration, m, of the base vertex that is deepest in the ground in the pose at rest."""
     x, y = body.points[: body.base, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
 

@@ -134,7 +134,7 @@ IN_THE_AIR: Final = -1e300
 
 
 class BaseContactState(NamedTuple):
-    """Contact state of a body's base: lowest and highest vertex, remaining times of a flat landing, tilting share."""
+    """Contact state of a body's base: its lowest and highest vertex, times of a flat landing, and tilting share."""
 
     low: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
@@ -177,7 +177,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
 
 
 class BodyBaseMotion(NamedTuple):
-    """Accelerations (m/s²) that the moving base causes in the frame of the base, as functions of time in a sample."""
+    """Inertial accelerations (m/s²) of the moving base's frame, as linear functions of time within a sample."""
 
     push_x: LinearBaseAcceleration
     """−a along x."""
@@ -339,7 +339,7 @@ VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, 
 def base_motion_over_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> BodyBaseMotion:
-    """Return the motion of the base from `sample` to the next one, multiplied by a factor.
+    """Return the base acceleration, as functions of time, from `sample` to the next one, times `amplitude_factor`.
 
     `horizontal` holds the accelerations along x and y, shape (2, samples), and `up` the upward acceleration, m/s². A
     base that accelerates one way pushes what stands on it the other way.

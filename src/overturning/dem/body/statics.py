@@ -91,7 +91,7 @@ def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[
 
 
 def _multiply_by_inverse_transposed_root(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
-    """Return A C⁻ᵀ, shape (3, 3), for a matrix A and the lower triangular root C of an inertia tensor."""
+    """Return A C⁻ᵀ for a 3 × 3 matrix A and the lower triangular Cholesky root C of an inertia tensor."""
     out = np.zeros((3, 3))
     for k in range(3):
         known = sum((out[:, i] * inertia_root[k, i] for i in range(k)), start=np.zeros(3))

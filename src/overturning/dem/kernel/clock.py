@@ -17,7 +17,7 @@ from overturning.dem.time_step import MAX_ROCKING_STEP
 
 
 class KernelStepControl(NamedTuple):
-    """Constants of the step control, the same for all cases of a kernel: limits of step lengths and of repetitions."""
+    """Constants of the step control that all cases of a kernel share: limits of step lengths and of repetitions."""
 
     longest: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
@@ -76,7 +76,7 @@ INTEGER_ROUNDING: Final = 2.0**52
 
 
 class CaseStepControl(NamedTuple):
-    """Step control of one case: two step lengths (ticks), and how many steps of one length precede a longer one."""
+    """Step lengths (ticks) of one case, and the number of steps of one length before the length doubles."""
 
     finest: float
     """Finest step, ticks."""

@@ -30,7 +30,7 @@ class KernelLlvmTranslator(Lower):
 
 
 class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
-    """Translator to LLVM of a function that only compiled code calls: a call from Python raises an error."""
+    """Translator to LLVM of functions that only compiled code calls; a call from Python raises an error."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:  # noqa: ARG002
         """Write an entry for Python that only raises a TypeError; one that unpacks tuples takes long to compile."""

@@ -125,7 +125,7 @@ def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sa
 
 @njit(**INLINE)
 def is_rest_check_sample(sample: float) -> bool:
-    """True if rest is tested at the time `sample` (in samples): in the first `REST_CHECKS_PER_BLOCK` of each block."""
+    """True if rest is tested at this sample: one of the first `REST_CHECKS_PER_BLOCK` of each block of samples."""
     blocks = sample * (1.0 / REST_CHECK_BLOCK)
     return blocks - math.floor(blocks) < REST_CHECKS_PER_BLOCK / REST_CHECK_BLOCK
 
@@ -134,7 +134,7 @@ def is_rest_check_sample(sample: float) -> bool:
 def upcoming_motion_is_below_rest_limit(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> bool:
-    """True if the base motion over the next `REST_CHECK_BLOCK` samples and the time `LEAD` cannot move a body at rest.
+    """True if the base motion of the next samples (`REST_CHECK_BLOCK`, `LEAD`) cannot move a body at rest.
 
     `amplitude` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration
     is linear between samples, so it is largest at one of them.
@@ -148,7 +148,7 @@ def upcoming_motion_is_below_rest_limit(
 def count_skippable_samples(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> int:
-    """Return the number of samples from `sample` on during which a body at rest stays at rest, in whole blocks.
+    """Return for how many samples from `sample` on, in whole blocks of samples, a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """

@@ -253,7 +253,7 @@ class TupleRowLayout:
     def _create_lane_access(
         self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
     ) -> LaneTupleAccess:
-        """Return the compiled functions that load and store an `inner_type`, which may be nested in a `tuple_type`."""
+        """Return the compiled functions that load and store a named tuple, which may be a part of a larger one."""
         rows = [
             self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
             for path in number_field_paths(inner_type)

@@ -180,7 +180,7 @@ def copy_lane(state: Any, lane_count: int, source_lane: int, target_lane: int) -
 
 @njit(**OPTIONS)
 def extend_trajectory(trajectory: Any, min_rows: int, max_rows: int) -> Any:
-    """Return a trajectory with at least `min_rows` rows: the same one, or a copy at least twice as long.
+    """Return a trajectory array with space for `min_rows` rows: the given one, or a copy at least twice as long.
 
     The copy has at most `max_rows` rows. If `min_rows` exceeds `max_rows`, the trajectory is returned unchanged.
     """

@@ -38,7 +38,7 @@ class SceneCaseTableColumns(NamedTuple):
 
 
 class ElementTerminationTableColumns(NamedTuple):
-    """Columns of the scene kernel's table of elements: rotations, support and energy that decide about falls."""
+    """Columns of the scene kernel's table of elements: rotations, support and energy that decide whether they fall."""
 
     is_free: float
     """1 if the element is free, else 0."""
@@ -59,7 +59,7 @@ class ElementTerminationTableColumns(NamedTuple):
 
 
 class SceneTerminationLimitColumns(NamedTuple):
-    """Columns of the limits of a scene variant: penetration at which a case fails, and energies that decide its end."""
+    """Limits of a scene variant: penetration at which a case fails, and energies below which it can end."""
 
     deepest: float
     """Penetration beyond which a case has failed, m."""
@@ -118,7 +118,7 @@ FLAT: Final = 0.999
 
 
 class SceneArrays(NamedTuple):
-    """Constants and initial states of a scene for the kernel; a variant is the scene at one size and damping."""
+    """Constants and initial states of a scene for the kernel, for each variant (one size and damping of the scene)."""
 
     initial: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""

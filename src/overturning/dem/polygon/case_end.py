@@ -98,7 +98,7 @@ def no_element_can_fall_later(
 def outcomes_are_final(
     state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
-    """True if all elements are in place and have too little energy to fall, exceed a peak rotation or slide on."""
+    """True if all elements stand with too little energy to fall, to rotate beyond their peak or to slide on."""
     if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
         return False
     spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy
@@ -111,7 +111,7 @@ def outcomes_are_final(
 def update_fall_sides_and_count_elements(
     state: Any, lane: int, element_rules: Any
 ) -> tuple[float, float, int, int, int, bool]:
-    """Store the side of elements that fell in this sample, and count the standing, fallen and safe elements of a case.
+    """Store the side of each element that fell in this sample; count standing, fallen and safe elements.
 
     Returns
     -------
@@ -260,7 +260,7 @@ def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
 
 @njit(**INNER)
 def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_energy: float) -> bool:
-    """True if the energy `spare_energy` (J) could rotate an element beyond its peak rotation."""
+    """True if the energy `spare_energy` (J) would suffice to rotate an element beyond its largest rotation so far."""
     for e in range(element_rules.size):
         item = rows.load_element(rows.of_element(state, e), lane)
         reached = peak_rotation(item) / item.inertia.critical
@@ -328,7 +328,7 @@ def record_support_time(
     samples_per_tick: float,
     sampling_interval: float,
 ) -> None:
-    """Store the present time as support time of the upper element of a pair, if it touches the lower one."""
+    """Store the present time for the upper element of a pair as its last time on a support, if the pair touches."""
     for j in range(rows.COLUMNS):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_touching_segment_ends(pair) > 0

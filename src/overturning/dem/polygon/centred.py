@@ -141,7 +141,7 @@ def segment_end_equation_terms(
     predicted_end: PredictedSegmentEnd,
     other_predicted_end: PredictedSegmentEnd,
 ) -> tuple[PairVelocityToForceMatrix, SegmentEndForce, float]:
-    """Return the matrix of a segment end for the equations, the predicted forces, and ±μ if the end slides (else 0).
+    """Return the equation matrix of a segment end, its predicted forces, and ±μ if the end slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """

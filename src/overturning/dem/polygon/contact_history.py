@@ -21,7 +21,7 @@ def reset_contact_history(pair_rows: Any, lane: int) -> None:
 def transfer_contact_history(
     pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
-    """Transfer the history of each loaded segment end of a pair's old faces to an end of the pair's new nearest faces.
+    """Pass the contact history of a pair's old faces on to the ends of its new nearest faces, if the end is loaded.
 
     The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
     """

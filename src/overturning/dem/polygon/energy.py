@@ -12,7 +12,7 @@ from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, PairState
 
 @njit(**INNER)
 def case_energy(state: Any, lane: int, scene: Any) -> float:
-    """Return the energy of a case, J: kinetic and gravitational at the last half step, of springs at the last step."""
+    """Return the energy of a case, J: kinetic and gravitational half a step ago, and that of the springs now."""
     total = 0.0
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
@@ -53,7 +53,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 @njit(**INNER)
 def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
-    """Return the work (J) of all contact forces of a case between the times of the last velocities and the last forces.
+    """Return the work (J) of all contact forces of a case in the half step from its velocities to its forces.
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
     the force acts, half in the half step after it. `pair_history_after_step` adds the second half only with the next

@@ -273,7 +273,7 @@ def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
 
 @njit(**APART)
 def subtract_submatrix_product(submatrix: Any, factor: Any, pivot_row: Any, is_empty: bool) -> None:
-    """Subtract `factor` × `pivot_row` (both submatrices) from a submatrix, which counts as zero if it is empty."""
+    """Subtract `factor` × `pivot_row` (both submatrices) from a submatrix; an empty submatrix counts as zero."""
     for j in range(rows.COLUMNS):
         subtract_terms_from_submatrix(
             submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j))
@@ -337,7 +337,7 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
 
 @njit(inline="always", **INNER)
 def free_submatrix_or_placeholder(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
-    """Return submatrix (`row`, `column`), or a spare one if one of its two elements moves with the base."""
+    """Return submatrix (`row`, `column`), or an unused one if one of both elements moves with the base."""
     return of_submatrix(
         matrix,
         row * equation_flags.size + column
@@ -350,7 +350,7 @@ def free_submatrix_or_placeholder(matrix: Any, equation_flags: Any, row: int, co
 def pair_submatrices(
     matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
-    """Mark the submatrices of a pair as nonzero; return them and three flags: True if aa, ab or bb was empty before."""
+    """Return the four submatrices of a pair, marked as nonzero, and flags that tell which were empty before."""
     used = nonzero_pattern.used
     fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
     used[element_a, element_a], used[element_b, element_b] = equation_flags[element_a], equation_flags[element_b]

@@ -89,7 +89,7 @@ class RelativeFacePosition(NamedTuple):
 
 
 class LocatedVertex(NamedTuple):
-    """Position of a vertex of one face relative to the other face, now and a step ago, with lever arms of its force."""
+    """Position of a face's vertex relative to the opposite face, now and a step ago, with lever arms of its force."""
 
     seen: VertexPositionAtFace
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""

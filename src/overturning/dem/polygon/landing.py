@@ -24,7 +24,7 @@ class PairMotionAndInertia(NamedTuple):
 def segment_end_lands_now(
     contact_law: ContactLaw, end_history: SegmentEndHistory, segment_end: SegmentEnd, pair_motion: PairMotionAndInertia
 ) -> bool:
-    """True if a segment end is landing, touches in this step, or will touch as part of the same impact.
+    """True if a segment end is landing: it touches in this step, or will touch as part of the same impact.
 
     The time until it touches is at most `dem.kernel.mechanics.max_touch_delay_of_one_impact`, in products here.
     """
@@ -59,7 +59,7 @@ def flat_landing_slip_and_friction(
     inertia_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return whether a segment end slides in a flat landing, and ±μ, where the sign is that of its friction force.
+    """Return True if a segment end slides in a flat landing, and ±μ with the sign of its friction force.
 
     The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """

@@ -148,7 +148,7 @@ def power_against_inertial_and_holding_forces(
     vertical_base_acceleration: float,
     velocity: PlanarVector,
 ) -> float:
-    """Return the power (W) against the inertial forces on an element and against the forces that hold a fixed one."""
+    """Return the power (W) of an element against its inertial forces or, if it is fixed, against its holding forces."""
     own, force = element.inertia, element.force
     return own.mass * (
         horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
@@ -199,7 +199,7 @@ def sum_segment_end_forces(
 def add_pair_force_to_elements(
     force_on_a: PlanarVector, force_on_b: PlanarVector, pair_force: PairForce
 ) -> tuple[PlanarVector, PlanarVector]:
-    """Return the forces on elements a and b with the contact force of their pair added: on a, and opposite on b."""
+    """Return the forces on elements a and b plus the contact force of their pair, with opposite signs on a and b."""
     return (
         PlanarVector(force_on_a.x + pair_force.x, force_on_a.z + pair_force.z, force_on_a.w + pair_force.moment_a),
         PlanarVector(force_on_b.x - pair_force.x, force_on_b.z - pair_force.z, force_on_b.w - pair_force.moment_b),
@@ -227,7 +227,7 @@ def opening_and_slip_rates(segment_end: SegmentEnd, velocity: PairRelativeVector
 def limit_friction_force(
     trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
-    """Return a segment end's friction force (N), the largest force its spring may keep (N), and whether the end slips.
+    """Return the friction force (N), the largest force its spring may keep (N), and True if the segment end slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
     `flat_landing_state` holds whether the end is held in a flat landing, and both results of

@@ -97,7 +97,7 @@ class PreparedScene:
 
     @property
     def no_case_has_outcome(self) -> bool:
-        """True if no case can have an outcome: a pair penetrates too far at rest, or an element does not fit."""
+        """True if no case can have an outcome: at rest a pair penetrates too far, or elements overlap or hang."""
         return self.exceeds_penetration_limit or not self.fits
 
     @property
@@ -120,7 +120,7 @@ class PreparedScene:
 
     @cached_property
     def slip_to_ground_edge(self) -> FloatArray:
-        """Slip (m) that takes each element off the ground, shape (elements,); infinite if it stands on an element."""
+        """Slip (m) with which each element leaves the ground's edge, shape (elements,); infinite on another element."""
         ground = ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
@@ -128,7 +128,7 @@ class PreparedScene:
         )
 
     def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
-        """Return the indices of an element's support and of the held element under its stack (−1 if none)."""
+        """Return the index of an element's support, and that of the held element under its stack (−1 if none)."""
         last = element_index
         while not self.placed[last].is_driven_or_held and self.support[last] != last:
             last = int(self.support[last])

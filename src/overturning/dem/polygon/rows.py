@@ -87,7 +87,7 @@ SECOND: Final = PAIR.row_start(PairState, "history.two.spring") - PAIR.row_start
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
-    """Return the numbers in nested tuples as a flat list, depth first, as in the rows of the state array."""
+    """Return the numbers of nested tuples as a flat list, in the order of the rows of the state array."""
     return [
         number
         for value in nested_tuples

@@ -48,7 +48,7 @@ def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, fac
 def most_opposite_face_of_b(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
 ) -> tuple[int, float, float]:
-    """Return the face index of b most nearly opposite to a face of a, the product of both normals, and its margin.
+    """Return the index of b's face most nearly opposite to a face of a, the product of both normals, and its margin.
 
     The margin is the difference of the product to that of the next best face.
     """

@@ -290,7 +290,7 @@ class FaceVertexPositions(NamedTuple):
 
 
 class SegmentEndHistory(NamedTuple):
-    """State of a segment end after the last step: spring stretch, carrying vertex, forces, and landing time."""
+    """State of a segment end after the last step: spring stretch, vertex in contact, forces, and landing time."""
 
     spring: float
     """Stretch of the tangential spring, m."""

@@ -88,7 +88,7 @@ def supporting_segment_ends(
     end_derivatives: list[TouchingSegmentEndDerivatives],
     loaded_ends: list[LoadedSegmentEnd],
 ) -> list[LoadedSegmentEnd]:
-    """Return the loaded segment ends on which elements stand; a lean below `MAX_FLUSH_LEAN` counts as none.
+    """Return the loaded segment ends on which elements stand upright; leans below `MAX_FLUSH_LEAN` are ignored.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.

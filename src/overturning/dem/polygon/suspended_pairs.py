@@ -21,7 +21,7 @@ ACTIVE: Final = -1.0
 
 
 class ActivePairs(NamedTuple):
-    """Active pairs, which each step tests for contact, and the motions at which suspended pairs become active again."""
+    """Pairs that each step tests for contact, and the motions at which suspended (distant) pairs are tested again."""
 
     active: Any
     """Indices of the active pairs, ascending, shape (pairs,); the first `count` are valid."""
@@ -61,7 +61,7 @@ def create_active_pairs(pair_count: int) -> Any:
 
 @njit(**APART)
 def update_largest_motions_with_element(element_rows: Any, largest_motions: Any) -> None:
-    """Raise `largest_motions` (see `ActivePairs.largest`), in each lane, to the motion of one more element."""
+    """Raise `largest_motions` in each lane to the motion of an element, if that is larger (`ActivePairs.largest`)."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)

@@ -75,7 +75,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 
 
 def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
-    """Return two texts: the columns declared for a file, and a key that is the same for all files of a record.
+    """Return the columns declared for a file, and a key that all files of the same record share.
 
     The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
     """

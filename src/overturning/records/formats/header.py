@@ -125,13 +125,13 @@ class Header(TextLines):
         )
 
     def extra_entries_of_stated_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
-        """Return entries of `Record.extra`: the number in the header field of each name, if the file states it."""
+        """Return the numbers in header fields as entries of `Record.extra`, by name, without missing fields."""
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
     def field_peak_acceleration(
         self, field_name: str, unit_size: float, text_part: str | None = None, *, after_mean: bool = False
     ) -> HeaderPeak:
-        """Return the peak acceleration in a field (or in `text_part`); ``unit_size`` is the unit there in m/s²."""
+        """Return the peak acceleration, m/s², in a header field, whose unit is ``unit_size`` m/s²."""
         stated = self.field_text(field_name) if text_part is None else text_part
         size = abs(self.field_number(field_name, stated))
         return HeaderPeak(
@@ -186,7 +186,7 @@ class Header(TextLines):
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
     def origin_time_and_epicentre_entries(self) -> tuple[datetime | None, dict[str, Any]]:
-        """Return origin time (UTC) and epicentre (entries of ``extra``) of the earthquake; None and {} if missing."""
+        """Return an earthquake's origin time (UTC), and its epicentre as entries of ``extra``; None, {} if missing."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
         origin = parse_time_as_utc(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.

@@ -117,7 +117,7 @@ class TextLines:
     def check_even_times(
         self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
     ) -> None:
-        """Raise a RecordError if a time in ``time``, s, is more than 1.1 ms off steps of ``sampling_interval``, s."""
+        """Raise a RecordError if a time in ``time``, s, deviates by more than 1.1 ms from even steps."""
         uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
         if uneven.size:
             at = first_line + int(uneven[0] // times_per_line)

@@ -166,7 +166,7 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
 def _check_stage_gains(
     response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> tuple[str, ...]:
-    """Return a note if the stages make a slightly different gain; report a contradiction if the difference is large."""
+    """Return a note if the product of stage gains differs slightly from the gain; report a large difference."""
     made, difference = _stage_gain_and_difference(response, gain)
     stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
     if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE):

@@ -44,13 +44,18 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
     axes.set(xlim=(-reach, reach), ylim=(low - 0.12 * (high - low), high + 0.06 * (high - low)), aspect="equal")
     axes.set(xlabel="m", yticks=[])
     axes.spines["left"].set_visible(False)
-    title = [scene.name] if scene.title in ("", scene.name) else [scene.name, fill(scene.title, _TITLE)]
-    axes.set_title("\n".join(title), parse_math=False)
+    axes.set_title(_name_and_title(scene), parse_math=False)
+
+
+def _name_and_title(scene: Scene) -> str:
+    """Return the name of a scene, by which text and tables refer to it, and on further lines its title."""
+    return scene.name if scene.title in ("", scene.name) else f"{scene.name}\n{fill(scene.title, _TITLE)}"
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
     """Draw one or more scenes side by side, all to the same scale."""
-    figure, panels = create_panel_grid(1, len(scenes), 2.7 * len(scenes), 3.4)
+    lines = max(_name_and_title(scene).count("\n") for scene in scenes)
+    figure, panels = create_panel_grid(1, len(scenes), 2.7 * len(scenes), 3.4 + 0.2 * lines)
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
     lows, highs = zip(*(axes.get_ylim() for axes in panels[0]), strict=True)

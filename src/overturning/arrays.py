@@ -29,7 +29,7 @@ def create_xarray_dataset(
     import xarray as xr
 
     def to_xarray_variables(arrays: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
-        """Return xarray variables from tuples of dimensions, array and optionally attributes."""
+        """Convert tuples of dimensions, array and optional attributes to xarray variables, by name."""
         return {
             name: xr.Variable(dimensions, np.asarray(values), attrs=about[0] if about else None, fastpath=True)
             for name, (dimensions, values, *about) in arrays.items()

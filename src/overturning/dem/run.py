@@ -30,7 +30,7 @@ MAX_QUEUE_LENGTH: Final = 4096
 
 
 def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: NumericalOptions) -> "SimulationPlan":
-    """Check the arguments and return the plan of the simulation of a model in the cases.
+    """Check the arguments and return the plan (kernel and input) for simulating the given cases of a model.
 
     Parameters and exceptions are those of `simulate_cases`.
     """

@@ -12,7 +12,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 class IntegrationScheme(IntEnum):
-    """Integration scheme of a simulation, with its number in the kernels."""
+    """Time integration scheme of a simulation; the value is its number in the compiled kernels."""
 
     CUNDALL = 0
     CENTRED = 1

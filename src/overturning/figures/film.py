@@ -81,7 +81,7 @@ class FilmPanel:
 
     @property
     def keyboard_help_text(self) -> str:
-        """Text on the keys of the film player that only films of this kind (2-D or 3-D) have."""
+        """Help text on keys of the film player that only films of this kind (2-D or 3-D) use."""
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
     def labelled_motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
@@ -124,7 +124,7 @@ class FilmPanel:
 
 @dataclass(frozen=True)
 class Film:
-    """A film: panels, each with one simulation, that play synchronously."""
+    """Animation of simulations in one or more panels that play synchronously."""
 
     title: str  # heading
     start: float  # time of the first frame, s after the record's start

@@ -102,7 +102,7 @@ def matplotlib_font_of_language(file_name: str) -> str:
 
 
 def _translate_film(film: Film) -> Film:
-    """Return a film with headings and outcomes of its panels in the current language, and an unchanged title."""
+    """Return a film with the headings and outcomes of its panels translated into the current language."""
     panels = (replace(panel, title=translate(panel.title), outcome=translate(panel.outcome)) for panel in film.panels)
     return replace(film, panels=tuple(panels))
 

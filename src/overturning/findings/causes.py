@@ -172,7 +172,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 
 
 def _has_narrow_odds_interval(coefficient: LogisticCoefficient) -> bool:
-    """True if the upper end of an odds factor is below `MOST_ODDS_RATIO` times its lower end.
+    """True if the interval of an odds ratio is narrow: its upper end is below `MOST_ODDS_RATIO` × its lower end.
 
     The result is also True if an end is not known.
     """

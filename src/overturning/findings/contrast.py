@@ -254,7 +254,7 @@ def _population_fall_rates(results: StudyResults, variant: str, record_indices: 
 
 
 def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
-    """Count the falls of each element of the study and of its variants.
+    """Count the falls of each element of the scene, for the study and for each of its variants.
 
     Empty if all have the same scene of one element.
     """

@@ -28,7 +28,7 @@ class PublishedPeak(Finding):
 
 
 class PublishedAgreement(Finding):
-    """Number of blocks, in one variant of a study, whose outcomes all equal the published ones."""
+    """Number of blocks, in one variant of a study, all of whose outcomes agree with published ones."""
 
     variant: str
     blocks: int

@@ -56,7 +56,7 @@ class StoneClassWithoutFragilityCurve(Finding):
 
 
 class StandingStones(Finding):
-    """Numbers of stones of a survey that stand and that fell, and the bound on the rate of falls."""
+    """Numbers of standing and fallen stones of a survey, and an upper bound of the annual rate of falls."""
 
     stood: int
     fell: int

@@ -32,7 +32,7 @@ PRECISION_FLOOR: Final = 1e5
 
 
 class ContactSettings(StrictModel):
-    """Settings of the contact law: springs, dashpots and slider at each corner."""
+    """Settings of the contact law at each corner: normal stiffness, tangential over normal stiffness, and damping."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
         default="auto",

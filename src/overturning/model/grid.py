@@ -76,7 +76,7 @@ class CaseGrid:
 
     @property
     def direction_values_deg(self) -> FloatArray:
-        """Values of the direction dimension, azimuths or orientations, degrees."""
+        """Values of the direction dimension, degrees: azimuths of the motion (2-D) or orientations of a body (3-D)."""
         return self.rows[self.dimension_names[0]].astype(np.float64)
 
     @property

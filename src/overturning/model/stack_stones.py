@@ -152,7 +152,7 @@ def _second_moments(vertices: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class ContactPatchAtRest:
-    """Rectangle in which a stone and what it stands on touch at rest, and the centre of mass of all stones above it."""
+    """Rectangle in which a stone at rest touches its support, and the centre of mass of all stones above it."""
 
     corners: FloatArray  # horizontal positions, shape (4, 2), m
     reach: FloatArray  # distance of each side of the patch from below that centre of mass, shape (4,), m; −: outside

@@ -95,7 +95,7 @@ def nearest_computed_cells(
 
 
 def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> ComputedCells:
-    """Return computed cells in which every vertical plane that was rotated by 180° is marked as mirrored."""
+    """Return computed cells with each vertical plane that was rotated by 180° marked as mirrored."""
     return replace(computed_cells, mirrored=(computed_cells.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 

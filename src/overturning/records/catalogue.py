@@ -148,7 +148,7 @@ class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
 
     @property
     def names_of_filled_file_columns(self) -> list[str]:
-        """Names of the filled columns that describe record files; they must be empty for a pulse (no files)."""
+        """Names of the filled columns that describe record files; a synthetic pulse has no files and must fill none."""
         other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]

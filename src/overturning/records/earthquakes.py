@@ -230,7 +230,7 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
 
 
 def _texts_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a doubt on each earthquake with records that name none, or that share a name but start hours apart."""
+    """Yield a doubt on each earthquake with unnamed records, or with records of one name that start hours apart."""
     for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)

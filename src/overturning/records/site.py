@@ -12,7 +12,7 @@ from overturning.records.record import Record
 
 
 class SoilSite(BaseModel, extra="forbid", frozen=True):
-    """Site of a study: soil layers that carry the horizontal motion from rock to the surface, after all steps.
+    """Soil layers of a study's site, through which the processed horizontal motion passes from rock to the surface.
 
     Needs pystrata (group `soil`). Linear, or equivalent-linear if a layer has a curve. The vertical motion is
     unchanged (`overturning.motion.soil`).

@@ -127,7 +127,7 @@ def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex12
 
 
 def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> StatisticalTestResult:
-    """Test the null hypothesis that vectors have independent uniform directions, with no common one.
+    """Test the null hypothesis that vectors point in independent uniform directions, without a common axis.
 
     The statistic is the length of the mean vector. Vectors may have different lengths; those of doubled angles test
     axes.

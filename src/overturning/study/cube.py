@@ -58,7 +58,7 @@ def open_cube(
     element: str | None = "reference",
     amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
-    """Open a cube in xarray.
+    """Open a cube, the file with the outcomes of all cases of a study, as an xarray dataset.
 
     The record of an id is ``cube.sel(record="rinaldi")``.
 

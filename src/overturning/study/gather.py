@@ -48,7 +48,7 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 def merge_sweep_parts(
     study: Study, records: Sequence[Record], sweep_part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
 ) -> None:
-    """Merge the parts of a sweep into the cube of a variant; `records` are processed, in the order of the cube.
+    """Merge the part files of a sweep into the cube of a variant; `records` are processed and in the cube's order.
 
     A part has cells of one record, from any piece of the grid; the order of parts does not matter. At most one variable
     of one record is in memory. A `ResultError` is raised if a part belongs to another study or a cell is in no part, a

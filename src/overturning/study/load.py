@@ -39,7 +39,7 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
 
 
 def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
-    """Return the rows of the record table (path relative to `root`) that a study uses, in its order.
+    """Return the rows of the record table that a study uses, in the study's order; the table's path is from `root`.
 
     A `ConfigError` names a record that is not in the table, with the study file as `study_file`.
     """

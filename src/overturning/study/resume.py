@@ -81,7 +81,7 @@ def _wait_for_running_steps(project_folder: Path) -> None:
 
 
 def remove_damaged_results(results_folder: Path) -> list[Path]:
-    """Remove damaged and incomplete files among the results of a study, and lists of missing figures.
+    """Remove damaged and incomplete result files of a study, and each list of figures with a missing figure.
 
     The next run makes them again. Returns the files that were damaged or missing. File times in the future (after the
     clock was set back) are set to just before now, in their order, so that files made from them are newer.
@@ -150,7 +150,7 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
 
 
 def _motion_and_part_files(results_folder: Path) -> Iterator[tuple[str, Path]]:
-    """Yield record id (from the file name) and path of each motion and part among the results of a study."""
+    """Yield the record id (in the file name) and the path of each motion file and part file of a study."""
     for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
         for path in results_folder.glob(pattern):
             yield path.name.partition(".")[0], path

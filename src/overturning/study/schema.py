@@ -247,7 +247,7 @@ class Study(StrictModel):
 
     @property
     def has_several_blocks(self) -> bool:
-        """True if the study has further blocks (height, friction, aspect) besides that of the large maps."""
+        """True if the study has more blocks (heights, frictions, aspects) than the one shown in the large maps."""
         return len(self.height) * len(self.friction) * len(self.aspect_ratios_d_over_b) > 1
 
     @property

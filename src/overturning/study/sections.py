@@ -105,7 +105,7 @@ class Variant(StrictModel):
 
 
 class ConvergenceCheckSettings(StrictModel):
-    """Convergence check: a random part of the study is run again more exactly."""
+    """Settings of the convergence check, which reruns a random sample of a study's cases with higher accuracy."""
 
     share: float = Field(
         default=0.02,

@@ -63,7 +63,7 @@ def create_cell_ensemble(
 def simulate_variant(
     study: Study, variant: str, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
-    """Simulate the model of a variant on the grid of the study, or on a piece of it; for arrays see `simulate_grid`.
+    """Simulate the model of a variant on the grid of the study, or a piece of it; return arrays by variable name.
 
     The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
     this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.

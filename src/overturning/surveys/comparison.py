@@ -243,7 +243,7 @@ def _computed_fall_share_and_range(
 
 
 def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
-    """Return the attributes of `SurveyPredictionComparison` that are numbers of stones, by name of the attribute."""
+    """Return the numbers of stones in a survey comparison, by name of the attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
         """Return the number of stones for which `condition` is True."""
@@ -362,7 +362,7 @@ class StoredSurveyComparison:
 def make_stored_survey_comparison(
     survey_path: Path, record_id: str, comparison: SurveyPredictionComparison, unit_warnings: Sequence[str] = ()
 ) -> StoredSurveyComparison:
-    """Combine the comparison of a survey with name, hash and remarks of its file, record and unit warnings."""
+    """Add name, hash and remarks of the survey file, the record, and warnings about units to a survey comparison."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     remarks = remarks_of_user(read_field_table(survey_path, "survey").remarks)
     return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks)

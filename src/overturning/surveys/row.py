@@ -237,7 +237,7 @@ class SurveyRow(BaseModel):
 
     @property
     def counted_as(self) -> Literal["fell", "stands", "not counted"]:
-        """What the stone counts as in statistics.
+        """How statistics count the stone of this row.
 
         A stone that is fixed to its base does not count. Any other stone that fell counts as fallen, also if it broke
         or was repaired later. Otherwise broken and repaired stones do not count, and shifted and twisted ones stand.

@@ -237,7 +237,7 @@ def survival_by_class(
     years: float,
     fragility_and_hazard_file_names: tuple[str, str],
 ) -> SurvivalByClass:
-    """Compute the survival of each class of stones for whose intensity measure there is a hazard curve.
+    """Compute the survival of each class of stones whose intensity measure has a hazard curve.
 
     `hazard_curves` are by intensity measure.
 

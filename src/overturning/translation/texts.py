@@ -156,7 +156,7 @@ def _translation_entries_and_those_with_fields(
 
 @lru_cache(maxsize=4096)
 def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
-    """Return the translation of a text by an entry of a table; None if there is no such entry."""
+    """Return the translation of a text that equals or matches an entry of a table; None if there is no such entry."""
     exact, entries = _translation_entries_and_those_with_fields(table_entries)
     if text in exact:
         return exact[text]

@@ -38,7 +38,7 @@ def compute_corner_forces(
     velocity_change: BlockVelocityChange,
     with_friction: bool,
 ) -> SolvedCornerContact:
-    """Compute the contact forces of a corner at the end of a step, limited by friction, and its new state.
+    """Return the contact forces of a corner at the end of a step, limited by friction, and its new state.
 
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
     the base. (A corner in the air counts as slipping; its direction is never used.)
@@ -148,7 +148,7 @@ def slip_directions_for_next_attempt(
     is_retry: bool,
     keeps_assumed_slip: bool,
 ) -> AssumedSlipDirections:
-    """Return the slip directions of both corners to assume in the next attempted step.
+    """Return the slip direction (±μ, or 0 if sticking) of both corners that the next attempted step assumes.
 
     They are those of the solved step; a retry keeps the old direction of a corner if it was correct.
     """

@@ -176,7 +176,7 @@ class ExtrapolatedBlock(NamedTuple):
 
 
 class PredictedCorner(NamedTuple):
-    """Predicted position, velocity and spring of a corner of a block at the end of a step."""
+    """Predicted position, velocity and spring stretch of a corner of a block at the end of a step."""
 
     arm: float
     """Position from the centre along s, m."""
@@ -231,7 +231,7 @@ class BlockVelocityChange(NamedTuple):
 
 
 class AssumedCornerFriction(NamedTuple):
-    """Friction force and sliding that the equations of a step assume for a corner of a block."""
+    """Friction force and sliding of a block's corner, as the equations of a step assume them."""
 
     f: float
     """Predicted tangential force per mass, m/s²."""
@@ -262,7 +262,7 @@ class CornerEquationTerms(NamedTuple):
 
 
 class SolvedCornerContact(NamedTuple):
-    """State, forces and contact changes of a corner at the end of a step whose equations are solved."""
+    """State, forces and contact changes of a block's corner after the equations of a step are solved."""
 
     corner: CornerState
     """State for the next step."""

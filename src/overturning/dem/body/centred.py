@@ -232,7 +232,7 @@ def contact_equation_terms(
     point_history: ContactPointHistory,
     step_is_fine: bool,
 ) -> ContactEquationTerms:
-    """Return the terms of a contact point in the equations for the velocity changes of a body in a step.
+    """Return the terms of one contact point in the equations for a body's velocity changes in a step.
 
     The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
     and the position r of the point.

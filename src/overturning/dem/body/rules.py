@@ -254,7 +254,7 @@ def mark_possibly_ended_lanes(
 
 @njit(**INNER)
 def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
-    """Set `CaseRestState.at_rest` to 1 in the lanes whose body may be at rest, by a quick test; count these lanes."""
+    """Mark and count the lanes whose body may be at rest (`CaseRestState.at_rest` = 1), by a quick test."""
     number = 0
     for j in range(active_lane_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY

@@ -69,7 +69,7 @@ class BodyConstants(NamedTuple):
 
 
 class BodyState(NamedTuple):
-    """Position, rotation, velocities and accelerations of a body."""
+    """Position, rotation, velocities and accelerations of a body in the frame of the base."""
 
     place: Vector3
     """Position of the centre, m."""
@@ -366,7 +366,7 @@ def angular_velocity_from_momentum(
 def rotate_over_step(
     inverse_inertia: SymmetricMatrix, turn: Quaternion, momentum_at_mid_step: Vector3, moment: Vector3, step: float
 ) -> tuple[Quaternion, Vector3]:
-    """Return quaternion and angular velocity at the end of a step (s) with a constant moment per mass."""
+    """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""
     half = 0.5 * step
     w = angular_velocity_from_momentum(inverse_inertia, rotation_matrix(turn), momentum_at_mid_step)
     mid_turn = rotate_quaternion(turn, half, w)

@@ -45,7 +45,7 @@ class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class KernelLoweringPass(NativeLowering):
-    """Compiler pass that translates to LLVM the functions that Python calls."""
+    """Compiler pass that translates a function to LLVM if Python calls the function (a kernel)."""
 
     _name = "kernel_lowering"
 
@@ -57,7 +57,7 @@ class KernelLoweringPass(NativeLowering):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class InnerFunctionLoweringPass(NativeLowering):
-    """Compiler pass that translates to LLVM the functions that only compiled code calls."""
+    """Compiler pass that translates a function to LLVM if only compiled code calls the function."""
 
     _name = "inner_lowering"
 

@@ -170,7 +170,7 @@ class LaneTupleAccess(NamedTuple):
 
 
 class ElementwiseTupleFunctions(NamedTuple):
-    """Compiled functions for the elementwise arithmetic of one type of named tuple."""
+    """Compiled functions that add, subtract or compare two named tuples of one type, element by element."""
 
     zero: Any
     """``zero()`` returns a tuple of zeros."""
@@ -184,7 +184,7 @@ class ElementwiseTupleFunctions(NamedTuple):
 
 @cache
 def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunctions:
-    """Return compiled functions for the arithmetic of a named tuple, whose fields are numbers or such tuples."""
+    """Return compiled functions that add, subtract or compare two named tuples of a type element by element."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:

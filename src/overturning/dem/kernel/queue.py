@@ -21,7 +21,7 @@ from overturning.model.status import CaseStatus
 
 
 class QueueSettings(NamedTuple):
-    """Settings shared by all cases of a queue; numbers only, since passing a tuple of arrays is slow."""
+    """Settings shared by all cases of a queue; numbers only, since a tuple that holds arrays is slow to pass."""
 
     samples: int
     """Number of samples of the record."""
@@ -115,7 +115,7 @@ def skip_quiet_samples(
     active_lane_count: int,
     skipped_sample_counts_out: Any,
 ) -> None:
-    """Skip, in lanes at rest, the samples in which the base motion cannot move the body.
+    """Skip the samples in which the base motion is too weak to move the body, in lanes with a body at rest.
 
     The number of samples skipped in a lane is added to `skipped_sample_counts_out`.
 

@@ -111,7 +111,7 @@ def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
 
 @njit(**INNER)
 def polygon_face(faces: Any, face_index: int) -> ElementFace:
-    """Return one face of a polygon from the array of all its faces."""
+    """Return face number `face_index` of a polygon from the array of all faces of the polygon."""
     nx, nz = faces[face_index, 4], faces[face_index, 5]
     low, high = (
         nx * faces[face_index, 1] - nz * faces[face_index, 0],
@@ -124,7 +124,7 @@ def polygon_face(faces: Any, face_index: int) -> ElementFace:
 def relative_face_position(
     face_a: ElementFace, face_b: ElementFace, pose_a: Pose, pose_b: Pose
 ) -> RelativeFacePosition:
-    """Return the relative position of a face of element a and a face of element b."""
+    """Return normals, angle and centre distances of two faces, one of element a and one of element b."""
     dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
     anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
     bnx, bnz = rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)

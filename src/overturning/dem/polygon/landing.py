@@ -96,7 +96,7 @@ def shorten_tangential_levers(segment_end: SegmentEnd, lever_reduction: float) -
 def segment_ends_with_flat_landing_levers(
     contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
 ) -> tuple[SegmentEnd, SegmentEnd]:
-    """Return both segment ends of a pair with the lever arms that their forces have in a flat landing.
+    """Return both segment ends of a pair; in a flat landing, with other lever arms of their tangential forces.
 
     The resultant impulse of a base that slides is inclined by μ. If it passes through the base, the normal impulses
     balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts

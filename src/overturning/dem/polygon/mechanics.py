@@ -26,7 +26,7 @@ from overturning.dem.polygon.state import (
 
 
 class SegmentEndForce(NamedTuple):
-    """Normal and tangential force of a segment end, and the stretch of its spring."""
+    """Normal and tangential force of a segment end (end of the segment that two faces share), and spring stretch."""
 
     n: float
     """Normal force, N."""
@@ -37,7 +37,7 @@ class SegmentEndForce(NamedTuple):
 
 
 class SegmentEndResult(NamedTuple):
-    """Force, penetration and slip of a segment end at the end of a step."""
+    """Force, penetration and slip of a segment end (end of the segment that two faces share) after a step."""
 
     force: SegmentEndForce
     depth: float
@@ -62,7 +62,7 @@ class PairForce(NamedTuple):
 
 
 class AssumedSegmentEndSlip(NamedTuple):
-    """Spring stretch and sliding direction of a segment end that the equations of a step assume."""
+    """Spring stretch and sliding direction of a segment end, as the equations of a step assume them."""
 
     stretch: float
     """Predicted stretch of the tangential spring, m."""
@@ -248,7 +248,7 @@ def segment_end_history_after_step(
     contact_law: ContactLaw,
     elapsed_time: float,
 ) -> SegmentEndHistory:
-    """Return the history of a segment end after a step of `elapsed_time` s; `other_end_history` is of the other end.
+    """Return the history of a segment end after a step of `elapsed_time` s, given the histories of both ends.
 
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """

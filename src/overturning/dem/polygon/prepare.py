@@ -81,7 +81,7 @@ class PreparedScene:
 
     @property
     def unit_of_peak_rotation_by_element(self) -> FloatArray:
-        """Unit of each element's peak rotation, rad, shape (elements,): its α, or one degree if it has no α."""
+        """Unit in which an element's peak rotation is stored, rad, shape (elements,): its α, or 1° if it has none."""
         return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical)
 
     @property

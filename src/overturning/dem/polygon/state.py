@@ -272,7 +272,7 @@ class NearestFaces(NamedTuple):
 
 
 class VertexPositionAtFace(NamedTuple):
-    """Position of a vertex relative to the other face."""
+    """Position of a vertex of one face relative to the opposite face: depth behind it and place along it, m."""
 
     depth: float
     """Depth behind the other face, m; negative in front of it."""
@@ -281,7 +281,7 @@ class VertexPositionAtFace(NamedTuple):
 
 
 class FaceVertexPositions(NamedTuple):
-    """Positions of the two vertices of each face of a pair, relative to the other face."""
+    """Positions of the four vertices of a pair's nearest faces, each relative to the other element's face."""
 
     a1: VertexPositionAtFace
     a2: VertexPositionAtFace

@@ -36,7 +36,7 @@ from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspe
 
 
 class CentredSchemeConstants(NamedTuple):
-    """Constants of the centred time integration scheme."""
+    """Constants of the centred time integration scheme: lag of velocities behind poses, and ticks in a whole step."""
 
     lag: float = 0.0
     """Lag of velocities behind poses, steps."""
@@ -90,7 +90,7 @@ def predict_element_motion(
 def correct_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
-    """Store the state of an element at the end of the step, corrected by the solution, where the step is accepted."""
+    """Store the corrected state of an element at the end of the step, in lanes whose step is accepted."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
@@ -140,7 +140,7 @@ def step_contact_changes(case: CaseState) -> StepContactChanges:
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
-    """Decide on each lane's attempted step, accepted or rejected, and choose the length of the next attempt."""
+    """Accept or reject the attempted step of each lane, and choose the length of the next attempt."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length

@@ -253,7 +253,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt steps in all lanes; record the first lane if a sample has passed since the last row."""
+    """Attempt time steps of the stacks in all lanes; record the first one if a sample has passed since its last row."""
     settings, corners, limit, stones = (
         kernel_input.settings,
         kernel_input.corners,

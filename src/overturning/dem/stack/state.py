@@ -171,7 +171,7 @@ class Wrench(NamedTuple):
 
 
 class DiagonalBlockAndRightSide(NamedTuple):
-    """Diagonal block and right-hand side of a stone in the equations of a step."""
+    """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step of a stack."""
 
     blocks: ForceVelocityBlocks
     right: Wrench

@@ -38,7 +38,7 @@ class TextLines:
         return self.source.text[-1:] in "\r\n"
 
     def line_error(self, line_index: int, problem: str) -> RecordError:
-        """Return an error that names the file and the number of a line, with a problem."""
+        """Return an error that states a problem with the file name and the number of the line."""
         return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {problem}")
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:

@@ -40,10 +40,10 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
     """
-    return cube.isel(b_over_h=slice(None, count_b_over_h_rings_with_falls(*falls)))
+    return cube.isel(b_over_h=slice(None, count_b_over_h_with_possible_falls(*falls)))
 
 
-def count_b_over_h_rings_with_falls(*falls: xr.DataArray) -> int:
+def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
     """Return the number of B/H values from the smallest up to the first one from which on no fall is possible."""
 
     def has_possible_fall_by_ring(fall_values: xr.DataArray) -> xr.DataArray:

@@ -20,7 +20,7 @@ from overturning.figures.cells import (
     azimuth_cell_edges_rad,
     b_over_h_cell_edges,
     closed_polar_curve,
-    count_b_over_h_rings_with_falls,
+    count_b_over_h_with_possible_falls,
     extend_cells_to_full_circle,
     panel_row_and_column_counts,
     simulated_azimuths_deg,
@@ -147,7 +147,7 @@ def _create_polar_map_panels(
     chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
-    rings = max(count_b_over_h_rings_with_falls(*both) for both in zip(either, falls, strict=True))
+    rings = max(count_b_over_h_with_possible_falls(*both) for both in zip(either, falls, strict=True))
     panels = []
     for cube, one, any_run, fell, velocity in zip(
         record_cubes, chance, either, falls, [*peak_velocities_by_azimuth, *len(record_cubes) * [None]], strict=False

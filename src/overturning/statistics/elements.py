@@ -146,15 +146,15 @@ def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
             name,
             sum(map(len, slips[place])),
             int(fallen[place]),
-            _quantiles(slips[place]),
-            _quantiles(twists[place]),
+            _median_and_90th_percentile(slips[place]),
+            _median_and_90th_percentile(twists[place]),
             int(slid[place]) if has_slides else None,
         )
         for place, name in enumerate(names)
     ]
 
 
-def _quantiles(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
+def _median_and_90th_percentile(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
     """Compute the median and the 90th percentile of values under all records; NaN if there are no values."""
     values = np.concatenate(values_by_record).astype(np.float64)
     median, most = np.quantile(values, _QUANTILES).tolist() if values.size else (math.nan, math.nan)

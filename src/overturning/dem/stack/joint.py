@@ -77,7 +77,7 @@ def predicted_force_per_weight_and_contact(
 
 
 @njit(**INLINE)
-def point_terms_of_joint_sums(
+def joint_sum_terms_of_point(
     joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
 ) -> JointNormalForceSums:
     """Return the terms that one contact point adds to the sums of its joint in the equations of a step."""

@@ -89,7 +89,7 @@ def relative_motion_at_lower_face(
 
 
 @njit(**APART)
-def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, in all lanes."""
     for j in range(lane_count):
         still = Vector3(0.0, 0.0, 0.0)
@@ -101,7 +101,7 @@ def predict_ground_frame(upper_rows: Any, joint_rows: Any, lane_count: int) -> N
 
 
 @njit(**APART)
-def predict_relative_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below it, in all lanes."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
@@ -199,10 +199,10 @@ def reset_clipped_side(point: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def clip_upper_side(point: Any, after: Any, side: Any, lane_count: int) -> None:
+def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, in all lanes."""
     for j in range(lane_count):
-        a, b, limit = load_place(point, j), load_place(after, j), load_outline(side, j)
+        a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
         store_clip(point, j, clip_side(
             load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
             limit.reach - (limit.nx * b.x + limit.ny * b.y),
@@ -210,10 +210,10 @@ def clip_upper_side(point: Any, after: Any, side: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def finish_clipped_upper_side(joint_rows: Any, point: Any, after: Any, lane_count: int) -> None:
+def finish_clipped_upper_side(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of an upper side after clipping, and add it to the length of the patch's rim."""
     for j in range(lane_count):
-        a, b = load_place(point, j), load_place(after, j)
+        a, b = load_place(point, j), load_place(next_corner, j)
         clip = clipped_side_with_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
         store_clip(point, j, clip)
         joint_rows[RIM + j] += clip.length
@@ -224,11 +224,11 @@ def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
     """Clip all sides of the upper stone's base by the lower face, and add their lengths to the patch's rim."""
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
-        after = points[following * P : (following + 1) * P]
+        next_corner = points[following * P : (following + 1) * P]
         reset_clipped_side(point, lane_count)
         for k in range(lower_count):
-            clip_upper_side(point, after, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
-        finish_clipped_upper_side(joint_rows, point, after, lane_count)
+            clip_upper_side(point, next_corner, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
+        finish_clipped_upper_side(joint_rows, point, next_corner, lane_count)
 
 
 @njit(**INLINE)
@@ -238,21 +238,21 @@ def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x:
 
 
 @njit(**APART)
-def clip_lower_side(side: Any, after: Any, begin: Any, end: Any, lane_count: int) -> None:
+def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
     """Clip a side of the lower face by the side from `begin` to `end` of the upper stone's base, in all lanes."""
     for j in range(lane_count):
         a, b = load_place(begin, j), load_place(end, j)
-        c, d = load_outline(side, j), load_outline(after, j)
+        c, d = load_outline(side, j), load_outline(next_corner, j)
         store_clip(side, j, clip_side(
             load_clip(side, j), signed_area_inside_side(a, b, c.x, c.y), signed_area_inside_side(a, b, d.x, d.y)
         ))  # fmt: skip
 
 
 @njit(**APART)
-def finish_clipped_lower_side(joint_rows: Any, side: Any, after: Any, lane_count: int) -> None:
+def finish_clipped_lower_side(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a lower side after clipping, and add it to the length of the patch's rim."""
     for j in range(lane_count):
-        c, d = load_outline(side, j), load_outline(after, j)
+        c, d = load_outline(side, j), load_outline(next_corner, j)
         clip = clipped_side_with_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
         store_clip(side, j, clip)
         joint_rows[RIM + j] += clip.length
@@ -264,12 +264,12 @@ def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
     for k in range(lower_count):
         following = (k + 1) % lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
-        after = points[(upper_count + following) * P : (upper_count + following + 1) * P]
+        next_corner = points[(upper_count + following) * P : (upper_count + following + 1) * P]
         reset_clipped_side(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
-            clip_lower_side(side, after, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count)
-        finish_clipped_lower_side(joint_rows, side, after, lane_count)
+            clip_lower_side(side, next_corner, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count)
+        finish_clipped_lower_side(joint_rows, side, next_corner, lane_count)
 
 
 @njit(**INLINE)
@@ -281,7 +281,7 @@ def point_on_side(
 
 
 @njit(**INLINE)
-def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
+def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
     """Return the point of the upper stone's base that lies above point (x, y) of the lower face, with a weight."""
     normal = cross_product(frame.along_x, frame.along_y)
     # A base that stands on edge has no height above the face; its stone has fallen.
@@ -293,34 +293,34 @@ def point_under_base(frame: JointRelativeMotion, x: float, y: float, weight: flo
 
 @njit(**APART)
 def place_lower_points(
-    joint_rows: Any, side: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
+    joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
     """Store position and weight of a lower face's corner and of both ends of the clipped side that starts there."""
     for j in range(lane_count):
-        frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(after, j)
-        own, previous = load_clip(side, j), load_clip(last, j)
+        frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
+        own, previous = load_clip(side, j), load_clip(previous_side, j)
         unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
         part = unit * own.length if frame.inside < 0.0 else 0.0
         other = unit * previous.length if frame.inside < 0.0 else 0.0
         corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
         at, to = own.begin, own.end
-        store_place(side, j, point_under_base(frame, c.x, c.y, corner))
-        store_place(start, j, point_under_base(
+        store_place(side, j, base_point_above_lower_face(frame, c.x, c.y, corner))
+        store_place(start, j, base_point_above_lower_face(
             frame, c.x + at * (d.x - c.x), c.y + at * (d.y - c.y), part if at > 0.0 else 0.0
         ))  # fmt: skip
-        store_place(end, j, point_under_base(
+        store_place(end, j, base_point_above_lower_face(
             frame, c.x + to * (d.x - c.x), c.y + to * (d.y - c.y), part if to < 1.0 else 0.0
         ))  # fmt: skip
 
 
 @njit(**APART)
 def place_upper_points(
-    joint_rows: Any, point: Any, after: Any, last: Any, start: Any, end: Any, lane_count: int
+    joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
     """Store both ends of a clipped side of the upper stone's base, and the weight of the corner where it starts."""
     for j in range(lane_count):
-        frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(after, j)
-        own, previous = load_clip(point, j), load_clip(last, j)
+        frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
+        own, previous = load_clip(point, j), load_clip(previous_side, j)
         unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
         corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)

@@ -62,7 +62,7 @@ from overturning.dem.stack.joint import (
     joint_equation_terms,
     joint_landing_times_with_point,
     joint_lands_flat,
-    point_terms_of_joint_sums,
+    joint_sum_terms_of_point,
     predict_friction,
     predicted_force_per_weight_and_contact,
 )
@@ -180,7 +180,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         half, flat = load_time(case_rows, j).half, joint_lands_flat(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         pressure, on = predicted_force_per_weight_and_contact(joint, frame, place, load_point(point, j), fine, flat)
-        terms = point_terms_of_joint_sums(joint, half, place, pressure, on)
+        terms = joint_sum_terms_of_point(joint, half, place, pressure, on)
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 
 

@@ -25,8 +25,8 @@ from overturning.dem.stack.patch import (
     place_points_of_partial_patch,
     point_window,
     predict_base_corner_positions,
-    predict_ground_frame,
-    predict_relative_frame,
+    predict_motion_relative_to_ground,
+    predict_motion_relative_to_stone_below,
 )
 from overturning.dem.stack.predict_loops import (
     add_point_to_joint_landing,
@@ -150,11 +150,11 @@ def advance_stacks(
             at = first + s * size
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
-                predict_ground_frame(stone, joint, lane_count)
+                predict_motion_relative_to_ground(stone, joint, lane_count)
                 predict_patch_forces(case, stone, joint, points, (int(corner_counts[s]), 0), used_points[s], lane_count)
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-                predict_relative_frame(stone, lower, joint, lane_count)
+                predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_counts[s]), int(corner_counts[s - 1]))
                 predict_patch_forces(case, stone, joint, points, both, used_points[s], lane_count)
                 rotate_joint_equations(lower, joint, lane_count)

@@ -11,7 +11,10 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+# pip compiles bytecode on one core, that of the packages' own tests, too, which take a third. Files that are no Python
+# (templates of packages) are skipped.
+COMPILE := $(BIN)/python -m compileall -qq -j 0 -x '/tests?/' $(VENV)/lib src || true
 
 # The stamps depend on the locks: the environment is rebuilt only if a lock has changed.
 $(VENV)/.stamp: requirements.lock pyproject.toml
@@ -20,11 +23,13 @@ $(VENV)/.stamp: requirements.lock pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(PIP_INSTALL) --require-hashes --requirement requirements.lock
 	$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
+	$(COMPILE)
 	@touch $@
 
 # A package that is in both locks (with a marker) has the same versions in both, so tests use the versions of a run.
 $(VENV)/.stamp-dev: $(VENV)/.stamp requirements-dev.lock
 	$(PIP_INSTALL) --require-hashes --requirement requirements-dev.lock
+	$(COMPILE)
 	@touch $@
 
 setup: $(VENV)/.stamp ## make .venv for runs from the hashed lock requirements.lock

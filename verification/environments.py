@@ -1,0 +1,94 @@
+"""Time, size and packages of the environments that `make setup` and `make setup-dev` install.
+
+``python -m verification.environments`` measures this checkout; with ``--before COMMIT``, it also measures the
+environment of an earlier commit in turn. Packages are downloaded again each time (no cache of pip is used).
+"""
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated, Final, NamedTuple
+
+import typer
+
+from verification.tables import RESULTS, ROOT, MeasuredFigure, figures_table, publish_markdown, write_figures
+
+REPEATS: Final = 2
+"""Number of measurements of each environment; the fastest one is reported."""
+
+
+class EnvironmentCost(NamedTuple):
+    """Cost of an environment; the smallest is the fastest."""
+
+    seconds: float
+    """Elapsed time, s."""
+    processor_seconds: float
+    """Processor time, s."""
+    size: float
+    """Size on the disk, GB (10⁹ bytes)."""
+    packages: int
+    """Number of installed packages."""
+
+
+def install_environment(checkout: Path, target: str, environment: Path) -> EnvironmentCost:
+    """Make a target that installs packages; return its times, and size and packages of the whole environment."""
+    # The environment of this process must not be found by pip or make.
+    variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run(
+        ["make", "--silent", f"VENV={environment}", f"PYTHON={Path(sys.base_prefix, 'bin', 'python3')}", target],
+        cwd=checkout,
+        env=variables | {"PIP_NO_CACHE_DIR": "1"},
+        check=True,
+    )
+    elapsed, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
+    blocks = sum(path.lstat().st_blocks for path in environment.rglob("*"))
+    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, len(list(environment.rglob("*.dist-info/METADATA"))))
+
+
+def measure_checkout(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:
+    """Measure the environment after each of the targets, which are made one after the other."""
+    with tempfile.TemporaryDirectory() as scratch:
+        return [install_environment(checkout, target, Path(scratch, "environment")) for target in targets]
+
+
+def named_figures(name: str, cost: EnvironmentCost) -> list[MeasuredFigure]:
+    """Return the cost of an environment as measured figures."""
+    return [
+        MeasuredFigure(f"{name}: time", cost.seconds, "s"),
+        MeasuredFigure(f"{name}: processor time", cost.processor_seconds, "s"),
+        MeasuredFigure(f"{name}: size", cost.size, "GB"),
+        MeasuredFigure(f"{name}: packages", cost.packages),
+    ]
+
+
+def main(
+    before: Annotated[str, typer.Option(help="earlier commit, whose `make setup` is measured, too")] = "",
+) -> None:
+    """Measure the environments and write their figures into the docs."""
+    runs, tests, earlier = [], [], []
+    with tempfile.TemporaryDirectory() as scratch:
+        old = Path(scratch, "old")
+        if before:
+            subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(old)], check=True)
+            subprocess.run(["git", "checkout", "--quiet", before], cwd=old, check=True)
+        for _ in range(REPEATS):  # in turn, so that other load on the machine affects both alike
+            if before:
+                earlier += measure_checkout(old, ["setup"])
+            run, test = measure_checkout(ROOT, ["setup", "setup-dev"])
+            runs.append(run)
+            tests.append(test)
+    figures = [*named_figures("`make setup`", min(runs)), *named_figures("then `make setup-dev`", min(tests))]
+    if before:
+        figures += named_figures(f"`make setup` at {before}, one lock for all", min(earlier))
+    written = write_figures(figures, RESULTS / "environments.csv", keep_other_figures=True)
+    publish_markdown({"environments": figures_table(written)})
+
+
+if __name__ == "__main__":
+    typer.run(main)

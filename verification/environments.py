@@ -31,7 +31,7 @@ class EnvironmentCost(NamedTuple):
     size: float
     """Size on the disk, GB (10⁹ bytes)."""
     packages: int
-    """Number of installed packages."""
+    """Number of installed packages, pip and this one included."""
 
 
 def install_environment(checkout: Path, target: str, environment: Path) -> EnvironmentCost:
@@ -48,7 +48,12 @@ def install_environment(checkout: Path, target: str, environment: Path) -> Envir
     elapsed, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     blocks = sum(path.lstat().st_blocks for path in environment.rglob("*"))
-    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, len(list(environment.rglob("*.dist-info/METADATA"))))
+    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, count_packages(environment))
+
+
+def count_packages(environment: Path) -> int:
+    """Return the number of installed packages; copies inside another package (setuptools has some) do not count."""
+    return len(list(environment.glob("lib/*/site-packages/*.dist-info")))
 
 
 def measure_checkout(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:

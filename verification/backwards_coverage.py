@@ -30,7 +30,7 @@ from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversio
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
 from overturning.surveys.responses import LEVELS, StoneKind, StoneOutcomeProbabilities
-from overturning.surveys.stones import Stone, read_survey
+from overturning.surveys.stones import Stone, read_stones
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 
 PARTS: Final = ("ruin", "coverage")
@@ -236,7 +236,7 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
 
 def estimate_ruin_motion(threads: int) -> str:
     """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
-    stones = read_survey(RUIN)
+    stones = read_stones(RUIN)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
             candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads

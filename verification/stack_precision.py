@@ -16,7 +16,7 @@ import pandas as pd
 import typer
 
 from overturning.dem.numerics import NumericalOptions
-from overturning.dem.run import plan_simulation, run
+from overturning.dem.run import plan_simulation, simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
@@ -50,7 +50,7 @@ def program_outcome(case: StackCase, share: float) -> tuple[float, float]:
     cases = Cases(orientations, height, b_over_h, case.stack.friction)
     steps = plan_simulation(model, case.motion, cases, NumericalOptions()).steps[0]
     begin = time.process_time()
-    found = run(
+    found = simulate_cases(
         model, case.motion, cases, NumericalOptions(time_step=share * case.motion.sampling_interval / float(steps))
     )
     seconds = (time.process_time() - begin) / together

@@ -1,6 +1,7 @@
 """Elements, materials and contact laws of a scene file (config/scenes/)."""
 
-from typing import Annotated, Literal, Self
+import math
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -15,6 +16,17 @@ from overturning.validation import StrictModel
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Positive = Annotated[float, Field(gt=0)]
+
+
+PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
+
+
+def plan_area_of_width(plan: PlanShape, width: float) -> float:
+    """Return the area, m², of a circle of diameter `width` (m), or of a regular polygon around such a circle."""
+    if plan == "circle":
+        return 0.25 * math.pi * width * width
+    assert isinstance(plan, int)
+    return 0.25 * plan * math.tan(math.pi / plan) * width * width
 
 
 class Material(StrictModel):
@@ -58,6 +70,12 @@ class Element(StrictModel):
         "each a counter-clockwise list of vertices, m",
     )
     depth: Positive = Field(default=1.0, description="depth across the plane, m")
+    plan: PlanShape = Field(
+        default="rectangle",
+        description="plan of an element given by width and height, in a stack in 3-D: `rectangle` (width × depth), "
+        "`circle` of the width as diameter, or the number of sides, 3 to 16, of a regular polygon around this circle, "
+        "whose first side faces the orientation. A 2-D scene takes the rectangle width × height of equal mass",
+    )
     stands_on: Name | None = Field(
         default=None, description="element on whose highest point the lowest vertex stands; not given: on z = 0"
     )
@@ -79,6 +97,30 @@ class Element(StrictModel):
         description="final drop of its centre that also counts as overturned, m; "
         "not given: a tenth of its initial height",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_depth_from_plan(cls, content: Any) -> Any:
+        """Fill in the depth at which width × depth is the area of a circle or polygon."""
+        if not isinstance(content, dict) or content.get("plan", "rectangle") == "rectangle" or "depth" in content:
+            return content
+        width, plan = content.get("width"), content["plan"]
+        if not isinstance(width, int | float) or width <= 0 or not (plan == "circle" or isinstance(plan, int)):
+            return content  # the fields say what is wrong
+        if isinstance(plan, int) and not 3 <= plan <= 16:
+            return content
+        return content | {"depth": plan_area_of_width(plan, float(width)) / float(width)}
+
+    @model_validator(mode="after")
+    def _check_plan(self) -> Self:
+        """Raise a ValueError if a circle or polygon has another form, or a depth of its own."""
+        if self.plan == "rectangle":
+            return self
+        if self.width is None:
+            raise ValueError(f"element {self.name}: plan {self.plan} needs a width and a height")
+        if not math.isclose(self.depth * self.width, plan_area_of_width(self.plan, self.width), rel_tol=1e-6):
+            raise ValueError(f"element {self.name}: plan {self.plan} has no depth of its own; leave depth out")
+        return self
 
     @model_validator(mode="after")
     def _check_one_form_of_geometry(self) -> Self:

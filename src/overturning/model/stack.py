@@ -1,5 +1,6 @@
 """3-D model of a stack: each stone stands on the one below, and the lowest stone on the ground."""
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -14,9 +15,9 @@ from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import CaseGrid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
-from overturning.model.space import SQUARE_PERIOD, SpaceModel
-from overturning.model.stack_stones import StackStone, check_stack, stack_stones
-from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD, ComputedCells
+from overturning.model.space import SpaceModel
+from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, check_stack, stack_stones
+from overturning.model.symmetry import FULL_TURN, ComputedCells
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
 
 if TYPE_CHECKING:
@@ -98,13 +99,12 @@ class Stack(SceneModel, SpaceModel):
 
     @property
     def rotation_period_deg(self) -> float:
-        """Rotation about the vertical after which the stack looks the same, degrees: 90, 180 or 360."""
+        """Rotation about the vertical after which the stack looks the same, degrees: 90 for squares, 180 for boxes."""
         if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN:
             return FULL_TURN
-        stones = self.stones()
-        is_box = all(len(stone.outline) == 4 and np.ptp(stone.base[:, 0]) == stone.depth for stone in stones)
-        is_square = is_box and all(np.array_equal(one.base, one.upper) for one in stones)
-        return SQUARE_PERIOD if is_square else PLANE_PERIOD
+        # Equal parts of a turn after which all stones look the same; a circle looks the same after any.
+        parts = math.gcd(*(stone.symmetry for stone in self.stones()))
+        return FULL_TURN / (parts or CIRCLE_SIDES)
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Stack":

@@ -1,5 +1,6 @@
 """Stones of a 3-D stack: faces, mass and inertia of the elements of a scene, extruded to their depth."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -7,10 +8,13 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.element import ContactLaw, Element
+from overturning.model.element import ContactLaw, Element, PlanShape
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
 from overturning.units import STANDARD_GRAVITY
+
+CIRCLE_SIDES: Final = 16
+"""Number of sides of the regular polygon, of equal area, that stands for a circle."""
 
 LEVEL_TOLERANCE: Final = 1e-6
 """Largest height of a vertex above a level face to which it belongs, as a share of the stone's height."""
@@ -37,12 +41,29 @@ class StackStone:
     friction: float | None  # coefficient of friction of the joint below; None for the value of each case
     stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
     damping_ratio: float | None  # damping ratio of the joint below; None for that of the model
+    symmetry: int  # number of equal parts of a turn about the vertical after which the stone looks the same; 0: circle
+
+    @property
+    def is_box(self) -> bool:
+        """True if the faces are rectangles along x and y."""
+        return len(self.base) == 4 and len(np.unique(self.base[:, 0])) == 2
+
+    @property
+    def base_reach(self) -> float:
+        """Distance of the nearest side of the base from below the centre of mass, m."""
+        return float(np.abs(self.base).min() if self.is_box else polygon_side_distances(self.base).min())
 
     def drawn_corners_and_edges(self) -> tuple[FloatArray, FloatArray]:
         """Return corners about the centre of mass, shape (2 n, 3), m, and edges as corner indices, shape (3 n, 2)."""
-        count, half = len(self.outline), 0.5 * self.depth
-        x, z = self.outline.T
-        corners = np.concatenate([np.stack([x, np.full(count, side), z], axis=1) for side in (-half, half)])
+        if not self.is_box:
+            count = len(self.base)
+            corners = np.concatenate([
+                np.column_stack([self.base, np.full(count, height)]) for height in (-self.foot, self.top)
+            ])  # fmt: skip
+        else:
+            count, half = len(self.outline), 0.5 * self.depth
+            x, z = self.outline.T
+            corners = np.concatenate([np.stack([x, np.full(count, side), z], axis=1) for side in (-half, half)])
         ring = np.stack([np.arange(count), (np.arange(count) + 1) % count], axis=1)
         across = np.stack([np.arange(count), np.arange(count) + count], axis=1)
         return corners, np.concatenate([ring, ring + count, across])
@@ -111,6 +132,28 @@ def _density(scene: Scene, element: Element) -> float:
     return scene.materials[element.material].density
 
 
+def polygon_side_distances(corners: FloatArray, x: float = 0.0) -> FloatArray:
+    """Return the distances, m, of the sides of an anticlockwise convex polygon from the point (x, 0) inside it."""
+    side = np.roll(corners, -1, axis=0) - corners
+    inward = side[:, 1] * (corners[:, 0] - x) - side[:, 0] * corners[:, 1]
+    return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
+
+
+def regular_polygon_and_second_moment(plan: PlanShape, width: float) -> tuple[FloatArray, float]:
+    """Return the corners of a plan shape, anticlockwise, shape (n, 2), m, and its mean of x² over the area, m².
+
+    The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area.
+    """
+    count = CIRCLE_SIDES if plan == "circle" else int(plan)
+    # Rounded, since libm differs between processors in the last digit.
+    turn, radius = 2.0 * np.pi * (np.arange(count) + 0.5) / count, 0.5 * width / round(math.cos(math.pi / count), 12)
+    if plan == "circle":
+        radius = 0.5 * width * math.sqrt(round(2.0 * math.pi / (count * math.sin(2.0 * math.pi / count)), 12))
+    ring = radius * np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
+    square = radius * radius * (2.0 + round(math.cos(2.0 * math.pi / count), 12)) / 12.0
+    return ring, 0.0625 * width * width if plan == "circle" else square
+
+
 def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
     """Return the stone of an element with its depth (m) and density (kg/m³), and the contact law below it."""
     outline = item.shape.vertices
@@ -122,8 +165,14 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
         # A stone on which nothing can stand has no upper face; the base stands in for it.
         left, right = (left, right) if right > left else _ends_of_level_face(item, True)
         faces.append(np.array([[right, -half], [right, half], [left, half], [left, -half]]))
+    plan = item.element.plan
+    is_square = len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth
+    symmetry = 4 if is_square else 2
+    if plan != "rectangle":
+        ring, xx = regular_polygon_and_second_moment(plan, float(np.ptp(outline[:, 0])))
+        yy, xz, faces, symmetry = xx, 0.0, [ring, ring], (0 if plan == "circle" else int(plan))
     return StackStone(
-        name=item.element.name, mass=density * depth * item.shape.area,
+        name=item.element.name, mass=density * depth * item.shape.area, symmetry=symmetry,
         inertia=np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]]),
         x=item.x, foot=-float(outline[:, 1].min()), top=float(outline[:, 1].max()), base=faces[0], upper=faces[1],
         outline=outline, depth=depth, drop=item.drop, friction=law.friction,
@@ -152,12 +201,43 @@ def _second_moments(vertices: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class ContactPatchAtRest:
-    """Rectangle in which a stone at rest touches its support, and the centre of mass of all stones above it."""
+    """Polygon in which a stone and what it stands on touch at rest, and the centre of mass of all stones above it."""
 
-    corners: FloatArray  # horizontal positions, shape (4, 2), m
-    reach: FloatArray  # distance of each side of the patch from below that centre of mass, shape (4,), m; −: outside
+    corners: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
+    weights: FloatArray  # share of the stiffness at each corner, shape (n,)
+    reach: FloatArray  # distance of each side of the patch from below that centre of mass, shape (n,), m; −: outside
     mass: float  # mass of all stones above, kg
     height: float  # height of their centre of mass above the patch, m
+
+
+def _rectangular_patch(stone: StackStone, below: StackStone | None) -> FloatArray | None:
+    """Return the corners of the patch of two boxes, or of a box on the ground (None); None for other faces."""
+    if not (stone.is_box and (below is None or below.is_box)):
+        return None
+    base = stone.base + np.array([stone.x, 0.0])
+    low, high = base.min(axis=0), base.max(axis=0)
+    if below is not None:
+        face = below.upper + np.array([below.x, 0.0])
+        low, high = np.maximum(low, face.min(axis=0)), np.minimum(high, face.max(axis=0))
+    return np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
+
+
+def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
+    """Return the corners of the polygon that a base and the face below have in common (Sutherland & Hodgman 1974)."""
+    patch = stone.base + np.array([stone.x, 0.0])
+    if below is None:
+        return patch
+    face = below.upper + np.array([below.x, 0.0])
+    for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
+        inside = (b[0] - a[0]) * (patch[:, 1] - a[1]) - (b[1] - a[1]) * (patch[:, 0] - a[0])
+        kept = []
+        for p, q, at, to in zip(patch, np.roll(patch, -1, axis=0), inside, np.roll(inside, -1), strict=True):
+            kept += [p] if at >= 0.0 else []
+            kept += [p + at / (at - to) * (q - p)] if (at < 0.0) != (to < 0.0) else []
+        patch = np.array(kept)
+        if len(patch) < 3:
+            return stone.base + np.array([stone.x, 0.0])  # the centre of mass lies outside, which is refused
+    return patch
 
 
 def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
@@ -167,16 +247,19 @@ def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
     x, z = np.array([stone.x for stone in stones]), level[:-1] + np.array([stone.foot for stone in stones])
     found = []
     for k, stone in enumerate(stones):
-        base = stone.base + np.array([stone.x, 0.0])
-        low, high = base.min(axis=0), base.max(axis=0)
-        if k > 0:
-            face = stones[k - 1].upper + np.array([stones[k - 1].x, 0.0])
-            low, high = np.maximum(low, face.min(axis=0)), np.minimum(high, face.max(axis=0))
+        below = stones[k - 1] if k > 0 else None
         total = float(np.sum(mass[k:]))
-        centre = np.array([np.sum(mass[k:] * x[k:]) / total, 0.0])
-        corners = np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
-        reach = np.array([*(high - centre), *(centre - low)])
-        found.append(ContactPatchAtRest(corners, reach, total, float(np.sum(mass[k:] * z[k:]) / total - level[k])))
+        middle = float(np.sum(mass[k:] * x[k:]) / total)
+        corners = _rectangular_patch(stone, below)
+        if corners is not None:
+            (right, back), (left, front) = corners[1], corners[3]
+            weights, reach = np.full(4, 0.25), np.array([right - middle, back, middle - left, -front])
+        else:
+            corners = _polygonal_patch(stone, below)
+            length = np.sqrt(((np.roll(corners, -1, axis=0) - corners) ** 2).sum(axis=1))
+            weights, reach = 0.5 * (length + np.roll(length, 1)) / length.sum(), polygon_side_distances(corners, middle)
+        height = float(np.sum(mass[k:] * z[k:]) / total - level[k])
+        found.append(ContactPatchAtRest(corners, weights, reach, total, height))
     return found
 
 

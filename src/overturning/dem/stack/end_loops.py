@@ -76,8 +76,6 @@ from overturning.dem.stack.access import (
     store_time,
 )
 from overturning.dem.stack.joint import (
-    joint_lands_flat,
-    landing_time_of_new_point,
     solve_joint_contact,
     solve_point_contact,
 )
@@ -89,6 +87,7 @@ from overturning.dem.stack.joint_state import (
     PointForceAndImpulse,
     PressureArmSum,
 )
+from overturning.dem.stack.landing import joint_lands_flat, landing_time_of_new_point, point_waits
 from overturning.dem.stack.patch import (
     upper_face_centre,
 )
@@ -159,9 +158,11 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
+        old = load_point(point, j)
         end, findings, losses, new = solve_point_contact(
-            joint, frame, place, load_point(point, j), (change.force, change.moment),
-            (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing)),
+            joint, frame, place, old, (change.force, change.moment),
+            (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing),
+             point_waits(joint, landing, place, old)),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))

@@ -27,6 +27,7 @@ from overturning.dem.stack.access import (
     load_course,
     load_history,
     load_joint,
+    load_landing,
     load_outcome,
     load_outline,
     load_peaks,
@@ -42,6 +43,7 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
 )
+from overturning.dem.stack.landing import FLAT_SPREAD
 from overturning.dem.stack.state import (
     CASE,
     STONE,
@@ -131,7 +133,7 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
     apart, turn = pose_relative_to_stone_below(stone, base.place, axes)
     at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(corner_limit) + JOINT_SIZE
     lowest = 0.0
-    for i in range(corner_limit):
+    for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corners)):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
         height = (turn.zx * corner.x + turn.zy * corner.y) - upper.foot * turn.zz
         lowest = min(lowest, apart.z - lower.top + height)
@@ -229,12 +231,19 @@ def stack_status(
 
 @njit(**INNER)
 def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
-    """True if all contact points of all stones still simulated carry load."""
+    """True if all contact points of all stones still simulated carry load.
+
+    Of a base with more than four corners, some carry nothing while the base lies flat.
+    """
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         if not load_outcome(of_stone(state, s), lane).present > 0.0:
             continue
         at = first + s * size
+        landing = load_landing(state[at : at + JOINT_SIZE], lane)
+        lies_flat = landing.highest - landing.lowest < FLAT_SPREAD * -landing.lowest
+        if load_joint(state[at : at + JOINT_SIZE], lane).waits > 0.0 and lies_flat:
+            continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)

@@ -10,9 +10,7 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import longest_landing_time_including_point
 from overturning.dem.body.centred import friction_share_of_holding_force
-from overturning.dem.body.state import IN_THE_AIR
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
@@ -22,7 +20,6 @@ from overturning.dem.stack.joint_state import (
     JointEquations,
     JointFriction,
     JointHistory,
-    JointLandingTimes,
     JointNormalForceSums,
     JointRelativeMotion,
     PointForceAndImpulse,
@@ -31,25 +28,8 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import ForceVelocityBlocks, JointLosses, LargestContactChanges, Wrench
 
-NO_POINT: Final = 1e300
-"""Shortest landing time of a joint without points, s."""
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
-
-
-@njit(**INLINE)
-def joint_lands_flat(landing: JointLandingTimes) -> bool:
-    """True if all points of a joint land together, so that dashpots may pull; see `dem.block.landing`."""
-    return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
-
-
-@njit(**INLINE)
-def joint_landing_times_with_point(landing: JointLandingTimes, point: PointHistory) -> JointLandingTimes:
-    """Return the shortest and longest landing time of a joint with one more contact point included."""
-    counts = point.weight > 0.0
-    left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
-    longest = longest_landing_time_including_point(landing.longest, point.landing, point.depth)
-    return JointLandingTimes(left, longest if counts else landing.longest)
 
 
 @njit(**INLINE)
@@ -61,19 +41,19 @@ def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPositio
 @njit(**INLINE)
 def predicted_force_per_weight_and_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
-    step_is_fine: bool, lands_flat: bool,
+    state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
     """Return the predicted normal force of a point divided by its weight, N, and True if the point is in contact.
 
     In a fine step the predicted forces decide about contact, in a longer one the last state. A point that did not
     belong to the patch before has no last state.
     """
-    depth = -position.z
+    step_is_fine, lands_flat, waits = state
+    depth = -position.z - previous.offset
     pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
-    return pressure, (now if step_is_fine | (previous.weight == 0.0) else previous.pressure != 0.0) & (
-        position.weight > 0.0
-    )
+    decides = step_is_fine | (previous.weight == 0.0)
+    return pressure, (now if decides else previous.pressure != 0.0) & (position.weight > 0.0) & (not waits)
 
 
 @njit(**INLINE)
@@ -257,23 +237,29 @@ def joint_equation_terms(
 @njit(**INLINE)
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
-    change: tuple[Vector3, Vector3], step: tuple[float, bool, float],
+    change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool],
 ) -> tuple[PointForceAndImpulse, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point at the solved end of a step.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
-    half of the step (s), whether the joint lands flat, and the landing time of a point that touches now (s).
+    half of the step (s), whether the joint lands flat, the landing time of a point that touches now (s), and whether
+    the point waits.
     """
-    half_step, lands_flat, new_landing = step
+    half_step, lands_flat, new_landing, waits = step
     w = position.weight
     counts, had = w > 0.0, previous.weight > 0.0
     rise = change[0].z + (change[1].x * position.y - change[1].y * position.x)
-    rate, before = point_opening_rate(frame, position) + rise, -position.z
+    # A point that waits takes up its penetration without force; the offset ends when the point opens.
+    deep = -position.z - half_step * rise
+    between, waits = waits, waits & (deep > 0.0)
+    offset = (deep if deep > previous.offset else previous.offset) if waits else previous.offset
+    offset = offset if deep > 0.0 else 0.0
+    rate, before = point_opening_rate(frame, position) + rise, -position.z - offset
     depth = before - half_step * rise
-    inside, was = depth > 0.0, previous.depth > 0.0
+    inside, was = (depth > 0.0) & (not waits), previous.depth > 0.0
     # A point that did not belong to the patch before is as it is now: it neither opens nor closes.
     changed = before if before > depth else depth
-    changed = -depth if was else changed
+    changed = (deep if previous.offset == 0.0 else 0.0) if waits else -depth if was else changed
     heavy = had & (w > LEAST_WEIGHT)
     spring = joint.stiffness * depth if inside else 0.0
     pressure = spring - joint.dashpot * rate
@@ -281,6 +267,7 @@ def solve_point_contact(
     fresh = inside & had & (not was) & counts
     more = depth * (2.0 * half_step / (depth - previous.depth if fresh else 1.0)) - half_step if fresh else 0.0
     landing = (new_landing if fresh | (not had) else previous.landing) - 2.0 * half_step
+    landing = joint.landing if waits & (previous.offset == 0.0) else landing
     n = w * pressure
     power = w * (spring - pressure) * rate
     over = depth * previous.depth
@@ -290,7 +277,8 @@ def solve_point_contact(
     let_go = let_go if counts | had else 0.0
     findings = LargestContactChanges(
         changed=changed if heavy else 0.0, wrong=0.0, reversed=0.0, holds=0.0, back=0.0,
-        off=1.0 if heavy & (not (pressure > 0.0)) else 0.0, depth=depth if counts else 0.0, loaded=0.0,
+        off=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
+        depth=depth if counts else 0.0, loaded=0.0,
     )  # fmt: skip
     return (
         PointForceAndImpulse(
@@ -299,10 +287,11 @@ def solve_point_contact(
         findings,
         JointLosses(power, let_go + more * power),
         PointHistory(
-            depth=depth if counts else 0.0,
+            depth=depth if counts & (not waits) else 0.0,
             pressure=pressure,
-            landing=landing if inside & counts else 0.0,
+            landing=landing if (inside | waits) & counts else 0.0,
             weight=w,
+            offset=offset if counts else 0.0,
         ),
     )
 
@@ -389,9 +378,3 @@ def solve_joint_contact(
         ends.force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
     return at_end, sooner, findings, JointLosses(power, let_go + early * power), new
-
-
-@njit(**INLINE)
-def landing_time_of_new_point(joint: JointConstants, landing: JointLandingTimes) -> float:
-    """Return the landing time (s) of a new contact point: that of the points in contact, else the full time."""
-    return joint.landing if landing.longest == IN_THE_AIR else landing.longest

@@ -30,6 +30,10 @@ class JointConstants(NamedTuple):
     """Duration of a flat landing after the first touch, s."""
     tilting: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
+    waits: float
+    """1 if corners between the two ends of a flat base wait in a landing (more than four corners), else 0."""
+    base_corners: float
+    """Number of corners of the upper base."""
 
 
 class TangentialVector(NamedTuple):
@@ -75,6 +79,10 @@ class JointLandingTimes(NamedTuple):
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
     longest: float
     """Longest remaining landing time of the points in contact, s; `IN_THE_AIR` if there is none."""
+    lowest: float
+    """Smallest height of a point of the patch above the lower face at the predicted end of the step, m."""
+    highest: float
+    """Largest height of a point of the patch, m."""
 
 
 class JointRelativeMotion(NamedTuple):
@@ -195,6 +203,8 @@ class PointHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
     weight: float
     """Weight."""
+    offset: float
+    """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 
 class PointBeforeAndAfter(NamedTuple):

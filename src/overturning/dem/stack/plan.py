@@ -66,6 +66,7 @@ class StackSimulationPlan(SpaceSimulationPlan):
     stones: NDArray[np.void]  # shape (stacks, stones)
     joints: NDArray[np.void]  # shape (stacks, stones)
     outlines: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
+    corners: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
     friction: FloatArray  # shape (n, stones)
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
@@ -80,7 +81,7 @@ class StackSimulationPlan(SpaceSimulationPlan):
         queued = self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS)
         return StackKernelInput(
             **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
-            joints=self.joints, corners=np.full(self.stones.shape[1], 4), outlines=self.outlines,
+            joints=self.joints, corners=self.corners, outlines=self.outlines,
         )  # fmt: skip
 
     def case_outcome_variables(
@@ -203,12 +204,15 @@ def plan_stack_simulation(
     for name, values in columns.items():
         case_table[name] = values
     penetration = np.array([float(table.penetration.max()) for table in joints])
+    outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base) for stone in stacks[0]), 6))
+    for index, stones in enumerate(stacks):
+        for number, stone in enumerate(stones):
+            for side, face in enumerate((stone.base, stone.upper)):
+                outlines[index, number, side, : len(face)] = face_corner_rows(face)
     return StackSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
         joints=np.stack([table.rows for table in joints]),
-        outlines=np.array([
-            [[face_corner_rows(stone.base), face_corner_rows(stone.upper)] for stone in stones] for stones in stacks
-        ]), friction=friction,
+        outlines=outlines, corners=np.array([len(stone.base) for stone in stacks[0]]), friction=friction,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=case_table, stays_at_rest=at_rest,
         too_soft=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )  # fmt: skip

@@ -58,10 +58,7 @@ from overturning.dem.stack.access import (
     store_time,
 )
 from overturning.dem.stack.joint import (
-    NO_POINT,
     joint_equation_terms,
-    joint_landing_times_with_point,
-    joint_lands_flat,
     joint_sum_terms_of_point,
     predict_friction,
     predicted_force_per_weight_and_contact,
@@ -70,6 +67,7 @@ from overturning.dem.stack.joint_state import (
     JointLandingTimes,
     JointNormalForceSums,
 )
+from overturning.dem.stack.landing import NO_POINT, joint_landing_times_with_point, joint_lands_flat, point_waits
 from overturning.dem.stack.patch import (
     upper_face_centre,
 )
@@ -161,7 +159,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     for j in range(lane_count):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
-        store_landing(joint_rows, j, JointLandingTimes(NO_POINT, longest))
+        store_landing(joint_rows, j, JointLandingTimes(NO_POINT, longest, NO_POINT, -NO_POINT))
         store_normal(joint_rows, j, no_normal())
 
 
@@ -169,7 +167,11 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
 def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of its joint, in all stacks."""
     for j in range(lane_count):
-        store_landing(joint_rows, j, joint_landing_times_with_point(load_landing(joint_rows, j), load_point(point, j)))
+        store_landing(
+            joint_rows,
+            j,
+            joint_landing_times_with_point(load_landing(joint_rows, j), load_point(point, j), load_place(point, j)),
+        )
 
 
 @njit(**APART)
@@ -177,9 +179,12 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
     """Predict the normal force of one contact point and add its terms to the sums of its joint, in all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
-        half, flat = load_time(case_rows, j).half, joint_lands_flat(load_landing(joint_rows, j))
+        landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
+        waits = point_waits(joint, landing, place, old)
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
-        pressure, on = predicted_force_per_weight_and_contact(joint, frame, place, load_point(point, j), fine, flat)
+        pressure, on = predicted_force_per_weight_and_contact(
+            joint, frame, place, old, (fine, joint_lands_flat(landing), waits)
+        )
         terms = joint_sum_terms_of_point(joint, half, place, pressure, on)
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 

@@ -195,6 +195,7 @@ def initialise_joint(
         stiffness=constants.stiffness, dashpot=constants.dashpot * damping_factor, tangential=constants.tangential,
         compliance=constants.compliance, damping=constants.damping * damping_factor, friction=friction,
         landing=constants.landing * damping_factor, tilting=0.0 if friction * centre_height <= edge_distance else 1.0,
+        waits=constants.waits, base_corners=constants.base_corners,
     ))  # fmt: skip
     still = TangentialVector(0.0, 0.0, 0.0)
     store_history(

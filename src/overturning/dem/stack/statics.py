@@ -54,6 +54,8 @@ def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
     rows["tangential"] = ratio * stiffness
     rows["compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential"], 1e-300), 0.0)
     rows["landing"] = LANDING * dashpot / stiffness
+    rows["base_corners"] = [len(stone.base) for stone in stones]
+    rows["waits"] = [float(len(stone.base) > 4) for stone in stones]
     table = JointTable(rows, penetration, patches)
     _fill_in_loads_at_rest(stones, table)
     return table
@@ -68,7 +70,7 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
         inverse = inverse_of_inertia(stone.inertia)
         for name, at in pairs.items():
             row[f"a{name}"], row[f"i{name}"] = stone.inertia[at], inverse[at]
-        reach = float(np.abs(stone.base).min())
+        reach = stone.base_reach
         row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, stone.foot, stone.top, reach
         row["critical"] = reach**2 / (reach**2 + stone.foot**2)
         tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.foot) + 0.5 * np.pi))
@@ -129,17 +131,20 @@ def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArr
 
 
 def stiffness_matrix(
-    stones: list[StackStone], joints: JointTable, scale: FloatArray, loaded_corners: NDArray[np.bool_] | None = None
+    stones: list[StackStone],
+    joints: JointTable,
+    scale: FloatArray,
+    loaded_corners: list[NDArray[np.bool_]] | None = None,
 ) -> FloatArray:
     """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides by `scale`.
 
-    `loaded_corners`, shape (joints, 4), is False for corners of the patches that carry no load.
+    `loaded_corners`, one array per joint, is False for corners of the patches that carry no load.
     """
     matrix = np.zeros((scale.size, scale.size))
     for k, patch in enumerate(joints.patches):
-        normal, tangential = 0.25 * joints.rows["stiffness"][k], 0.25 * joints.rows["tangential"][k]
-        for number, corner in enumerate(patch.corners):
-            if loaded_corners is None or loaded_corners[k, number]:
+        for number, (corner, weight) in enumerate(zip(patch.corners, patch.weights, strict=True)):
+            normal, tangential = weight * joints.rows["stiffness"][k], weight * joints.rows["tangential"][k]
+            if loaded_corners is None or loaded_corners[k][number]:
                 each = _corner_motion_matrix(stones, k, corner) * scale
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
     return matrix
@@ -170,37 +175,37 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
     count = len(stones)
     weight = np.zeros(6 * count)
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
-    scale, carries = unit_mass_factors(stones), np.ones((count, 4), np.bool_)
+    scale, loaded = unit_mass_factors(stones), [np.ones(len(patch.corners), np.bool_) for patch in joints.patches]
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joints.penetration)
     for _ in range(4 * count):
-        shift = solve_positive_definite_system(stiffness_matrix(stones, joints, scale, carries), weight * scale)
+        shift = solve_positive_definite_system(stiffness_matrix(stones, joints, scale, loaded), weight * scale)
         if shift is None:
             return level  # the stack finds its pose by itself
         shift = shift * scale
-        depth = _corner_penetrations(stones, joints, shift)
-        if (depth[carries] > 0.0).all():
+        depth = _corner_depths(stones, joints, shift)
+        if all((deep[on] > 0.0).all() for deep, on in zip(depth, loaded, strict=True)):
             return np.asarray(shift.reshape(count, 6))
-        carries &= depth > 0.0
+        loaded = [on & (deep > 0.0) for deep, on in zip(depth, loaded, strict=True)]
     return level
 
 
-def _corner_penetrations(stones: list[StackStone], joints: JointTable, displacements: FloatArray) -> FloatArray:
-    """Return the penetration at the corners of the patches, shape (joints, 4), m; negative at open corners.
+def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArray) -> list[FloatArray]:
+    """Return the penetration at the corners of each patch, m; negative at open corners.
 
     `displacements` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
     """
-    return np.array([
-        [-(_corner_motion_matrix(stones, k, corner) @ displacements)[2] for corner in patch.corners]
+    return [
+        np.array([-(_corner_motion_matrix(stones, k, corner) @ shift)[2] for corner in patch.corners])
         for k, patch in enumerate(joints.patches)
-    ])  # fmt: skip
+    ]
 
 
 def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None:
     """Fill in, in place, the normal force, centre of pressure and mean distance from it of each joint at rest."""
-    depths = np.maximum(_corner_penetrations(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
+    depths = _corner_depths(stones, joints, pose_at_rest(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
-        force = 0.25 * row["stiffness"] * depth
+        force = patch.weights * row["stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
         corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
         centre = share @ corners
@@ -210,8 +215,11 @@ def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None
 
 def spring_energy_at_rest(stones: list[StackStone], joints: JointTable) -> float:
     """Return the energy of the springs of a stack that stands at rest, J."""
-    depths = np.maximum(_corner_penetrations(stones, joints, pose_at_rest(stones, joints).ravel()), 0.0)
-    return float(np.sum(0.5 * 0.25 * joints.rows["stiffness"][:, None] * depths**2))
+    depths = _corner_depths(stones, joints, pose_at_rest(stones, joints).ravel())
+    return sum(
+        float(np.sum(0.5 * patch.weights * stiffness * np.maximum(depth, 0.0) ** 2))
+        for patch, stiffness, depth in zip(joints.patches, joints.rows["stiffness"], depths, strict=True)
+    )
 
 
 def motion_onset_acceleration(joints: JointTable, friction: FloatArray) -> FloatArray:

@@ -1,0 +1,58 @@
+"""Flat landings of a joint: how long its points land, and which of them wait."""
+
+from typing import Final
+
+from numba import njit
+
+from overturning.dem.body.base_contact import longest_landing_time_including_point
+from overturning.dem.body.state import IN_THE_AIR
+from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.stack.joint_state import ContactPointPosition, JointConstants, JointLandingTimes, PointHistory
+
+NO_POINT: Final = 1e300
+"""Shortest landing time of a joint without points, s."""
+FLAT_SPREAD: Final = 20.0
+"""Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
+END_SHARE: Final = 0.05
+"""Share of the difference in height within which a point lies at the far end of the patch."""
+
+
+@njit(**INLINE)
+def joint_lands_flat(landing: JointLandingTimes) -> bool:
+    """True if all points of a joint land together, so that dashpots may pull; see `dem.block.landing`."""
+    return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
+
+
+@njit(**INLINE)
+def point_waits(
+    joint: JointConstants, landing: JointLandingTimes, position: ContactPointPosition, previous: PointHistory
+) -> bool:
+    """True if a point carries nothing in a flat landing, because it lies between the two ends of the patch.
+
+    A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between
+    take up their springs only afterwards (docs/method.md).
+    """
+    spread = landing.highest - landing.lowest
+    is_open = (previous.depth <= 0.0) & (previous.weight > 0.0) & (previous.offset == 0.0)
+    inner = (position.z > landing.lowest + END_SHARE * spread) & (position.z < landing.highest - END_SHARE * spread)
+    inner = inner & (spread < FLAT_SPREAD * -landing.lowest)
+    return (joint.waits > 0.0) & (((previous.offset > 0.0) & (previous.landing > 0.0)) | (is_open & inner))
+
+
+@njit(**INLINE)
+def joint_landing_times_with_point(
+    landing: JointLandingTimes, point: PointHistory, position: ContactPointPosition
+) -> JointLandingTimes:
+    """Return the landing times and the range of heights of a joint with one more contact point included."""
+    lowest = position.z if (position.weight > 0.0) & (position.z < landing.lowest) else landing.lowest
+    highest = position.z if (position.weight > 0.0) & (position.z > landing.highest) else landing.highest
+    counts = point.weight > 0.0
+    left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
+    longest = longest_landing_time_including_point(landing.longest, point.landing, point.depth)
+    return JointLandingTimes(left, longest if counts else landing.longest, lowest, highest)
+
+
+@njit(**INLINE)
+def landing_time_of_new_point(joint: JointConstants, landing: JointLandingTimes) -> float:
+    """Return the landing time (s) of a new contact point: that of the points in contact, else the full time."""
+    return joint.landing if landing.longest == IN_THE_AIR else landing.longest

@@ -70,7 +70,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "findings": cube.print_findings,
     "figure": cube.draw_figure,
     "explore": write_explorer_page,
-    "survey": surveys.compare_survey_with_cube,
+    "survey": surveys.summarise_or_compare_survey,
     "backwards": surveys.infer_motion_from_survey,
     "stood": surveys.compute_survival_probability,
     "recheck": cube.recheck_cells,

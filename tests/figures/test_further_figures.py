@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
 from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure, pga_pgv_ratio_and_fall_probability
+from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_group_figure
@@ -122,6 +124,11 @@ def paths() -> list[xr.Dataset]:
 OBSERVED, COMPUTED = np.array([0.0, 3, 1, 0, 0, 1, 0, 0]), np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1])
 
 
+OBSERVED_ROSE = ObservedRose(
+    "", np.array([0.0, 1, 1, 2, 5, 9.5, 7, 2, 0, 0, 0, 1, 2, 4, 1, 0]), 135.0, 20.0, 130.0, 9.0
+)
+
+
 def survey(count: int = 1) -> Figure:
     share, computed = PlottedEstimate(0.6, 0.36, 0.81), PlottedEstimate(0.35, 0.2, 0.5)
     one = SurveyFigureData("survey.csv, S$1", OBSERVED, COMPUTED, 41.0, 250.0, share, computed)
@@ -149,6 +156,13 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "spectra": lambda: fourier_and_response_spectra_figure(motion(), [0.0, 60.0], "StationOnMap"),
     "survey": survey,
     "surveys": lambda: survey(5),
+    "observed rose": lambda: observed_roses_figure([OBSERVED_ROSE]),
+    "observed roses": lambda: observed_roses_figure(
+        [
+            replace(OBSERVED_ROSE, name="all sites"),
+            *[replace(OBSERVED_ROSE, name="survey, S$1", direction_deg=None)] * 3,
+        ]
+    ),
 }
 
 

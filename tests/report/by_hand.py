@@ -199,6 +199,39 @@ SURVEY: dict[str, Any] = {
     "uniformity_test": {"name": "Watson", "sample_size": 19, "statistic": 0.349, "p_value": 0.0015},
     "correct_predictions": None, "checked_predictions": None, "stones_without_face": 17,
     "stones_without_b_over_h": 6, "stones_beyond_grid": 4, "share_in_random_direction": 0.05,
+    "sites": [{"site": "upper", "fell": 13, "stood": 6, "octant_falls": 11,
+               "observed_fall_share": {"value": 0.684, "low": 0.434, "high": 0.874},
+               "computed_fall_share": {"value": 0.47, "low": 0.33, "high": 0.61},
+               "log_likelihood_ratio": 1.72, "log_likelihood_ratio_p_value": 0.037},
+              {"site": "", "fell": 9, "stood": 0, "octant_falls": 8, "observed_fall_share": None,
+               "computed_fall_share": {"value": 0.36, "low": 0.27, "high": 0.52},
+               "log_likelihood_ratio": -0.26, "log_likelihood_ratio_p_value": 0.58}],
+}  # fmt: skip
+
+
+def _observed_mean(mean: float | None, half_width: float | None, p_value: float) -> dict[str, Any]:
+    return {"sample_size": 19, "mean_deg": mean, "half_width_deg": half_width, "resultant": 0.57, "p_value": p_value}
+
+
+def _observed_site(site: str, **changes: Any) -> dict[str, Any]:
+    return {
+        "site": site, "stones": 34, "fell": 22, "stands": 7, "moved": 4, "not_counted": 5,
+        "reasons_not_counted": {"fixed": 3, "broken": 2}, "fell_in_unknown_direction": 3,
+        "fell_share": {"value": 0.759, "low": 0.565, "high": 0.897},
+        "stands_share": {"value": 0.241, "low": 0.103, "high": 0.435},
+        "not_counted_share": {"value": 0.147, "low": 0.05, "high": 0.311},
+        "direction": _observed_mean(131.0, 23.0, 0.0024), "axis": _observed_mean(None, None, 0.28),
+        "falls_by_sector": [12.0, 7.0], **changes,
+    }  # fmt: skip
+
+
+OBSERVED: dict[str, Any] = {
+    "stones": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
+    "together": _observed_site(""),
+    "sites": [
+        _observed_site("upper", axis=_observed_mean(122.0, 8.0, 0.013)),
+        _observed_site("", fell_share=None, stands_share=None, axis=_observed_mean(99.0, None, 0.0005)),
+    ],
 }  # fmt: skip
 
 MOTION: dict[str, Any] = {

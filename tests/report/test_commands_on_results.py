@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 from overturning.cli import main
+from overturning.surveys.comparison import read_survey_comparison
 
 
 def run(*arguments: str) -> int:
@@ -47,6 +48,26 @@ def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "2 stones of known face" in text
     assert "Share that fell: 86\u00a0% (42 to 100), computed" in text  # 6 of 7
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_survey_by_site(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stones, output = tmp_path / "stones.csv", tmp_path / "survey.json"
+    stones.write_text("site,fell,azimuth_deg,count\nA,yes,60,4\nA,no,,1\nB,yes,240,2\nC,yes,,3\n")
+    cube = str(hostile / "cube.nc")
+    assert run("survey", str(stones), "--cube", cube, "--record", "one", "--output", str(output)) == 0
+    text = capsys.readouterr().out.replace("\u00a0", " ")
+    assert "9 stones fell and 1 stand" in text, "the summary of the survey by itself"
+    assert "The computed directions fit the observed ones" in text
+    rows = [line.split("  ") for line in text.split("log likelihood ratio")[-1].split("\n")[1:4]]
+    assert [[cell.strip() for cell in row if cell.strip()][:4] for row in rows] == [
+        ["A", "4", "1", "80 % (28 to 99)"], ["B", "2", "0", "–"], ["C", "3", "0", "–"],
+    ]  # fmt: skip
+    stored = read_survey_comparison(output)
+    alone = dict(stored.sites)
+    assert list(alone) == ["A", "B", "C"]
+    # Sites are independent: their log likelihood ratios add up to that of the survey.
+    ratios = [one.log_likelihood_ratio for one in alone.values() if one.fallen_count_in_known_direction]
+    assert sum(ratios) == pytest.approx(stored.comparison.log_likelihood_ratio)
 
 
 @pytest.mark.parametrize(

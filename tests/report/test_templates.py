@@ -31,7 +31,7 @@ from overturning.report.terminal import paragraphs_of, plain_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
-from tests.report.by_hand import MOTION, REMARK, STUDIES, SURVEY, findings_by_hand
+from tests.report.by_hand import MOTION, OBSERVED, REMARK, STUDIES, SURVEY, findings_by_hand
 
 CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
 """Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
@@ -370,7 +370,12 @@ def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(
-    ("template", "parts"), [("survey", {"surveys": [SURVEY]}), ("motions", {"inferred_motions": [MOTION]})]
+    ("template", "parts"),
+    [
+        ("survey", {"surveys": [SURVEY]}),
+        ("survey_summary", {"observed": [OBSERVED]}),
+        ("motions", {"inferred_motions": [MOTION]}),
+    ],
 )
 def test_the_commands_print_from_the_same_templates(template: str, parts: dict[str, Any], language: str) -> None:
     found = SurveyCommandResults.model_validate(parts)

@@ -153,7 +153,6 @@ def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
         ("fell,twist_deg", "no,200", "twist_deg '200': give a number from -180 to 180"),
         ("fell,shift_cm", "no,-1", "shift_cm '-1': give a number from 0 to 1000"),
         ("outcme", "fell", "did you mean outcome"),
-        ("fell,sites", "yes,a", "did you mean site"),
         ("fell,azimuth,fall_direction", "yes,1,", "azimuth_deg is named twice"),
         ("fell,Azimuth (rad)", "yes,1", "did you mean azimuth_deg"),
     ],
@@ -161,6 +160,13 @@ def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
 def test_wrong_rows(tmp_path: Path, header: str, cells: str, message: str) -> None:
     with pytest.raises(RecordError, match=message):
         read(tmp_path, f"{header}\n{cells}\n")
+
+
+def test_a_name_like_that_of_a_column_for_descriptions_is_only_noted(tmp_path: Path) -> None:
+    table = read(tmp_path, "fell,sites,photographer,mood\nyes,a,Ito,calm\n")
+    assert table.notes == (
+        "field.csv: not used: columns sites (did you mean site?), photographer (did you mean photo?), mood",
+    )
 
 
 def test_winds_of_a_table_are_octants_if_all_are_among_the_eight(tmp_path: Path) -> None:

@@ -1,29 +1,47 @@
 """`overturning survey`, `backwards` and `stood`: inference from stones that fell or still stand."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from overturning.errors import ArgumentError
 
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
-def compare_survey_with_cube(
+    from overturning.surveys.stones import SurveyTable
+
+
+def summarise_or_compare_survey(
     stones: Annotated[
         Path, typer.Argument(help="the survey (CSV), or the word template, which prints an empty survey")
     ],
-    cube: Annotated[Path | None, typer.Option(help="cube of a study that holds the site's record (NetCDF)")] = None,
+    cube: Annotated[
+        Path | None, typer.Option(help="cube of a study that holds the site's record (NetCDF), to compare with")
+    ] = None,
     record: Annotated[
         str | None, typer.Option(help="id of the site's record; optional if the cube has only one")
     ] = None,
     background: Annotated[float, typer.Option(help="share of stones assumed to fall in a random direction")] = 0.05,
-    figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg, .png or .pdf")] = None,
+    declination: Annotated[
+        float | None,
+        typer.Option(help="magnetic declination of all directions, degrees, east positive; not with a column of it"),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(help="figure to draw (.svg, .png or .pdf): roses by site, or with --cube the comparison"),
+    ] = None,
+    rose: Annotated[
+        Path | None, typer.Option(help="rose of all observed falls to draw, for a paper (.svg, .png or .pdf)")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="file for the comparison (JSON), used by the report")
     ] = None,
 ) -> None:
-    """Compare the observed fall directions of a survey with those that the cube predicts.
+    """Summarise a survey by site, and compare its fall directions with those that a cube predicts.
 
+    Without --cube the numbers of stones, the mean direction and axis of the falls, and a test are printed.
     `overturning survey template > stones.csv` writes an empty survey with comments on all columns.
     """
     if str(stones) == "template":
@@ -31,38 +49,71 @@ def compare_survey_with_cube(
 
         print(survey_template(), end="")
         return
-    if cube is None:
-        raise ArgumentError("--cube: missing; give the cube of a study that holds the site's record")
     from overturning.files import check_output_path
+    from overturning.findings.observed import observed_survey_findings
+    from overturning.findings.surveys import SurveyCommandResults
+    from overturning.report.drawings import draw_observed_roses
+    from overturning.surveys.observed import summarise_survey
+    from overturning.surveys.stones import read_survey_table
+
+    if cube is None:
+        given = {"--record": record, "--output": output}
+        for name in (name for name, value in given.items() if value is not None):
+            raise ArgumentError(f"{name}: only with --cube; give the cube of a study that holds the site's record")
+    for option, path in (("--figure", figure), ("--rose", rose)):
+        check_output_path(path, option, ".svg", ".png", ".pdf")
+    check_output_path(output, "--output")
+    table = read_survey_table(stones, declination)
+    for note in table.notes:
+        print(note)
+    observed = observed_survey_findings(summarise_survey(table))
+    _print_template(SurveyCommandResults(observed=[observed]), "survey_summary")
+    if rose is not None:
+        draw_observed_roses([observed.together], rose)
+        print(f"rose: {rose}")
+    if cube is not None:
+        print()
+        _compare_survey_with_cube(stones, table, (cube, record), background, figure, output)
+    elif figure is not None:
+        draw_observed_roses([observed.together, *observed.sites], figure)
+        print(f"figure: {figure}")
+
+
+def _compare_survey_with_cube(
+    path: Path,
+    table: "SurveyTable",
+    cube_and_record: tuple[Path, str | None],
+    background: float,
+    figure: Path | None,
+    output: Path | None,
+) -> None:
+    """Print the comparison of a survey with the prediction of a cube, together and by site; draw and store it."""
     from overturning.findings.surveys import SurveyCommandResults, survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
-    from overturning.report.render import parse_markdown, render_markdown
-    from overturning.report.terminal import plain_lines
     from overturning.stored import write_result
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
-    from overturning.surveys.stones import read_stones_with_notes
 
-    check_output_path(figure, "--figure", ".svg", ".png", ".pdf")
-    check_output_path(output, "--output")
-    rows, notes, doubts = read_stones_with_notes(stones)
+    cube, record = cube_and_record
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[index_of_record(data, record)]).load()
         name = str(site["record_id"].item())
-        comparison, gaps = (
-            compare_survey_with_prediction(rows, site, background=background),
-            unsimulated_azimuth_label(site),
-        )
+        comparison = compare_survey_with_prediction(table.stones, site, background=background)
+        parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
+        by_site = {
+            one: compare_survey_with_prediction(part, site, background=background)
+            for one, part in parts.items()
+            if part
+        }
+        gaps = unsimulated_azimuth_label(site)
         against = ", ".join([name, *variant_label_as_list(site)])
-    result = make_stored_survey_comparison(stones, name, comparison, doubts)
+    result = make_stored_survey_comparison(path, name, comparison, table.warnings, by_site)
     print(f"{result.stones} against {against}")
-    for note in notes:
-        print(note)
     if gaps:
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_findings(result)
-    text = render_markdown(SurveyCommandResults(surveys=[found]), name="survey")
-    print(*plain_lines(parse_markdown(text)), sep="\n")
+    # The summary has printed the doubts.
+    _print_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
     if output is not None:
         write_result(result, output)
     if figure is not None:
@@ -70,6 +121,14 @@ def compare_survey_with_cube(
 
         draw_surveys([found], figure)
         print(f"figure: {figure}")
+
+
+def _print_template(found: "BaseModel", name: str) -> None:
+    """Print findings as text of the template `name`."""
+    from overturning.report.render import parse_markdown, render_markdown
+    from overturning.report.terminal import plain_lines
+
+    print(*plain_lines(parse_markdown(render_markdown(found, name=name))), sep="\n")
 
 
 def infer_motion_from_survey(
@@ -107,8 +166,6 @@ def infer_motion_from_survey(
     from overturning.findings.surveys import SurveyCommandResults, inferred_motion_findings
     from overturning.report.drawings import draw_posterior
     from overturning.report.filters import counted
-    from overturning.report.render import parse_markdown, render_markdown
-    from overturning.report.terminal import plain_lines
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
     from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
@@ -148,10 +205,7 @@ def infer_motion_from_survey(
 
     responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)
     result = SurveyInversion(responses, background_share, fixed_share).invert_survey(stones.name, rows)
-    text = render_markdown(
-        SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), name="motions"
-    )
-    print(*plain_lines(parse_markdown(text)), sep="\n")
+    _print_template(SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions")
     if output is not None:
         write_inversion_result(result, output)
     if figure is not None:
@@ -172,8 +226,6 @@ def compute_survival_probability(
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """
     from overturning.findings.standing import survival_findings
-    from overturning.report.render import parse_markdown, render_markdown
-    from overturning.report.terminal import plain_lines
     from overturning.surveys.standing import read_fragility_curves, read_hazard_curves, survival_by_class
     from overturning.surveys.stones import read_stones_with_notes
 
@@ -182,5 +234,4 @@ def compute_survival_probability(
     for note in notes:
         print(note)
     found = survival_by_class(curves, hazards, years, fragility_and_hazard_file_names=(str(fragility), str(hazard)))
-    text = render_markdown(survival_findings(found, rows), name="stood")
-    print(*plain_lines(parse_markdown(text)), sep="\n")
+    _print_template(survival_findings(found, rows), "stood")

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
+from overturning.findings.observed import ObservedFallShare, ObservedSurveyFindings, observed_share
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.settings import StonePopulation
-from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.surveys.comparison import StoredSurveyComparison
+from overturning.surveys.comparison import StoredSurveyComparison, SurveyPredictionComparison
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
 from overturning.surveys.posterior import LEVEL, SurveyInversionResult
 from overturning.surveys.prediction import SIDES
@@ -31,22 +31,6 @@ class StatisticalTestFinding(Finding):
     """p-value."""
 
 
-class ObservedFallShare(Finding):
-    """Share of the stones of a survey that fell, with its exact binomial interval.
-
-    Stones are taken to fall independently of each other.
-    """
-
-    value: Number
-    """Share, 0 to 1."""
-    low: Number
-    """Lower end of the interval."""
-    high: Number
-    """Upper end of the interval."""
-    level: float = 0.95
-    """Probability of the interval."""
-
-
 class ComputedFallShare(Finding):
     """Computed share of the stones of a survey that fall: mean and range.
 
@@ -59,6 +43,27 @@ class ComputedFallShare(Finding):
     """Smallest share of a height and friction; None if the grid has one height and one friction."""
     high: Number
     """Largest share of a height and friction; None if the grid has one height and one friction."""
+
+
+class SurveySiteFindings(Finding):
+    """Comparison of the falls at one site of a survey with the falls predicted for it."""
+
+    site: str
+    """Name of the site; empty for stones without one."""
+    fell: int
+    """Number of stones that fell."""
+    stood: int
+    """Number of stones that stood."""
+    octant_falls: int
+    """Number of falls whose direction is known."""
+    observed_fall_share: ObservedFallShare | None
+    """Share of the stones that fell; None if no stone that stood is listed."""
+    computed_fall_share: ComputedFallShare
+    """Share computed for the stones of the site under the record of the survey."""
+    log_likelihood_ratio: Number
+    """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than random directions."""
+    log_likelihood_ratio_p_value: Number
+    """Share of surveys of stones that fall in random directions with a ratio at least as large."""
 
 
 class SurveyFindings(Finding):
@@ -135,6 +140,8 @@ class SurveyFindings(Finding):
     """Number of stones with a height outside the grid; their `computed_fall_share` is that of its nearest height."""
     share_in_random_direction: float
     """Assumed share of the stones that fall in a random direction."""
+    sites: list[SurveySiteFindings] = Field(default_factory=list)
+    """Comparison for each site by itself, with the same record; empty if the survey has only one site."""
 
 
 class InferredMotionStrength(Finding):
@@ -257,7 +264,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
             found.predicted_mean_direction_deg if found.predicted_resultant >= LEAST_RESULTANT else math.nan
         ),
         predicted_resultant=found.predicted_resultant,
-        observed_fall_share=_observed_fall_share(found.fallen, found.stood) if found.stood else None,
+        observed_fall_share=observed_share(found.fallen, found.fallen + found.stood) if found.stood else None,
         computed_fall_share=ComputedFallShare(
             value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
         ),
@@ -278,12 +285,24 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         stones_beyond_grid=found.beyond,
         stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
+        sites=[_survey_site_findings(site, one) for site, one in survey_result.sites],
     )
 
 
-def _observed_fall_share(fallen_count: int, standing_count: int) -> ObservedFallShare:
-    low, high = exact_share_interval(fallen_count, fallen_count + standing_count)
-    return ObservedFallShare(value=fallen_count / (fallen_count + standing_count), low=low, high=high)
+def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> SurveySiteFindings:
+    """Convert the comparison of one site of a survey with the prediction to findings."""
+    return SurveySiteFindings(
+        site=site,
+        fell=found.fallen,
+        stood=found.stood,
+        octant_falls=found.fallen_count_in_known_direction,
+        observed_fall_share=observed_share(found.fallen, found.fallen + found.stood) if found.stood else None,
+        computed_fall_share=ComputedFallShare(
+            value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
+        ),
+        log_likelihood_ratio=found.log_likelihood_ratio,
+        log_likelihood_ratio_p_value=found.likelihood_ratio_p,
+    )
 
 
 def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
@@ -350,5 +369,6 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
 class SurveyCommandResults(Finding):
     """Findings that the commands `overturning survey` and `overturning backwards` print."""
 
+    observed: list[ObservedSurveyFindings] = Field(default_factory=list)
     surveys: list[SurveyFindings] = Field(default_factory=list)
     inferred_motions: list[InferredMotion] = Field(default_factory=list)

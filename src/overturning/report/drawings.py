@@ -17,6 +17,7 @@ from overturning.figures.answer import (
 from overturning.figures.fall_rate import overturned_fraction_figure
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
+from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.record import scene_and_element_title_line
 from overturning.figures.scene import scenes_figure
@@ -29,6 +30,7 @@ from overturning.figures.write import save_figure_files
 from overturning.files import write_text
 from overturning.findings.collect import Findings
 from overturning.findings.contrast import VariantContrast
+from overturning.findings.observed import ObservedFallsFinding
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
@@ -211,6 +213,23 @@ def draw_surveys(surveys: Sequence[SurveyFindings], path: Path) -> None:
     """Draw observed next to computed falls of surveys into a file."""
     with project_style():
         save_figure_files(_surveys(surveys), path)
+
+
+def draw_observed_roses(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
+    """Draw roses of the observed falls of a survey into a file, with names only if there are several roses."""
+    roses = [
+        ObservedRose(
+            name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
+            falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
+            direction_deg=one.direction.mean_deg,
+            direction_half_width_deg=one.direction.half_width_deg,
+            axis_deg=one.axis.mean_deg,
+            axis_half_width_deg=one.axis.half_width_deg,
+        )
+        for number, one in enumerate(observed)
+    ]
+    with project_style():
+        save_figure_files(observed_roses_figure(roses), path)
 
 
 def _maps(results: StudyResults, found: Findings) -> "Figure":

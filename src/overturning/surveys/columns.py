@@ -48,7 +48,7 @@ _NEAR: Final = 0.75
 """Smallest similarity (of `difflib`) of a misspelt column name and the known name."""
 
 DESCRIPTIVE: Final = ("site", "stone", "kind", "lat", "lon", "x", "y", "note", "photo")
-"""Columns that describe a stone; if one is named twice, the further ones are not used."""
+"""Columns that only describe a stone, so a misspelt one is no fault; if named twice, the further ones are not used."""
 
 _UNITS: Final = ("", "deg", "degrees", "°", "true", "mag", "magnetic")
 """Texts in parentheses that may follow an accepted name."""
@@ -89,7 +89,10 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
         meaning, refusal = _meaning_of_column(name, known_columns)
         if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.meanings):
             meaning = ""
-        if refusal:
+        if refusal and meaning in DESCRIPTIVE:
+            unused.append(f"{name.lower()} (did you mean {meaning}?)")
+            meaning = ""
+        elif refusal:
             plan.faults.append(f"column {name.lower()!r} is not known; {refusal}")
         elif meaning and meaning in plan.meanings:
             plan.faults.append(f"column {name!r}: {meaning} is named twice; name each column once")

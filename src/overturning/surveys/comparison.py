@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -348,7 +348,8 @@ class StoredSurveyComparison:
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
     ``doubts`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at the start
-    of the survey file that are not empty, without those of the template.
+    of the survey file that are not empty, without those of the template; ``sites`` are pairs of a site's name and its
+    comparison by itself, none if the survey has one site.
     """
 
     stones: str
@@ -357,15 +358,21 @@ class StoredSurveyComparison:
     comparison: SurveyPredictionComparison
     doubts: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    sites: tuple[tuple[str, SurveyPredictionComparison], ...] = ()
 
 
 def make_stored_survey_comparison(
-    survey_path: Path, record_id: str, comparison: SurveyPredictionComparison, unit_warnings: Sequence[str] = ()
+    survey_path: Path,
+    record_id: str,
+    comparison: SurveyPredictionComparison,
+    unit_warnings: Sequence[str] = (),
+    site_comparisons: Mapping[str, SurveyPredictionComparison] | None = None,
 ) -> StoredSurveyComparison:
     """Add name, hash and remarks of the survey file, the record, and warnings about units to a survey comparison."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     remarks = remarks_of_user(read_field_table(survey_path, "survey").remarks)
-    return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks)
+    sites = tuple((site_comparisons or {}).items())
+    return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks, sites)
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:

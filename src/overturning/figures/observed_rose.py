@@ -1,0 +1,127 @@
+"""Roses of the falls that a survey observed, with mean direction and mean axis."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from overturning.arrays import FloatArray
+from overturning.figures.style import (
+    FALLS,
+    INK,
+    NARROW_WIDTH,
+    PAGE_WIDTH,
+    SERIES,
+    add_title_and_legend,
+    create_figure,
+    is_drawing_for_phone,
+    legend_patch,
+    set_radius_ticks,
+    turn_axes_into_compass,
+)
+
+ROSES_IN_A_ROW: Final = 3
+
+_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+_RIM: Final = 1.07
+"""Radius of the marks of means, in units of the radius of the rose."""
+_DIRECTION: Final[dict[str, Any]] = {"color": INK, "linewidth": 1.6, "solid_capstyle": "butt", "clip_on": False}
+_AXIS: Final[dict[str, Any]] = {"color": SERIES[0], "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
+
+
+@dataclass(frozen=True)
+class ObservedRose:
+    """Observed falls of a survey or site, as a rose shows them.
+
+    Attributes
+    ----------
+    name : str
+        Name above the rose; "" for none.
+    falls_by_sector : ndarray, shape (8,) or (16,)
+        Number of falls towards each sector, clockwise; the first is centred on north.
+    direction_deg, axis_deg : float or None
+        Mean direction and mean axis, degrees clockwise from north; None if there is none.
+    direction_half_width_deg, axis_half_width_deg : float or None
+        Half the widths of their 95 % intervals; None if there are none.
+    """
+
+    name: str
+    falls_by_sector: FloatArray
+    direction_deg: float | None = None
+    direction_half_width_deg: float | None = None
+    axis_deg: float | None = None
+    axis_half_width_deg: float | None = None
+
+
+def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
+    """Draw roses of observed falls, each on its own scale; a single rose has the width of a column of a paper."""
+    count = len(roses)
+    columns = 1 if is_drawing_for_phone() else min(count, ROSES_IN_A_ROW)
+    rows = -(-count // columns)
+    width = NARROW_WIDTH if columns == 1 else PAGE_WIDTH
+    figure = create_figure(width, (width / columns + 0.35) * rows + 0.75)
+    places = figure.add_gridspec(rows, columns)
+    for number, rose in enumerate(roses):
+        axes = figure.add_subplot(places[divmod(number, columns)], projection="polar")
+        _draw_observed_rose(axes, rose)
+        if rose.name:
+            axes.set_title(rose.name, fontsize=8.5, pad=16, parse_math=False)
+    marks: list[Any] = [legend_patch(FALLS, "observed falls (area: number)")]
+    if any(rose.direction_deg is not None for rose in roses):
+        marks.append(Line2D([], [], **_triangle(0.0), label="mean direction, 95 % interval"))
+    if any(rose.axis_deg is not None for rose in roses):
+        marks.append(Line2D([], [], **_AXIS, label="mean axis, 95 % interval"))
+    add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_marks=marks)
+    return figure
+
+
+def _draw_observed_rose(axes: Any, rose: ObservedRose) -> None:
+    """Draw one rose: sectors whose areas are proportional to numbers of falls, and means at the rim."""
+    turn_axes_into_compass(axes, name_distance_pt=13)
+    counts = np.asarray(rose.falls_by_sector, np.float64)
+    radius, width = np.sqrt(counts), 2.0 * np.pi / counts.size
+    top = 1.03 * max(1.0, float(radius.max()))
+    axes.bar(
+        np.arange(counts.size) * width, radius, width=width, color=FALLS, edgecolor="white", linewidth=0.5, zorder=2.5
+    )
+    if not counts.any():
+        axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
+    shown = [n for n in _COUNTS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
+    set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
+    axes.set_rlabel_position(_emptiest_border_deg(counts))
+    if rose.axis_deg is not None:
+        for end in (rose.axis_deg, rose.axis_deg + 180.0):
+            axes.plot(np.radians([end, end]), [top, _RIM * top], **_AXIS)
+            _draw_arc(axes, end, rose.axis_half_width_deg, 1.035 * top, _AXIS)
+    if rose.direction_deg is not None:
+        at = np.radians(rose.direction_deg)
+        axes.plot(at, _RIM * top, **_triangle(rose.direction_deg), clip_on=False, zorder=6)
+        _draw_arc(axes, rose.direction_deg, rose.direction_half_width_deg, _RIM * top, _DIRECTION)
+    axes.set_ylim(0.0, top)
+
+
+def _draw_arc(axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, look: dict[str, Any]) -> None:
+    """Draw the interval of a mean as an arc; nothing without an interval."""
+    if half_width_deg is not None:
+        angles = np.radians(np.linspace(middle_deg - half_width_deg, middle_deg + half_width_deg, 60))
+        axes.plot(angles, np.full(60, radius), **look | {"linewidth": 1.3})
+
+
+def _triangle(azimuth_deg: float) -> dict[str, Any]:
+    """Return Matplotlib keywords for the mark of a mean direction: a triangle that points outwards."""
+    return {
+        "marker": (3, 0, -azimuth_deg), "markersize": 8, "markeredgecolor": INK, "markerfacecolor": INK,
+        "linestyle": "none",
+    }  # fmt: skip
+
+
+def _emptiest_border_deg(counts: FloatArray) -> float:
+    """Return the azimuth, degrees, of the border of two sectors with the smallest falls, for labels of the radius."""
+    most = np.maximum(counts, np.roll(counts, -1))
+    borders = (np.arange(counts.size) + 0.5) * 360.0 / counts.size
+    # Names of directions stand at multiples of 45°; a border between two names comes first.
+    near = np.abs((borders + 22.5) % 45.0 - 22.5)
+    return float(borders[np.lexsort((-near, most))[0]])

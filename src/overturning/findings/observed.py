@@ -1,0 +1,143 @@
+"""Findings on a survey by itself: stones by outcome, and directions of the observed falls."""
+
+from pydantic import Field
+
+from overturning.findings.values import Finding, Number
+from overturning.statistics.bootstrap import exact_share_interval
+from overturning.statistics.sample_direction import SampleDirection
+from overturning.surveys.observed import ObservedFalls, ObservedSurvey
+
+
+class ObservedFallShare(Finding):
+    """Share of the stones of a survey, such as those that fell, with its exact binomial interval (Clopper & Pearson).
+
+    Stones are taken to fall independently of each other.
+    """
+
+    value: Number
+    """Share, 0 to 1."""
+    low: Number
+    """Lower end of the interval."""
+    high: Number
+    """Upper end of the interval."""
+    level: float = 0.95
+    """Probability of the interval."""
+
+
+class MeanFallDirection(Finding):
+    """Mean direction or axis of observed falls, with its interval and a test."""
+
+    sample_size: int
+    """Number of falls of known direction."""
+    mean_deg: Number
+    """Mean, degrees clockwise from true north (axes: 0 to 180); None if the falls may well be in random directions."""
+    half_width_deg: Number
+    """Half the width of the interval of the mean; None for fewer than eight falls, or without mean."""
+    resultant: Number
+    """Mean resultant length, 0 to 1; for axes that of the doubled angles."""
+    p_value: Number
+    """Probability of a resultant at least as long if the stones fell in random directions."""
+    level: float = 0.95
+    """Probability of the interval."""
+
+
+class ObservedFallsFinding(Finding):
+    """Stones by outcome, and directions of the falls, of one site or of all sites together."""
+
+    site: str
+    """Name of the site; empty for stones without one, and for all sites together."""
+    stones: int
+    """Number of stones, also those that do not count."""
+    fell: int
+    """Number of stones that fell."""
+    stands: int
+    """Number of stones that stand, also shifted and twisted ones."""
+    moved: int
+    """Number of standing stones that are shifted or twisted."""
+    not_counted: int
+    """Number of stones that count neither as fallen nor as standing."""
+    reasons_not_counted: dict[str, int]
+    """Number of stones that do not count by reason: fixed, repaired, broken, unknown."""
+    fell_in_unknown_direction: int
+    """Number of stones that fell in an unknown direction."""
+    fell_share: ObservedFallShare | None
+    """Share of the counted stones that fell; None if no standing stone is listed, and thus perhaps only the fallen."""
+    stands_share: ObservedFallShare | None
+    """Share of the counted stones that stand; None if no standing stone is listed."""
+    not_counted_share: ObservedFallShare
+    """Share of all stones that do not count."""
+    direction: MeanFallDirection
+    """Mean direction of the falls, and test against no common direction."""
+    axis: MeanFallDirection
+    """Mean axis of the falls, and test against no common axis."""
+    falls_by_sector: list[Number]
+    """Number of falls of known direction in each of 8 or 16 equal sectors, clockwise; the first is centred on north."""
+
+
+class ObservedSurveyFindings(Finding):
+    """Summary of a survey by itself, together and by site."""
+
+    stones: str
+    """Name of the survey file."""
+    doubts: list[str]
+    """Doubts about the survey file, such as the unit of its azimuths."""
+    declination_low_deg: Number
+    """Smallest magnetic declination that was added to a direction, east positive; None without directions."""
+    declination_high_deg: Number
+    """Largest magnetic declination that was added to a direction."""
+    together: ObservedFallsFinding
+    """All sites together."""
+    sites: list[ObservedFallsFinding] = Field(default_factory=list)
+    """Each site by itself; empty if the survey has only one."""
+
+
+def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
+    """Convert the summary of a survey to findings."""
+    declinations = summary.declinations_deg or (None,)
+    return ObservedSurveyFindings(
+        stones=summary.name,
+        doubts=list(summary.warnings),
+        declination_low_deg=declinations[0],
+        declination_high_deg=declinations[-1],
+        together=_observed_falls_finding(summary.together),
+        sites=[_observed_falls_finding(site) for site in summary.sites],
+    )
+
+
+def observed_share(matching_count: int, stone_count: int) -> ObservedFallShare:
+    """Return the share `matching_count`/`stone_count` of stones with its exact interval; the value of 0/0 is None."""
+    low, high = exact_share_interval(matching_count, stone_count)
+    return ObservedFallShare(value=matching_count / stone_count if stone_count else None, low=low, high=high)
+
+
+def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
+    """Convert the numbers and directions of one site to findings."""
+    counted, not_counted = observed.fell + observed.stands, sum(observed.not_counted.values())
+
+    return ObservedFallsFinding(
+        site=observed.site,
+        stones=counted + not_counted,
+        fell=observed.fell,
+        stands=observed.stands,
+        moved=observed.moved,
+        not_counted=not_counted,
+        reasons_not_counted=observed.not_counted,
+        fell_in_unknown_direction=observed.fell_in_unknown_direction,
+        fell_share=observed_share(observed.fell, counted) if observed.stands else None,
+        stands_share=observed_share(observed.stands, counted) if observed.stands else None,
+        not_counted_share=observed_share(not_counted, counted + not_counted),
+        direction=_mean_fall_direction(observed.direction),
+        axis=_mean_fall_direction(observed.axis),
+        falls_by_sector=observed.falls_by_sector.tolist(),
+    )
+
+
+def _mean_fall_direction(found: SampleDirection) -> MeanFallDirection:
+    """Convert the mean direction or axis of falls to findings."""
+    return MeanFallDirection(
+        sample_size=found.n,
+        mean_deg=found.mean_deg,
+        half_width_deg=found.half_width_deg,
+        resultant=found.resultant,
+        p_value=found.test.p_value,
+    )

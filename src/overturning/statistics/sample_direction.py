@@ -1,0 +1,105 @@
+"""Mean direction or axis of independent observations, such as the falls of single stones, with its interval."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from overturning.arrays import FloatArray
+from overturning.statistics.bootstrap import statistic_of_bootstrap_samples, tail_share_of_expanded_interval
+from overturning.statistics.circular import (
+    LEAST_RESULTANT,
+    NO_DIRECTION,
+    StatisticalTestResult,
+    common_axis_test,
+    mean_angle_and_resultant,
+)
+
+MOST_RESAMPLED: Final = 1000
+"""Largest number of observations whose interval is from the bootstrap; more have the interval of large samples."""
+
+
+@dataclass(frozen=True)
+class SampleDirection:
+    """Mean direction or axis of n independent observations.
+
+    Attributes
+    ----------
+    n : int
+        Number of observations.
+    mean_deg : float
+        Mean, 0 to below 360 for directions and 0 to below 180 for axes; NaN if the test does not reject random
+        directions at the level of the interval, or the mean resultant length is below `LEAST_RESULTANT`.
+    half_width_deg : float
+        Half the width of the confidence interval of the mean; NaN without mean, or for fewer than eight observations.
+    resultant : float
+        Mean resultant length, 0 to 1; for axes that of the doubled angles. NaN without observations.
+    test : StatisticalTestResult
+        Test of the null hypothesis that the observations have no common direction (or axis).
+    """
+
+    n: int
+    mean_deg: float
+    half_width_deg: float
+    resultant: float
+    test: StatisticalTestResult
+
+
+def sample_direction(
+    angle_deg: ArrayLike, *, axial: bool = False, level: float = 0.95, draws: int = 4000
+) -> SampleDirection:
+    """Compute the mean direction (or axis) of angles, its interval, and the test against no common direction.
+
+    The interval is the expanded percentile interval of the distances of bootstrap means from the mean. For more than
+    `MOST_RESAMPLED` angles it is that of large samples (Fisher 1993, Statistical Analysis of Circular Data, section
+    4.4.4), and the test is Rayleigh's, p = exp(−nR²).
+
+    Parameters
+    ----------
+    angle_deg : array_like, shape (n,)
+        Azimuths, degrees clockwise from north.
+    axial : bool
+        True if opposite azimuths are the same.
+    level : float
+        Probability of the interval; a mean is given if p of the test is at most 1 − level.
+    draws : int
+        Number of bootstrap samples.
+    """
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    fold = 2 if axial else 1
+    vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
+    mean, resultant = mean_angle_and_resultant(angle, axial=axial)
+    if angle.size > MOST_RESAMPLED:
+        p_value = math.exp(-angle.size * resultant**2)
+        test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
+    else:
+        test = common_axis_test(*vectors.T)
+    if not (test.p_value <= 1 - level and resultant >= LEAST_RESULTANT):
+        return SampleDirection(angle.size, math.nan, math.nan, resultant, test)
+    half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws) / fold
+    return SampleDirection(angle.size, mean, half, resultant, test)
+
+
+def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: float, level: float, draws: int) -> float:
+    """Return half the width, degrees, of the interval of the mean direction of unit vectors, shape (n, 2)."""
+    n = len(vectors)
+    middle = np.array([math.cos(math.radians(mean_deg)), math.sin(math.radians(mean_deg))])
+    if n > MOST_RESAMPLED:
+        along = vectors @ middle
+        dispersion = (1 - float((2 * along**2 - 1).mean())) / (2 * resultant**2)
+
+        error = float(scipy.special.ndtri((1 + level) / 2)) * math.sqrt(dispersion / n)
+        return math.degrees(math.asin(min(error, 1.0)))
+
+    def distances_from_mean_deg(samples: FloatArray) -> FloatArray:
+        cosine, sine = samples.mean(axis=1).T
+        away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
+        return np.where(np.hypot(cosine, sine) < NO_DIRECTION, 180.0, np.abs(away))
+
+    distances = statistic_of_bootstrap_samples(distances_from_mean_deg, vectors, draws)
+    if not distances.size:
+        return math.nan
+    return float(np.quantile(distances, 1 - 2 * tail_share_of_expanded_interval(n, level)))

@@ -1,0 +1,126 @@
+"""Summary of a survey by itself: numbers of stones by outcome, and directions of the observed falls."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.statistics.circular import sector_index
+from overturning.statistics.sample_direction import SampleDirection, sample_direction
+from overturning.surveys.notation import NOT_COUNTED
+from overturning.surveys.row import SurveyRow
+from overturning.surveys.stones import Stone, SurveyTable
+
+
+@dataclass(frozen=True)
+class ObservedFalls:
+    """Numbers of stones by outcome, and directions of the falls, of one site or of all sites together.
+
+    Attributes
+    ----------
+    site : str
+        Name of the site; "" for stones without one, and for all sites together.
+    fell, stands, moved : int
+        Stones that fell; that stand; and, of the latter, that are shifted or twisted.
+    not_counted : dict of str to int
+        Stones that count neither as fallen nor as standing, by reason.
+    fell_in_unknown_direction : int
+        Fallen stones with unknown direction.
+    direction, axis : SampleDirection
+        Mean direction and mean axis of the falls of known direction.
+    falls_by_sector : ndarray, shape (8,) or (16,)
+        Number of falls towards each sector of equal width; the first is centred on north.
+    """
+
+    site: str
+    fell: int
+    stands: int
+    moved: int
+    not_counted: dict[str, int]
+    fell_in_unknown_direction: int
+    direction: SampleDirection
+    axis: SampleDirection
+    falls_by_sector: FloatArray
+
+
+@dataclass(frozen=True)
+class ObservedSurvey:
+    """Summary of a survey, for all stones together and for each site; ``sites`` is empty if there is only one.
+
+    ``declinations_deg`` are the different magnetic declinations that were added to directions, ascending.
+    """
+
+    name: str
+    together: ObservedFalls
+    sites: tuple[ObservedFalls, ...] = ()
+    warnings: tuple[str, ...] = ()
+    declinations_deg: tuple[float, ...] = field(default=())
+
+
+def summarise_survey(table: SurveyTable) -> ObservedSurvey:
+    """Summarise the stones of a survey, together and by site."""
+    sites = table.sites
+    sector_count = rose_sector_count(table.stones)
+    declinations = {row.magnetic_declination_deg for _, row in table.rows if _has_direction(table, row)}
+    return ObservedSurvey(
+        table.name,
+        _observed_falls(table, "", sector_count),
+        tuple(_observed_falls(table.select_site(site), site, sector_count) for site in sites if len(sites) > 1),
+        table.warnings,
+        tuple(sorted(declinations)),
+    )
+
+
+def rose_sector_count(stones: Sequence[Stone]) -> int:
+    """Return the number of sectors of a rose of falls: 8 if a direction is known only to an octant, otherwise 16."""
+    return 8 if any(stone.octant for stone in stones if stone.fell_in_known_direction) else 16
+
+
+def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
+    """Return the number of falls of known direction towards each sector, shape (`sector_count`,).
+
+    A direction that is known to an interval (one of 16 winds) is shared between the sectors that it overlaps.
+    """
+    counts = np.zeros(sector_count)
+    fine = np.linspace(-1, 1, 401)[1::2]  # midpoints of equal parts of an interval
+    for stone in stones:
+        if stone.fell_in_known_direction:
+            half = stone.direction_half_width_deg if stone.wind_16 else 0.0
+            towards = sector_index(stone.azimuth_deg + half * fine, sector_count)
+            counts += stone.count * np.bincount(towards, minlength=sector_count) / fine.size
+    return counts
+
+
+def _has_direction(table: SurveyTable, row: SurveyRow) -> bool:
+    """True if a row gives the direction of a fall or of a face."""
+    stone = table.stone_of_row(0, row)
+    return math.isfinite(stone.azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
+
+
+def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedFalls:
+    """Summarise the stones of a table, which may be the part of one site."""
+    stones = table.stones
+    reasons = Counter[str]()
+    for _, row in table.rows:
+        if row.counted_as == "not counted":
+            reasons[next(kind for kind in NOT_COUNTED if kind in row.kinds)] += row.count
+    angles = np.repeat(
+        [stone.azimuth_deg for stone in stones if stone.fell_in_known_direction],
+        [stone.count for stone in stones if stone.fell_in_known_direction],
+    )
+    return ObservedFalls(
+        site=site,
+        fell=sum(stone.count for stone in stones if stone.fell),
+        stands=sum(stone.count for stone in stones if not stone.fell),
+        moved=table.count(lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.kinds))),
+        not_counted=dict(reasons),
+        fell_in_unknown_direction=sum(
+            stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
+        ),
+        direction=sample_direction(angles),
+        axis=sample_direction(angles, axial=True),
+        falls_by_sector=falls_by_sector(stones, sector_count),
+    )

@@ -308,7 +308,7 @@ def test_output_of_a_variant_is_labelled_and_separate(
     assert (tmp_path / "explore.html").read_text(encoding="utf-8") == "of the study itself"
     stones.write_text("octant\nN\n", encoding="utf-8")
     assert drawn("survey", str(stones), "--cube", str(path), "--record", "b") == 0
-    assert capsys.readouterr().out.startswith("stones.csv against b, variant stiff\n")
+    assert "\nstones.csv against b, variant stiff\n" in capsys.readouterr().out
     cube = overturning.open_cube(path)
     for draw in (
         overturning.plot.fall_rose,

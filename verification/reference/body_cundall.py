@@ -43,7 +43,7 @@ from overturning.dem.body.state import (
     BodyPeakValues,
     BodyState,
     BodyVertex,
-    ContactPointBeforeAndAfter,
+    ContactPointAtStepStartAndEnd,
     ContactPointHistory,
     angular_velocity_from_momentum,
     lean_as_squared_sine,
@@ -304,7 +304,7 @@ store_peaks, store_account = (
 )
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX.lane_access(BodyVertex).load,
-    VERTEX.lane_access(ContactPointBeforeAndAfter, "old", unused_fields=UNUSED),
+    VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
 

@@ -184,7 +184,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
-    """Return True for blocks whose falls show a direction: in 2-D those that fall at some azimuths only, in 3-D all.
+    """Return True for blocks whose falls tell something about a preferred direction: in 2-D marginal ones, in 3-D all.
 
     The result has the dimensions of ``overturned`` without the direction.
 

@@ -215,7 +215,7 @@ class Study(StrictModel):
     @field_validator("variants")
     @classmethod
     def _fill_variant_contacts(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
-        """Fill in contact settings of variants that are not given, from the study."""
+        """Give each variant the contact settings of the study where the variant states none of its own."""
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {

@@ -369,7 +369,7 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
     return most if most > turn else turn
 
 
-def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
+def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
     return case_status(
         workspace.state,
@@ -388,5 +388,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     BlockKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
 )  # fmt: skip

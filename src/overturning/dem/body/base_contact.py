@@ -17,7 +17,7 @@ from overturning.dem.body.state import (
     BodyConstants,
     BodyState,
     BodyVertex,
-    ContactPointBeforeAndAfter,
+    ContactPointAtStepStartAndEnd,
     ContactPointHistory,
 )
 from overturning.dem.body.vectors import Matrix3, Vector3, matrix_times_vector, transpose
@@ -120,12 +120,12 @@ load_state = ROWS.lane_access(BodyState).load
 load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
 load_vertex, load_memory = (
     VERTEX.lane_access(BodyVertex).load,
-    VERTEX.lane_access(ContactPointBeforeAndAfter, "old").load,
+    VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").load,
 )
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = (
-    VERTEX.row_start(ContactPointBeforeAndAfter, "old.landing"),
-    VERTEX.row_start(ContactPointBeforeAndAfter, "old.depth"),
+    VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.landing"),
+    VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.depth"),
 )
 SHORTEST, LONGEST = ROWS.row_start(BaseContactState, "landing"), ROWS.row_start(BaseContactState, "longest_landing")
 TILTING: Final = ROWS.row_start(BaseContactState, "tilting")

@@ -42,7 +42,7 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactEquationTerms,
     ContactForceSum,
-    ContactPointBeforeAndAfter,
+    ContactPointAtStepStartAndEnd,
     LargestContactChanges,
     PredictedBody,
     PredictedContactPoint,
@@ -73,11 +73,11 @@ add_equations, add_sum, larger_of = (
     create_elementwise_tuple_functions(LargestContactChanges).largest,
 )
 load_vertex = VERTEX.lane_access(BodyVertex).load
-load_memory, _, store_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old")
+load_memory, _, store_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old")
 load_point, store_point, _ = VERTEX.lane_access(PredictedContactPoint)
-load_next, store_next, _ = VERTEX.lane_access(ContactPointBeforeAndAfter, "new")
+load_next, store_next, _ = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "new")
 OF_A_VERTEX: Final = VERTEX.size
-SLID: Final = VERTEX.row_start(ContactPointBeforeAndAfter, "old.slid")
+SLID: Final = VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.slid")
 
 
 @njit(**INNER)
@@ -276,7 +276,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
 
 
 @njit(**INNER)
-def store_accepted_point_histories(state: Any, point_rows: Any, lane_count: int) -> None:
+def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state in lanes whose step is accepted; in others only whether the point slid."""
     for j in range(lane_count):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
@@ -332,6 +332,8 @@ def build_sample_step_loop(has_rim: bool) -> Any:
                     compute_point_pair_forces(state, one, other, lane_count, has_rim, 1)
             accept_or_reject_steps(state, lane_count, ticks_per_sample, has_rim)
             for point in range(0, 2 * half, OF_A_VERTEX):
-                store_accepted_point_histories(state, vertex_rows[point : point + OF_A_VERTEX], lane_count)
+                store_contact_point_states_after_accepted_steps(
+                    state, vertex_rows[point : point + OF_A_VERTEX], lane_count
+                )
 
     return compute_sample_steps

@@ -14,7 +14,7 @@ from overturning.dem.body.state import (
     BodyPeakValues,
     BodyState,
     BodyTerminationLimits,
-    ContactPointBeforeAndAfter,
+    ContactPointAtStepStartAndEnd,
     angular_velocity_of_state,
     lean_as_squared_sine,
 )
@@ -40,7 +40,7 @@ load_account, load_course, load_limits = (
     ROWS.lane_access(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
 load_shaking = ROWS.lane_access(BodyBaseMotion).load
-load_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old").load
+load_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row_start(StepAttempt, "length")
 

@@ -31,7 +31,7 @@ from overturning.dem.body.state import (
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
-    ContactPointBeforeAndAfter,
+    ContactPointAtStepStartAndEnd,
     LoadedSampleNumber,
     base_motion_over_sample,
 )
@@ -122,7 +122,7 @@ store_shaking, store_attempt, store_step_control = (
 )
 store_vertex, store_memory = (
     VERTEX.lane_access(BodyVertex).store,
-    VERTEX.lane_access(ContactPointBeforeAndAfter, "old").store,
+    VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").store,
 )
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
@@ -296,7 +296,7 @@ def skip_quiet_samples(
             skipped_sample_counts_out[j] += samples
 
 
-def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `CaseStatus` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
     end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
     return case_status(
@@ -312,5 +312,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     BodyKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
 )  # fmt: skip

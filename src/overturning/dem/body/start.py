@@ -15,7 +15,7 @@ from overturning.dem.body.state import (
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
-    ContactPointBeforeAndAfter,
+    ContactPointAtStepStartAndEnd,
     ContactPointHistory,
     lean_as_squared_sine,
 )
@@ -45,7 +45,7 @@ store_body, store_state, store_peaks, store_course, store_limits, store_attempt,
     )
 )  # fmt: skip
 store_vertex = VERTEX.lane_access(BodyVertex).store
-store_memory = VERTEX.lane_access(ContactPointBeforeAndAfter, "old").store
+store_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 REST_LIMIT: Final = ROWS.row_start(CaseRestState, "rest_limit")

@@ -122,7 +122,7 @@ class ContactPointHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class ContactPointBeforeAndAfter(NamedTuple):
+class ContactPointAtStepStartAndEnd(NamedTuple):
     """State of a contact point before a step (`old`), and at its end (`new`), which counts if the step is accepted."""
 
     old: ContactPointHistory
@@ -332,7 +332,7 @@ ROWS: Final = TupleRowLayout(
     StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
     LargestContactChanges, CaseRestState,
 )  # fmt: skip
-VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointBeforeAndAfter, PredictedContactPoint)
+VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 
 
 @njit(**INNER)

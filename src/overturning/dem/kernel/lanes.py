@@ -224,7 +224,7 @@ class TupleRowLayout:
         self._made: dict[tuple[object, ...], LaneTupleAccess] = {}
 
     def row_start(self, tuple_type: type, field_path: str) -> int:
-        """Return the array index at which the row of a number starts, from its field path such as ``left.spring``."""
+        """Return the array index at which the values of a field start; its path is, for example, ``left.spring``."""
         return self._rows[tuple_type, field_path]
 
     def lane_access(

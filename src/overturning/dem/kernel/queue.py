@@ -103,7 +103,7 @@ def mark_lanes_that_may_have_ended(
 ) -> int:
     """Set the mark of each active lane to 1 if its case may have ended, else to 0; return the number of ones.
 
-    A quick test for all lanes at once; `lane_end_status` decides.
+    A quick test for all lanes at once; `status_if_case_in_lane_ended` decides.
     """
     raise NotImplementedError
 
@@ -125,7 +125,7 @@ def skip_quiet_samples(
     raise NotImplementedError
 
 
-def lane_end_status(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
+def status_if_case_in_lane_ended(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
     """Return the `CaseStatus` of the case in a lane if the case has ended, else `GOES_ON`."""
     raise NotImplementedError
 
@@ -247,7 +247,7 @@ def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory
         while lane < active:
             status, over = GOES_ON, done[lane] >= settings.budget
             if over or due[lane] > 0.0:
-                status = lane_end_status(kernel_input, workspace, lane, case[lane])
+                status = status_if_case_in_lane_ended(kernel_input, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
                 status = CaseStatus.OVER_BUDGET if over and status != CaseStatus.SIMULATED else status
             if status == GOES_ON:

@@ -52,7 +52,7 @@ def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[
 
 
 def select_value_with_llvm_freeze(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
-    """Return one of two values, selected by a condition, so that a store of the result stays unconditional.
+    """Select one of two values by a condition so that the compiler writes the result to memory without a branch.
 
     LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
     that the values are equal.

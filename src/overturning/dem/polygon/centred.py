@@ -280,7 +280,7 @@ def solved_segment_end(
 
 
 @njit(**INLINE)
-def solved_vertex_positions(
+def vertex_positions_from_contact_solution(
     vertex_a: VertexPositionAtFace,
     vertex_b: VertexPositionAtFace,
     segment_end: SegmentEnd,
@@ -327,8 +327,8 @@ def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_ro
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
-        a1, b2 = solved_vertex_positions(ends.now.a1, ends.now.b2, ends.one, s1)
-        a2, b1 = solved_vertex_positions(ends.now.a2, ends.now.b1, ends.two, s2)
+        a1, b2 = vertex_positions_from_contact_solution(ends.now.a1, ends.now.b2, ends.one, s1)
+        a2, b1 = vertex_positions_from_contact_solution(ends.now.a2, ends.now.b1, ends.two, s2)
         rows.store_corrected(pair_rows, j, pair_history_after_step(
             pair.history, ends, FaceVertexPositions(a1, a2, b1, b2),
             correct_slip_for_friction_work(ends, (end_1, end_2), (s1.now, s2.now)), law, 2.0 * half

@@ -310,7 +310,7 @@ def skip_quiet_samples(
             skipped_sample_counts_out[j] += samples
 
 
-def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `CaseStatus` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
     status = case_status(
         workspace.state,
@@ -330,5 +330,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     SceneKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
 )  # fmt: skip

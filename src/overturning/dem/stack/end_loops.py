@@ -293,7 +293,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
 
 
 @njit(**APART)
-def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store a joint's new contact state in lanes whose step is accepted; in others only whether it slid."""
     for j in range(lane_count):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
@@ -302,7 +302,7 @@ def store_accepted_joint_histories(case_rows: Any, joint_rows: Any, lane_count: 
 
 
 @njit(**APART)
-def store_accepted_point_histories(case_rows: Any, point: Any, lane_count: int) -> None:
+def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store the new state of a contact point in the lanes whose step is accepted."""
     for j in range(lane_count):
         store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

@@ -316,7 +316,7 @@ def skip_quiet_samples(
     """Skip nothing: stacks are computed in all samples between the first and the last strong one."""
 
 
-def lane_end_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Remove fallen stones; return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
@@ -336,5 +336,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     StackKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, lane_end_status, write_lane_results,
+    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
 )  # fmt: skip

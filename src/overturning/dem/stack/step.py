@@ -12,8 +12,8 @@ from overturning.dem.stack.end_loops import (
     compute_joint_wrench,
     compute_point_normal_force,
     mark_joints_with_crossing_points,
-    store_accepted_joint_histories,
-    store_accepted_point_histories,
+    store_contact_point_states_after_accepted_steps,
+    store_joint_states_after_accepted_steps,
     store_relative_velocity_changes,
 )
 from overturning.dem.stack.joint_state import JOINT, POINT
@@ -120,10 +120,12 @@ def store_accepted_stack_states(
         else:
             complete_stone_step(case, stone, lane_count, None)
         at = first + s * joint_state_size
-        store_accepted_joint_histories(case, state[at : at + JOINT_SIZE], lane_count)
+        store_joint_states_after_accepted_steps(case, state[at : at + JOINT_SIZE], lane_count)
         points = state[at + JOINT_SIZE : at + joint_state_size]
         for n in range(used_points[s, 0]):
-            store_accepted_point_histories(case, point_window(points, used_points[s, 1 + n]), lane_count)
+            store_contact_point_states_after_accepted_steps(
+                case, point_window(points, used_points[s, 1 + n]), lane_count
+            )
 
 
 @njit(**INNER)

@@ -69,7 +69,7 @@ def test_records_under_which_clearly_more_outcomes_change_are_listed() -> None:
     loud, doubtful = (
         RecordChanges(record=name, cases=90, changed=changed) for name, changed in (("loud", 6), ("doubtful", 4))
     )
-    found = _records_with_most_changes([*rows, loud, doubtful, RecordChanges(record="none", cases=0, changed=0)])
+    found = _records_with_most_changes([*rows, loud, doubtful, RecordChanges(record="few", cases=8, changed=3)])
     assert [(one.record, one.changes.count, one.changes.compared) for one in found] == [("loud", 6, 90)]
     assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)
     assert _records_with_most_changes([]) == []

@@ -2,6 +2,7 @@
 
 import math
 from functools import partial
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -26,6 +27,9 @@ from overturning.statistics.spread import (
 )
 from overturning.study.convergence import ConvergenceCheckResult, RecordChanges
 from overturning.study.ensemble import BATCH
+
+MIN_CASES_OF_RECORD: Final = 20
+"""Smallest number of compared cases of a record of which the share of changes is judged."""
 
 
 class EnsembleFindings(Finding):
@@ -75,7 +79,8 @@ class ConvergenceFindings(Finding):
     records_with_most_changes: list[ChangesUnderRecord]
     """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
 
-    The lower end of the 95 % interval of the record's share lies above the share over all records.
+    The lower end of the 95 % interval of the record's share lies above the share over all records; records with fewer
+    than 20 compared cases are left out.
     """
 
 
@@ -115,7 +120,7 @@ def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUn
     found = []
     for one in by_record:
         changes = share_of_changed_cases(one.changed, one.cases, is_random_sample=True)
-        if one.cases and (changes.low or 0.0) * cases > changed:
+        if one.cases >= MIN_CASES_OF_RECORD and (changes.low or 0.0) * cases > changed:
             found.append(ChangesUnderRecord(record=one.record, changes=changes))
     return sorted(found, key=lambda one: -(one.changes.value or 0.0))
 

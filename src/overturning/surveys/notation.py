@@ -15,7 +15,7 @@ OCTANTS = WINDS_16[::2]
 """Compass octants in their order; octant i is centred on 45° i."""
 
 DIRECTION_FORMS: Final = (
-    "give a number of degrees from -360 to 360, one of the 16 winds (N, NNE, NE, …), or a quadrant bearing such as S40E"
+    "give a number of degrees from -360 to 360, one of the 16 winds (N, NNE, …), or a quadrant bearing such as S40E"
 )
 """Remedy for a direction that cannot be read."""
 

@@ -1,0 +1,63 @@
+"""The example survey: made from a motion of known axis, and its worked example in docs/how-to/survey.md."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import overturning
+from overturning.motion.direction import azimuth_difference
+from verification import example_survey
+from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone, invent_stones, write_direction
+
+
+@pytest.fixture(scope="module")
+def truth() -> dict[str, list[InventedStone]]:
+    return invent_stones()
+
+
+def test_the_survey_is_what_the_script_makes() -> None:
+    assert SURVEY.read_text(encoding="utf-8") == example_survey.survey_text(), "python -m verification.example_survey"
+
+
+def test_the_page_shows_what_the_commands_print() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    for mark, block in example_survey.page_blocks().items():
+        assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced(block)}\n\n<!-- {mark}:end -->" in page, (
+            "python -m verification.example_survey"
+        )
+    axis = example_survey.true_motion().axis
+    assert f"the largest velocity of the motion is along {axis:.0f}°" in " ".join(page.split())
+    header, *rows = [line.strip() for line in page.split("\n") if line.startswith("        ") and ";" in line]
+    lines = SURVEY.read_text(encoding="utf-8").splitlines()
+    assert header in lines
+    assert set(rows) <= set(lines)
+    assert ROSE.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_the_survey_is_read_as_it_was_invented(truth: dict[str, list[InventedStone]]) -> None:
+    stones = overturning.read_survey(SURVEY)
+    assert stones.attrs["warnings"] == []
+    assert Counter(stones["site"]) == dict.fromkeys(SITES, 20)
+    true_stones = [stone for site in SITES for stone in truth[site]]
+    width = {"Hill": 0.5, "River": 11.25, "Church": 0.5}
+    for (_, row), stone in zip(stones.iterrows(), true_stones, strict=True):
+        assert row["height_m"] == stone.height
+        if row["counted_as"] == "not counted":
+            continue
+        assert (row["counted_as"] == "fell") == np.isfinite(stone.fall_azimuth_deg)
+        if np.isfinite(row["azimuth_deg"]):
+            assert azimuth_difference(row["azimuth_deg"], stone.fall_azimuth_deg) <= width[row["site"]] + 1e-9
+        if np.isfinite(row["face_azimuth_deg"]):
+            assert azimuth_difference(row["face_azimuth_deg"], stone.face_azimuth_deg) <= 0.5 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "notation", "text"),
+    [
+        (100.0, "winds", "E"), (102.0, "winds", "ESE"), (10.0, "degrees", "348"), (162.5, "bearings", "S 40° E"),
+        (357.5, "bearings", "N 25° W"), (232.5, "bearings", "S 30° W"), (52.5, "bearings", "N 30° E"),
+    ],
+)  # fmt: skip
+def test_directions_are_written_in_the_notation_of_a_site(azimuth: float, notation: str, text: str) -> None:
+    assert write_direction(azimuth, notation) == text

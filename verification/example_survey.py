@@ -1,0 +1,204 @@
+"""`python -m verification.example_survey`: make the example survey of three invented cemeteries, and its page.
+
+The stones are invented; their outcomes are simulated with the motion of Te Mara Farm, so the true axis of the motion is
+known. The survey is in surveys/example-cemeteries.csv, the worked example in docs/how-to/survey.md.
+"""
+
+import contextlib
+import io
+import math
+import tempfile
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+import overturning
+from overturning.cli import main as run_command
+from overturning.files import write_text
+from overturning.motion.motion import Motion
+from overturning.records.catalogue import RecordEntry
+from overturning.records.processing import process_record
+from overturning.records.read import read_record
+from overturning.surveys.library import CandidateMotion
+from overturning.surveys.notation import WINDS_16
+from verification.tables import ROOT
+
+SURVEY: Final = ROOT / "surveys" / "example-cemeteries.csv"
+PAGE: Final = ROOT / "docs" / "how-to" / "survey.md"
+ROSE: Final = ROOT / "docs" / "images" / "example-cemeteries.svg"
+
+SOURCE: Final = "example:20161113_110259_WTMC_20.V2A"
+SITES: Final = {"Hill": "degrees", "River": "winds", "Church": "bearings"}
+"""Names of the cemeteries, each with the notation of its directions."""
+STONES_PER_SITE: Final = 20
+DECLINATION_DEG: Final = 22.5
+"""Magnetic declination, east positive, of the directions that were taken with a compass: those not in winds."""
+FRICTION: Final = 0.7
+SPREAD_DEG: Final = 10.0
+"""Standard deviation of the fall directions about the normals of the faces."""
+
+HEADER: Final = (
+    "site", "stone", "kind", "outcome", "azimuth_deg", "declination", "face_azimuth_deg", "height_m", "b_over_h",
+    "b_over_h_side", "note",
+)  # fmt: skip
+OUTCOMES_OF_FEW: Final = {
+    ("Hill", 4): "fixed", ("Hill", 15): "fixed", ("River", 7): "broken", ("River", 12): "unknown",
+    ("Church", 9): "repaired",
+}  # fmt: skip
+"""Outcomes of the stones that do not count, by site and number."""
+WITHOUT_DIRECTION: Final = 3
+"""Number, among the stones of each site that fell, of the one whose direction is not noted."""
+
+
+@dataclass(frozen=True)
+class InventedStone:
+    """Invented stone, with its outcome under the motion.
+
+    ``fall_azimuth_deg`` is the true azimuth of its fall; NaN if it stands.
+    """
+
+    face_azimuth_deg: float
+    height: float
+    b_over_h: float
+    b_over_h_side: float
+    fall_azimuth_deg: float
+
+
+def true_motion() -> CandidateMotion:
+    """Return the motion of Te Mara Farm, processed as in a study, with its velocity axis."""
+    record = process_record(read_record(RecordEntry(id="wtmc", format="geonet", source=SOURCE), Path()), None)
+    return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
+
+
+def fall_of_stone(motion: Motion, face_deg: float, height: float, shapes: tuple[float, float]) -> float:
+    """Return the azimuth of the face normal along which a stone falls first, degrees; NaN if it stands.
+
+    ``shapes`` are B/H in the plane of the face normal, and across.
+    """
+    first = (math.inf, math.nan)
+    for azimuth, shape in zip((face_deg, face_deg + 90.0), shapes, strict=True):
+        case = overturning.simulate(motion, azimuth_deg=[azimuth], height=[height], b_over_h=[shape], friction=FRICTION)
+        if side := float(case["overturned"].item()):
+            time = float(case["overturning_time"].item())
+            first = min(first, (time, (azimuth + (0.0 if side > 0 else 180.0)) % 360.0))
+    return first[1]
+
+
+def invent_stones() -> dict[str, list[InventedStone]]:
+    """Invent the stones of each site, in rows of one orientation, and simulate them."""
+    generator, motion = np.random.Generator(np.random.PCG64(47)), true_motion().motion
+    stones: dict[str, list[InventedStone]] = {}
+    for site in SITES:
+        row = generator.uniform(0.0, 360.0)
+        stones[site] = []
+        for _ in range(STONES_PER_SITE):
+            face = round(row + generator.normal(0.0, 15.0)) % 360.0
+            height, shape = (round(float(one), 2) for one in generator.uniform((0.5, 0.3), (1.1, 0.55)))
+            side = round(shape * float(generator.uniform(1.0, 1.4)), 2)
+            fall = fall_of_stone(motion, face, height, (shape, side))
+            seen = (fall + generator.normal(0.0, SPREAD_DEG)) % 360.0
+            stones[site].append(InventedStone(face, height, shape, side, seen))
+    return stones
+
+
+def write_direction(azimuth_deg: float, notation: str) -> str:
+    """Return a true azimuth, degrees, as people note it: magnetic degrees, a true wind, or a magnetic bearing."""
+    if notation == "winds":
+        return WINDS_16[round(azimuth_deg / 22.5) % 16]
+    magnetic = round(azimuth_deg - DECLINATION_DEG) % 360
+    if notation == "degrees":
+        return str(magnetic)
+    north = magnetic <= 90 or magnetic >= 270
+    angle = min(magnetic, 360 - magnetic) if north else abs(180 - magnetic)
+    return f"{'N' if north else 'S'} {angle}° {'E' if magnetic <= 180 else 'W'}"
+
+
+def survey_text() -> str:
+    """Return the survey as text: semicolons, decimal commas, and another notation of directions at each site."""
+    generator = np.random.Generator(np.random.PCG64(48))
+    lines = [
+        "# Invented: three cemeteries with 60 stones, made by verification/example_survey.py from the motion of Te",
+        "# Mara Farm. It shows a file's form, and how the sites of one survey may differ in their notation.",
+        ";".join(HEADER),
+    ]
+    for site, stones in invent_stones().items():
+        notation, falls = SITES[site], 0
+        for number, stone in enumerate(stones, 1):
+            outcome, azimuth = "stands", ""
+            if math.isfinite(stone.fall_azimuth_deg):
+                outcome, azimuth = "fell", write_direction(stone.fall_azimuth_deg, notation)
+            moved = generator.uniform()
+            if outcome == "stands" and moved < 0.5:
+                twist, shift = int(generator.choice([-1, 1])) * int(generator.integers(2, 15)), generator.integers(1, 5)
+                outcome = f"twisted {twist}" if moved < 0.25 else f"shifted {shift} cm"
+            falls += outcome == "fell"
+            if outcome == "fell" and falls == WITHOUT_DIRECTION:
+                outcome, azimuth = "fell, direction not known", ""
+            if (site, number) in OUTCOMES_OF_FEW:
+                outcome, azimuth = OUTCOMES_OF_FEW[site, number], ""
+            face = "" if notation == "winds" else write_direction(stone.face_azimuth_deg, notation)
+            declination = "" if notation == "winds" else f"{DECLINATION_DEG}"
+            sizes = (f"{one:.2f}".replace(".", ",") for one in (stone.height, stone.b_over_h, stone.b_over_h_side))
+            cells = (site, f"{site[0]}{number}", "headstone", outcome, azimuth, declination.replace(".", ","), face)
+            lines.append(";".join((*cells, *sizes, "")))
+    return "\n".join(lines) + "\n"
+
+
+def printed_by(*arguments: str) -> str:
+    """Return what `overturning survey` prints, with long lines wrapped."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
+        run_command(["survey", *arguments])
+    lines = text.getvalue().replace("\u00a0", " ").rstrip("\n").split("\n")
+    wrapped = [part for line in lines for part in (textwrap.wrap(line, 110) if line[:1] != " " else [line]) or [""]]
+    return "\n".join(line.rstrip() for line in wrapped)
+
+
+def fenced(block: str) -> str:
+    """Return a block of code of Markdown."""
+    return f"```text\n{block}\n```"
+
+
+def example_study_cube(path: Path) -> None:
+    """Write the cube of the small study with which the page compares the survey."""
+    cube = overturning.run_study(
+        ["wtmc"],
+        azimuth={"step": 10},
+        height=[0.5, 0.8, 1.1],
+        b_over_h=[0.3, 0.4, 0.5, 0.6, 0.7],
+        friction=[FRICTION],
+        ensemble={"members": 0},
+        verification="none",
+    )
+    cube.to_netcdf(path)
+
+
+def page_blocks() -> dict[str, str]:
+    """Return the output of both commands of the page by marker."""
+    with tempfile.TemporaryDirectory() as folder:
+        cube = Path(folder) / "cube.nc"
+        example_study_cube(cube)
+        compared = printed_by(str(SURVEY), "--cube", str(cube))
+    summary = printed_by(str(SURVEY))
+    return {
+        "example-survey": summary,
+        "example-survey-compared": compared[compared.index("example-cemeteries.csv against") :],
+    }
+
+
+def main() -> None:
+    """Write the survey, the rose of its falls, and the output of the commands in the page."""
+    write_text(SURVEY, survey_text())
+    printed_by(str(SURVEY), "--rose", str(ROSE))
+    page = PAGE.read_text(encoding="utf-8")
+    for mark, block in page_blocks().items():
+        begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
+        page = f"{page.partition(begin)[0]}{begin}\n\n{fenced(block)}\n\n{end}{page.partition(end)[2]}"
+    write_text(PAGE, page)
+
+
+if __name__ == "__main__":
+    main()

@@ -7,7 +7,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import SurveyTable, read_survey_table
+from overturning.surveys.stones import SurveyTable, read_stones, read_survey_table
 
 
 def read(folder: Path, text: str, encoding: str = "utf-8", declination_deg: float | None = None) -> SurveyTable:
@@ -167,6 +167,22 @@ def test_a_name_like_that_of_a_column_for_descriptions_is_only_noted(tmp_path: P
     assert table.notes == (
         "field.csv: not used: columns sites (did you mean site?), photographer (did you mean photo?), mood",
     )
+
+
+def test_cells_that_state_an_unknown_value_are_empty(tmp_path: Path) -> None:
+    text = "fell,azimuth_deg,Height (m),note\nyes,?,n/a,?\nyes,SE,-,-\nyes,unknown,0.6,\n"
+    table = read(tmp_path, text)
+    assert [stone.fell_in_known_direction for stone in table.stones] == [False, True, False]
+    assert [math.isnan(stone.height) for stone in table.stones] == [True, True, False]
+    assert [row.note for _, row in table.rows] == ["?", "-", ""]
+    with pytest.raises(RecordError, match=r"write yes or no; an unknown outcome belongs in the column outcome"):
+        read(tmp_path, "fell\n?\n")
+
+
+def test_a_survey_of_stones_that_do_not_count_has_a_summary_but_no_stones(tmp_path: Path) -> None:
+    assert read(tmp_path, "outcome\nfixed\nbroken\n").stones == []
+    with pytest.raises(RecordError, match="no stone counts as fallen or standing"):
+        read_stones(tmp_path / "field.csv")
 
 
 def test_winds_of_a_table_are_octants_if_all_are_among_the_eight(tmp_path: Path) -> None:

@@ -124,6 +124,8 @@ def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, st
             return _ACCEPTED[plain], ""
         if aside and plain in known_columns:
             return plain, ""
+    if len(aside) == 1 and f"{plain}_{aside[0].strip()}" in known_columns:  # "Height (m)"
+        return f"{plain}_{aside[0].strip()}", ""
     meant = _intended_column(plain, known_columns)
     if meant:
         return meant, f"did you mean {meant}? A column for something else needs a name that is less like it"

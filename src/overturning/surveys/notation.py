@@ -23,6 +23,10 @@ _BEARING: Final = re.compile(r"([NS])\s*(\d+(?:[.,]\d+)?)\s*(?:°|deg)?\s*([EW])
 _NUMBER: Final = r"[+-]?\d+(?:[.,]\d+)?"
 
 
+UNKNOWN_CELLS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "not known")
+"""Texts of a cell of a number or direction that is not known; it counts as empty."""
+
+
 class Direction(NamedTuple):
     """Direction of a survey table: azimuth, degrees clockwise from the north of the table, and the wind if it is one.
 

@@ -24,6 +24,7 @@ from overturning.surveys.notation import (
     NO_DIRECTION,
     NOT_COUNTED,
     OCTANTS,
+    UNKNOWN_CELLS,
     WINDS_16,
     Direction,
     Outcome,
@@ -40,7 +41,8 @@ _YES, _NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n"
 def _parse_yes_or_no(text: object) -> bool:
     """Convert the text of a table cell to True for "yes", False for "no", or synonyms of these."""
     if str(text).lower() not in _YES + _NO:
-        raise ValueError("write yes or no")
+        unknown = "; an unknown outcome belongs in the column outcome" if str(text).lower() in UNKNOWN_CELLS else ""
+        raise ValueError(f"write yes or no{unknown}")
     return str(text).lower() in _YES
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from overturning.errors import RecordError
 from overturning.surveys.columns import is_magnetic, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
-from overturning.surveys.notation import NOT_COUNTED, OCTANTS, Direction, azimuth_unit_warning
+from overturning.surveys.notation import NOT_COUNTED, OCTANTS, UNKNOWN_CELLS, Direction, azimuth_unit_warning
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
@@ -18,6 +18,9 @@ __all__ = ["BACKGROUND", "COLUMNS", "OCTANTS", "Stone", "SurveyRow"]
 BACKGROUND = 0.05
 """Assumed share of stones with a random outcome (pushed by a neighbour, bad footing). Without it, a single stone in a
 direction of probability zero would reject the model."""
+
+_MEASURED = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
+"""Columns of numbers and directions, in which a cell may state that the value is not known."""
 
 _MOST_OCTANT_DECLINATION_DEG = 11.25
 """Largest magnetic declination of an octant, a quarter of its width."""
@@ -169,15 +172,17 @@ def read_stones(path: Path) -> list[Stone]:
 
     See `read_survey_table`.
     """
-    return read_survey_table(path).stones
+    return read_stones_with_notes(path)[0]
 
 
 def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
     """Read a survey file: return the stones that count, in order, notes, and warnings about units.
 
-    See `read_survey_table`.
+    See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.
     """
     table = read_survey_table(path)
+    if not table.stones:
+        raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
     return table.stones, list(table.notes), list(table.warnings)
 
 
@@ -257,7 +262,11 @@ def _read_row(
             f"{len(cells)} cells, the header names {len(meanings)} columns; separate cells by {table.separator_name}"
             + hint
         ]
-    values = {meaning: cell for meaning, cell in zip(meanings, cells, strict=False) if meaning and cell}
+    values = {
+        meaning: cell
+        for meaning, cell in zip(meanings, cells, strict=False)
+        if meaning and cell and not (meaning in _MEASURED and cell.lower() in UNKNOWN_CELLS)
+    }
     if declination_deg is not None:
         values["magnetic_declination_deg"] = str(declination_deg)
     return SurveyRow.read_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)

@@ -89,6 +89,7 @@ def test_outcomes(text: str, kinds: tuple[str, ...], more: dict[str, float]) -> 
     [
         ("perhaps", "write fell, fell direction unknown, stands"),
         ("stnads", "did you mean stands"),
+        ("toppeld", "did you mean toppled"),
         ("shifted 3", "give the unit of the shift"),
         ("shifted 30 m", "from 0 to 10 m"),
         ("twisted 200", "from -180 to 180 degrees, clockwise positive"),

@@ -189,7 +189,9 @@ def _add_outcome_part(outcome: Outcome, part: str) -> Outcome:
             raise ValueError("give a twist from -180 to 180 degrees, clockwise positive")
         turned = -angle if twisted[2] in ("anticlockwise", "counterclockwise", "ccw") else angle
         return outcome._replace(kinds=(*outcome.kinds, "twisted"), twist_deg=turned)
-    near = difflib.get_close_matches(words, ["fell", "shifted", "twisted", *_WORDS], 1, 0.7)
+    near = difflib.get_close_matches(
+        words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_WORDS], 1, 0.7
+    )
     raise ValueError((f"did you mean {near[0]}? " if near else "") + OUTCOME_FORMS)
 
 

@@ -107,7 +107,7 @@ class SurveyFindings(Finding):
     and one without face the mean over all azimuths. `share_in_random_direction` is not included.
     """
     observed_by_octant: dict[str, Number]
-    """Number of fallen stones in each octant of fall direction."""
+    """Number of fallen stones in each octant of fall direction; one of 16 winds between two octants counts in both."""
     predicted_by_octant: dict[str, Number]
     """Predicted number of fallen stones in each octant."""
     log_likelihood_ratio: Number
@@ -268,7 +268,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         computed_fall_share=ComputedFallShare(
             value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
         ),
-        observed_by_octant=counts_by_octant(found.octant_observed.tolist()),
+        observed_by_octant=counts_by_octant(found.octant_observed.round(2).tolist()),
         predicted_by_octant=counts_by_octant(found.octant_predicted.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,

@@ -115,7 +115,8 @@ def measure_throughput() -> list[MeasuredFigure]:
         # Interleaved, so that other load on the machine affects both alike.
         ratios, speeds = [], []
         for _ in range(3):
-            speed = wide / minimum_processor_time(lambda s=scheme: run_cases(motion, many, scheme=s, **how), 1)  # type: ignore[misc]
+            run_many = partial(run_cases, motion, many, scheme=scheme, **how)
+            speed = wide / minimum_processor_time(run_many, 1)
             ratios.append(speed / (narrow / minimum_processor_time(plain_run, 1)))
             speeds.append(speed)
         operations = operations_per_step(advance)

@@ -1,9 +1,8 @@
 """Functions that draw single figures of the report.
 
 Each function returns a Matplotlib figure, which a notebook displays and ``figure.savefig`` writes. A cube comes from
-`overturning.open_cube` or `overturning.run_study`, or is a part of such a cube; `record` is the id of one of its
-records, optional if the cube has only one. Intensity measures and motions are read from the files of the study next to
-the cube. An `ArgumentError` is raised, with the reason, if a figure would be empty.
+`overturning.open_cube` or `overturning.run_study`; `record` is the id of one of its records, optional if there is only
+one. Intensity measures and motions are read from the files next to the cube. An empty figure is an `ArgumentError`.
 """
 
 from collections.abc import Callable, Sequence

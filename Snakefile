@@ -44,7 +44,7 @@ rule all:
 
 
 onstart:
-    backup_cubes(Path(RESULTS))
+    back_up_cubes(Path(RESULTS))
 
 
 onerror:

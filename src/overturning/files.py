@@ -163,7 +163,7 @@ def _strict_yaml_loader_class() -> Any:
     import yaml
 
     class StrictYamlLoader(yaml.SafeLoader):
-        """Loader that requires unique keys and decimal numbers."""
+        """YAML loader that rejects repeated keys, and numbers that are not decimal (octal, hexadecimal, base 60)."""
 
     def construct_mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
         """Yield the mapping of a YAML node; raise an error if a key is repeated."""

@@ -16,7 +16,7 @@ from overturning.records.store import read_record_from_motion_file, write_record
 from overturning.settings import EnsembleSettings
 from overturning.study.ensemble import EnsembleMembers, sample_member_changes
 from overturning.study.resume import (
-    backup_cubes,
+    back_up_cubes,
     lock_folder,
     remove_damaged_results,
     remove_files_of_dropped_records,
@@ -122,7 +122,7 @@ def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:
     cubes = [tmp_path / name for name in ("cube.nc", "cube.other.nc", "cube.third.nc")]
     for cube in cubes:
         cube.write_text("earlier", encoding="utf-8")
-    backup_cubes(tmp_path)
+    back_up_cubes(tmp_path)
     cubes[0].unlink()  # as Snakemake does before the step that fails
     cubes[1].unlink()
     cubes[1].write_text("new", encoding="utf-8")
@@ -130,7 +130,7 @@ def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:
     assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new", "earlier"]
     assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
     assert min(cube.stat().st_mtime for cube in cubes[1:]) > 0
-    backup_cubes(tmp_path)
+    back_up_cubes(tmp_path)
     restore_cubes(tmp_path)
     assert sorted(tmp_path.iterdir()) == cubes
 

@@ -27,7 +27,7 @@ from overturning.study.preflight import (
 from overturning.study.load import study_from_content, read_study_content
 from overturning.study.resume import (
     DAMAGED,
-    backup_cubes,
+    back_up_cubes,
     lock_folder,
     restore_cubes,
     remove_files_of_dropped_records,

@@ -157,7 +157,7 @@ def _motion_and_part_files(results_folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _has_record_id(path: Path, record_id: str) -> bool:
-    """True if a NetCDF file with checksum has the given record id."""
+    """True if a NetCDF file is undamaged (its checksum matches) and has the given record id."""
     try:
         with open_netcdf_unscaled(path, "read", "remove it", check_checksum=True) as file:
             return bool(getattr(file, "record_id", "") == record_id)
@@ -165,7 +165,7 @@ def _has_record_id(path: Path, record_id: str) -> bool:
         return False
 
 
-def backup_cubes(results_folder: Path) -> None:
+def back_up_cubes(results_folder: Path) -> None:
     """Back up the cubes of a study under other names, since Snakemake deletes an output before it is made again."""
     for path in results_folder.glob("cube*.nc"):
         kept = path.with_name(f".{path.name}.kept")

@@ -76,7 +76,7 @@ def vertex_waits_for_extreme_base_vertices(
     vertex_height: float,
     point_history: ContactPointHistory,
 ) -> bool:
-    """True if a base vertex carries no load yet because the lowest and the highest base vertex do not both rest.
+    """True if a base vertex waits: it carries load only once the lowest and the highest base vertex both touch ground.
 
     `vertex_height` is the height of the vertex relative to the centre, m.
     """

@@ -160,15 +160,15 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
 def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
     """Return a function for compiled code that returns the entry of `value_by_type` for the type of its argument."""
 
-    def look_up_value(marker: Any) -> Any:
+    def entry_for_type(marker: Any) -> Any:
         return value_by_type[type(marker)]
 
-    @overload(look_up_value, strict=False)
-    def overload_look_up_value(marker: Any) -> Any:
+    @overload(entry_for_type, strict=False)
+    def overload_entry_for_type(marker: Any) -> Any:
         entry = value_by_type[marker.instance_class]
         return lambda marker: entry  # noqa: ARG005, Numba requires the same arguments
 
-    return look_up_value
+    return entry_for_type
 
 
 @njit(**INNER)

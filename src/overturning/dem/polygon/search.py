@@ -206,7 +206,7 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
 
 @njit(**APART)
 def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
-    """Add the last step to a pair's motion; count lanes in which it may touch, and in which its faces may change.
+    """Add the last step to the motion of a pair; count lanes in which the pair may touch, or have other nearest faces.
 
     The motion of the predicted step counts twice, because the contacts may change it.
     """

@@ -24,8 +24,8 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
     JointRelativeMotion,
     PointBeforeAndAfter,
-    PressureArmSum,
     SolvedJointPointSums,
+    SumOfForceTimesDistance,
 )
 from overturning.dem.stack.state import (
     CASE,
@@ -70,7 +70,7 @@ load_stone, store_stone, store_stone_unless = STONE.lane_access(StoneState)
 load_sum, store_sum, _ = STONE.lane_access(StoneContactSums)
 store_turn = STONE.lane_access(StoneState, "turn").store
 
-load_arm, store_arm, _ = JOINT.lane_access(PressureArmSum)
+load_arm, store_arm, _ = JOINT.lane_access(SumOfForceTimesDistance)
 load_equations, store_equations, _ = JOINT.lane_access(JointEquations)
 load_frame, store_frame, _ = JOINT.lane_access(JointRelativeMotion)
 load_friction, store_friction, _ = JOINT.lane_access(JointFriction)

@@ -85,7 +85,7 @@ from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     JointBeforeAndAfter,
     PointForceAndImpulse,
-    PressureArmSum,
+    SumOfForceTimesDistance,
 )
 from overturning.dem.stack.landing import joint_lands_flat, landing_time_of_new_point, point_waits
 from overturning.dem.stack.patch import (
@@ -148,7 +148,7 @@ def store_relative_velocity_changes(
         else:
             velocity, spin = plus(one.velocity, cross_product(one.spin, scale_vector(-1.0, stone.place))), one.spin
         store_joint_change(joint_rows, j, Wrench(velocity, spin))
-        store_arm(joint_rows, j, PressureArmSum(0.0))
+        store_arm(joint_rows, j, SumOfForceTimesDistance(0.0))
         store_point_sum(joint_rows, j, no_end())
 
 
@@ -178,7 +178,7 @@ def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) 
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
         x, y = place.x - total.x * one, place.y - total.y * one
         arm = load_arm(joint_rows, j).moment + place.weight * new.pressure * math.sqrt(x * x + y * y)
-        store_arm(joint_rows, j, PressureArmSum(arm))
+        store_arm(joint_rows, j, SumOfForceTimesDistance(arm))
 
 
 @njit(**APART)

@@ -121,7 +121,7 @@ class JointNormalForceSums(NamedTuple):
     gyy: float
 
 
-class PressureArmSum(NamedTuple):
+class SumOfForceTimesDistance(NamedTuple):
     """Sum over a joint's contact points of normal force × distance from the centre of pressure, N·m."""
 
     moment: float
@@ -235,6 +235,6 @@ class SolvedJointPointSums(NamedTuple):
 
 JOINT: Final = TupleRowLayout(
     COLUMNS, JointConstants, JointBeforeAndAfter, JointLandingTimes, JointRelativeMotion, JointNormalForceSums,
-    PressureArmSum, JointFriction, JointEquations, SolvedJointPointSums,
+    SumOfForceTimesDistance, JointFriction, JointEquations, SolvedJointPointSums,
 )  # fmt: skip
 POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, PointBeforeAndAfter)

@@ -275,7 +275,8 @@ def _log_likelihood_ratio_and_p_value(
 ) -> tuple[float, float]:
     """Return the sum of ln(predicted/uniform) over fallen stones, and its p-value.
 
-    The p-value is the share of surveys with random directions whose sum is as large or larger.
+    The p-value is the share of surveys with random directions whose sum is as large or larger. One of 16 winds counts
+    as its middle direction.
     """
     if not fallen_stones:
         return math.nan, math.nan

@@ -58,7 +58,7 @@ def test_survey_by_site(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFix
     text = capsys.readouterr().out.replace("\u00a0", " ")
     assert "9 stones fell and 1 stand" in text, "the summary of the survey by itself"
     assert "The computed directions fit the observed ones" in text
-    rows = [line.split("  ") for line in text.split("log likelihood ratio")[-1].split("\n")[1:4]]
+    rows = [line.split("  ") for line in text.partition("  log likelihood ratio  ")[2].split("\n")[1:4]]
     assert [[cell.strip() for cell in row if cell.strip()][:4] for row in rows] == [
         ["A", "4", "1", "80 % (28 to 99)"], ["B", "2", "0", "–"], ["C", "3", "0", "–"],
     ]  # fmt: skip

@@ -16,7 +16,7 @@ from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, RockHalfSpace, SoilLayer, propagate_through_soil
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
-from overturning.records.record import processing_entry_text, record_source_and_processing
+from overturning.records.record import processing_entry_text, source_and_processing_of_record
 from overturning.records.site import SoilSite
 from overturning.records.store import (
     read_record_from_motion_file,
@@ -137,6 +137,6 @@ def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     found = read_record_from_motion_file(tmp_path / "soft" / "pulse.nc")
     alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
-    assert record_source_and_processing(found)["peaks"]["pga"] == pytest.approx(
+    assert source_and_processing_of_record(found)["peaks"]["pga"] == pytest.approx(
         [np.abs(record.north).max(), np.abs(alone.samples).max()]
     )

@@ -8,7 +8,7 @@ from overturning.cli import main
 from overturning.errors import ArgumentError
 from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
-from overturning.records.record import record_source_and_processing
+from overturning.records.record import source_and_processing_of_record
 from tests.expect import refused
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
 from tests.records.seed_writers import write_inventory, write_mseed
@@ -117,7 +117,7 @@ def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
     with pytest.warns(UserWarning, match=word):
         record = overturning.read(path)
     assert record.up is None
-    assert word in record_source_and_processing(record)["notes"][0]
+    assert word in source_and_processing_of_record(record)["notes"][0]
     table = tmp_path / "records.tsv"
     place = ("--table", table, "--folder", tmp_path / "data")
     for command in (

@@ -7,7 +7,7 @@ from overturning.errors import RecordError
 from overturning.motion.plausible import clipped_sample_count_and_level, reasons_to_doubt_sampling_interval
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
-from overturning.records.record import record_source_and_processing
+from overturning.records.record import source_and_processing_of_record
 from tests.expect import refused
 
 RATE = 100.0
@@ -50,7 +50,7 @@ def test_a_dead_horizontal_is_refused_unless_it_is_declared(tmp_path, dead, proc
     with refused(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_columns(path, processed=processed)
     trusted = read_columns(path, processed=processed, trust_data=True)
-    assert "axis 'east' is dead" in record_source_and_processing(trusted)["trusted"][0]
+    assert "axis 'east' is dead" in source_and_processing_of_record(trusted)["trusted"][0]
     assert read_columns(columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
@@ -97,7 +97,7 @@ def test_clipped_axis_is_named_with_its_number_of_samples(tmp_path):
     record = read_columns(columns(tmp_path / "x.csv", clipped, EAST))
     (note,) = record.notes
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
-    assert record_source_and_processing(record)["notes"] == [note], "the report prints the account's notes"
+    assert source_and_processing_of_record(record)["notes"] == [note], "the report prints the account's notes"
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])

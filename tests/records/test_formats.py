@@ -16,7 +16,7 @@ from overturning.records.component import direction_of_channel_code, parse_axis_
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.read import read_record, read_record_without_processing
-from overturning.records.record import Record, processing_label, record_source_and_processing
+from overturning.records.record import Record, processing_label, source_and_processing_of_record
 from overturning.records.source import SourceFile
 from tests.expect import refused
 from tests.records.malformed_corpus import UNCOUNTED
@@ -638,9 +638,9 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
 def test_different_agency_filters_are_listed_per_component(tmp_path):
     """Regression: the corner frequencies of the first component were reported for all."""
     files = {f"x{axis}.AT2": peer_text(x / 1000, 0.01, axis, header="old") for axis, x in (("N", A), ("E", B))}
-    assert record_source_and_processing(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
+    assert source_and_processing_of_record(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
     files["xE.AT2"] = files["xE.AT2"].replace("HP=0.1 Hz", "HP=0.4 Hz")
-    agency = record_source_and_processing(put(tmp_path, files))["agency"]
+    agency = source_and_processing_of_record(put(tmp_path, files))["agency"]
     assert agency == "N: band-pass filter 0.1 to 30.0 Hz; E: band-pass filter 0.4 to 30.0 Hz"
 
 

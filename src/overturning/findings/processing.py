@@ -81,7 +81,7 @@ def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
     Parameters
     ----------
     provenance : mapping
-        Return value of `overturning.records.record.record_source_and_processing`.
+        Return value of `overturning.records.record.source_and_processing_of_record`.
     """
     data, _, agency = str(provenance["data"]).partition(" by ")
     peaks = {name: dict(zip(("before", "after"), pair, strict=True)) for name, pair in provenance["peaks"].items()}

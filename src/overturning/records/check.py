@@ -65,7 +65,7 @@ def check_records_in_files(
 def _read_components_of_declared_sensor(
     source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
-    """Return the components of the declared sensor (of all sensors if none is), and a check per refused file."""
+    """Return the components of the declared (or else of each) sensor, and a failed check result per refused file."""
     components: list[RecordComponent] = []
     others: list[RecordComponent] = []
     refused = []

@@ -184,7 +184,7 @@ def displacement_drift_evidence(record: Record) -> str:
     return "; ".join(said)
 
 
-def record_source_and_processing(record: Record) -> dict[str, Any]:
+def source_and_processing_of_record(record: Record) -> dict[str, Any]:
     """Return data source and processing steps of a record as a dictionary for the results of a study.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of

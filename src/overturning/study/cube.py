@@ -313,5 +313,5 @@ def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
 
 
 def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """Return the provenance of each record, by id; see `overturning.records.record.record_source_and_processing`."""
+    """Return the provenance of each record, by id; see `overturning.records.record.source_and_processing_of_record`."""
     return dict(parse_json_attribute(cube, "record_processing", dict))

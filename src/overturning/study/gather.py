@@ -18,7 +18,7 @@ from overturning.model.variables import INT8_MISSING, OutcomeVariable
 from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
-from overturning.records.record import Record, record_source_and_processing
+from overturning.records.record import Record, source_and_processing_of_record
 from overturning.study.load import study_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
 from overturning.study.parts import open_sweep_part, record_and_variant_of_part
@@ -189,7 +189,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {record.record_id: record_source_and_processing(record) for record in records},
+            {record.record_id: source_and_processing_of_record(record) for record in records},
             ensure_ascii=False,
             default=str,
         ),

@@ -152,7 +152,7 @@ class SiteFallPrediction:
         return _slenderness_cache_key(*stone.slenderness_in_both_planes) in self._never
 
     def fall_side_probabilities(self, stone: Stone) -> FloatArray:
-        """Return the probabilities of the outcomes `SIDES` of a stone with known face and B/H.
+        """Return the probabilities that a stone stands or falls to each side; its face azimuth and B/H must be known.
 
         The five probabilities sum to 1.
 

@@ -45,7 +45,7 @@ VERY_FAR: Final = 1e300
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpaceSimulationPlan(SimulationPlan):
+class SimulationPlan3D(SimulationPlan):
     """Plan of the simulation of n cases of a 3-D model, a body or a stack."""
 
     split_long_queues: ClassVar[bool] = True
@@ -84,7 +84,7 @@ class SpaceSimulationPlan(SimulationPlan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodySimulationPlan(SpaceSimulationPlan):
+class BodySimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a single 3-D body."""
 
     result_dtype: ClassVar[Any] = RESULT

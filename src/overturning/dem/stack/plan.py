@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
-    SpaceSimulationPlan,
+    SimulationPlan3D,
     base_accelerations_by_orientation,
     quiet_windows_in_any_direction,
     steps_per_sample_and_clock_settings,
@@ -55,7 +55,7 @@ Flags, fall azimuths and peak tilts of three stones are as near to those of step
 
 
 @dataclass(frozen=True, kw_only=True)
-class StackSimulationPlan(SpaceSimulationPlan):
+class StackSimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a 3-D stack."""
 
     result_dtype: ClassVar[Any] = RESULT

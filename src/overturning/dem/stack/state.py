@@ -185,7 +185,7 @@ class EliminatedStone(NamedTuple):
 
 
 class StoneChange(NamedTuple):
-    """Correction of the predicted velocity (m/s) and angular velocity (rad/s) of a stone by the solution."""
+    """Correction of a stone's predicted velocity (m/s) and angular velocity (rad/s), from the equations of the step."""
 
     velocity: Vector3
     spin: Vector3

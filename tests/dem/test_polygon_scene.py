@@ -19,7 +19,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
-from tests.dem.polygon_scenes import simulate_cases as run_from_start
+from tests.dem.polygon_scenes import run as run_from_start
 
 LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 

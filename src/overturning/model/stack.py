@@ -117,7 +117,7 @@ class Stack(SceneModel, SpaceModel):
 
     @override
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the computed one, which differs by whole rotation periods."""
+        """Return the simulated orientation for each one of a grid; they differ by whole rotation periods (symmetry)."""
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
         return replace(super().computed_cell_of_each_direction(grid, use_symmetry), turn_deg=turn)

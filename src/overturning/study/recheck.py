@@ -18,7 +18,7 @@ from overturning.study.netcdf import open_netcdf_unscaled, outcome_content_hash
 from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.study.sweep import (
-    create_cell_ensemble,
+    create_ensemble_of_all_cells,
     cube_variables_of_study,
     member_case_runner,
     scale_motion,
@@ -104,7 +104,7 @@ def _recompute_cell(
     arrays = simulate_variant(study, variant, motion, few, numerics_of_study(study))
     if with_ensemble:
         run = member_case_runner(study, variant, motion, numerics_of_study(study))
-        arrays |= create_cell_ensemble(study, variant, run_all_cells=True).run_members_of_cells(
+        arrays |= create_ensemble_of_all_cells(study, variant, run_all_cells=True).run_members_of_cells(
             motion, few, arrays, run
         )[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))

@@ -49,7 +49,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
     )
 
 
-def create_cell_ensemble(
+def create_ensemble_of_all_cells(
     study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
 ) -> EnsembleRunner:
     """Return the ensemble of a variant, with given or newly drawn members, for all cells if `run_all_cells`."""
@@ -130,7 +130,7 @@ def sweep_cases_of_record(
     outcome = answers[factors.index(1.0)]
     if study.ensemble.members:
         ensemble, runner = (
-            create_cell_ensemble(study, variant, members),
+            create_ensemble_of_all_cells(study, variant, members),
             member_case_runner(study, variant, motion, numerics),
         )
         spread, more = ensemble.run_members_of_cells(motion, grid, outcome, runner, reports[-1])

@@ -110,7 +110,7 @@ def constants_of_case(case_parameters: Any, body_constants: Any, tick_length: fl
 def initialise_vertices_in_lane(
     vertex_rows: Any, lane: int, body: BodyConstants, start: Any, vertex_positions: Any
 ) -> BodyState:
-    """Store the vertices of a body at its start in the columns of a lane, and return its initial state.
+    """Store the vertices of a body at their start positions in the rows of a lane; return the body's initial state.
 
     `start` has the pose and velocities, of type `START`; acceleration and moment are those of gravity and springs.
     """

@@ -17,7 +17,7 @@ from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_segme
 
 
 class SceneCaseTableColumns(NamedTuple):
-    """Columns of the scene kernel's table of cases: parameters of a case; those of `CaseStepControl` follow."""
+    """Columns of the scene kernel's table of cases: parameters of a case, before those of `CaseStepControl`."""
 
     amplitude: float
     """Factor on the motion."""

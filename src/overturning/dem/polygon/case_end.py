@@ -98,7 +98,7 @@ def no_element_can_fall_later(
 def outcomes_are_final(
     state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
-    """True if all elements stand with too little energy to fall, to rotate beyond their peak or to slide on."""
+    """True if all elements stand with too little energy to fall, to exceed their largest rotation or to slide on."""
     if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
         return False
     spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy

@@ -1,8 +1,8 @@
 """Contacts in the centred scheme: trapezoidal rule, springs and dashpots at the end of the step (docs/scenes.md).
 
 `add_pair_to_equations` enters a pair in the equations of a step, `overturning.dem.polygon.equations` solves them,
-`compute_solved_pair_forces` computes the forces of the pair from the solution, and `overturning.dem.kernel.clock`
-chooses the next step.
+`compute_pair_forces_after_solution` computes the forces of the pair from the solution, and
+`overturning.dem.kernel.clock` chooses the next step.
 
 Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give
 t = −(K_s s + h w).
@@ -299,7 +299,9 @@ def vertex_positions_from_contact_solution(
 
 
 @njit(**APART)
-def compute_solved_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
+def compute_pair_forces_after_solution(
+    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
+) -> None:
     """Add the contact forces of a pair to its elements; keep the new contact history until the step is accepted."""
     for j in range(rows.COLUMNS):
         pair, step, first, second = (

@@ -135,7 +135,7 @@ def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSub
 
 
 @njit(**INLINE)
-def submatrix_inverse(p: EquationSubmatrix) -> EquationSubmatrix:
+def inverse_of_submatrix(p: EquationSubmatrix) -> EquationSubmatrix:
     """Return the inverse of a submatrix, from cofactors and one division."""
     xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
     zx, zz, zw = p.zw * p.wx - p.zx * p.ww, p.xx * p.ww - p.xw * p.wx, p.xw * p.zx - p.xx * p.zw
@@ -261,7 +261,7 @@ def add_pair_force_to_right_sides(
 def invert_submatrix_in_place(submatrix: Any) -> None:
     """Replace a submatrix by its inverse, in all lanes."""
     for j in range(rows.COLUMNS):
-        store(submatrix, j, submatrix_inverse(load(submatrix, j)))
+        store(submatrix, j, inverse_of_submatrix(load(submatrix, j)))
 
 
 @njit(**APART)

@@ -84,7 +84,7 @@ def relative_rotation_lever(
 
 @njit(**INLINE)
 def shorten_tangential_levers(segment_end: SegmentEnd, lever_reduction: float) -> SegmentEnd:
-    """Return a segment end with both lever arms (m) of its tangential force, about a and b, less `lever_reduction`."""
+    """Return a segment end whose tangential force has lever arms (m) about both elements less `lever_reduction`."""
     end = segment_end
     return SegmentEnd(
         end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,

@@ -11,7 +11,7 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
-    compute_solved_pair_forces,
+    compute_pair_forces_after_solution,
     is_fine_step,
     store_accepted_pair_history,
 )
@@ -201,7 +201,7 @@ def compute_step(
         p = active_pairs.active[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
-            compute_solved_pair_forces(q, a, b, state)
+            compute_pair_forces_after_solution(q, a, b, state)
     accept_or_reject_steps(state, ticks_per_sample)
     for i in range(size):
         if movable_flags[i]:

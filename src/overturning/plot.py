@@ -136,7 +136,7 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
 
 @partial(_register_cube_figure, "rose")
 def fall_rose(cube: "xr.Dataset") -> "Figure":
-    """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
+    """Draw roses of the fall axes for records with and without a velocity pulse, from the fault normal if known."""
     from overturning.figures.content import check_has_falls
     from overturning.figures.rose import fall_roses_by_group_figure
     from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes

@@ -221,7 +221,7 @@ def compute_survival_probability(
         Path | None, typer.Option(help="survey (CSV); if none of its stones fell, it bounds the rate of falls")
     ] = None,
 ) -> None:
-    """Compute the probability that stones survive a hazard for some years, and its bound from stones that stand.
+    """Compute the probability that stones survive a seismic hazard for some years, and bounds from standing stones.
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """

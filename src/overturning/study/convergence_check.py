@@ -124,7 +124,7 @@ class _CaseReruns:
         self.refused: dict[str, str] = {}
 
     def rerun_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Rerun as many of the sample's first cases as `allowed_steps` (steps × stones) permit; False if refused."""
+        """Rerun the first cases of the sample that `allowed_steps` (steps × stones) permit; False if one is refused."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:

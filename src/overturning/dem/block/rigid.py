@@ -74,7 +74,7 @@ CASE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
 
 
 class LinearBaseMotion(NamedTuple):
-    """Base motion from a given time within a sample on, in units of g, linear in time; slopes are per sample."""
+    """Base acceleration, g, that changes linearly until the next sample; slopes are per sampling interval."""
 
     ground: float
     ground_slope: float

@@ -143,7 +143,7 @@ def resume_pairs_that_may_touch(state: Any, scene: Any, active_pairs: ActivePair
 
 @njit(**INNER)
 def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
-    """Resume the suspended pairs that could touch in this step, and add the last step to the summed motions."""
+    """Add the motion in the last step to the total of each pair; resume suspended pairs that could touch now."""
     if active_pairs.count[0] == active_pairs.resumes_at.size:
         return
     largest, lever = active_pairs.largest, active_pairs.travel[LEVER]

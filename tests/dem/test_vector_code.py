@@ -16,7 +16,7 @@ from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.case_end import record_slip_and_upright_time
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
-    compute_solved_pair_forces,
+    compute_pair_forces_after_solution,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import PairSubmatrices
@@ -56,7 +56,7 @@ LOOPS: dict[str, Compile] = {
         PairSubmatrices(*(BLOCK.copy() for _ in range(4))),
         (True, True, True),
     ),
-    "correct": compiled(compute_solved_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "correct": compiled(compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "keep": compiled(store_accepted_pair_history, PAIR, OWN),
     "invert": compiled(equations.invert_submatrix_in_place, BLOCK),
     "divide": compiled(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),

@@ -249,7 +249,7 @@ def advance_body_one_step(
     a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity, half, a)
-    w = angular_velocity_from_momentum(body, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
+    w = angular_velocity_from_momentum(body.inverse, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
     loss = account.lost + (let_go + dt * -(dot_product(t.damping, c) + dot_product(t.braking, w)))
@@ -267,8 +267,8 @@ def advance_body_one_step(
     )  # fmt: skip
     # Momenta half a step later, position one step later.
     v, momentum = extrapolate_vector(body_state.velocity, dt, a), extrapolate_vector(body_state.momentum, dt, t.moment)
-    w = angular_velocity_from_momentum(body, body_axes, momentum)
-    w = angular_velocity_from_momentum(body, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum)
+    w = angular_velocity_from_momentum(body.inverse, body_axes, momentum)
+    w = angular_velocity_from_momentum(body.inverse, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum)
     place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.turn, dt, w)
     moved = BodyState(
         place=place,

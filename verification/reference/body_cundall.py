@@ -268,7 +268,9 @@ def advance_body_one_step(
     # Momenta half a step later, position one step later.
     v, momentum = extrapolate_vector(body_state.velocity, dt, a), extrapolate_vector(body_state.momentum, dt, t.moment)
     w = angular_velocity_from_momentum(body.inverse, body_axes, momentum)
-    w = angular_velocity_from_momentum(body.inverse, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum)
+    w = angular_velocity_from_momentum(
+        body.inverse, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum
+    )
     place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.turn, dt, w)
     moved = BodyState(
         place=place,

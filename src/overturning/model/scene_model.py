@@ -1,4 +1,4 @@
-"""What the 2-D and the 3-D model of a scene have in common: names of elements, sizes, attributes of a dataset."""
+"""Common base class of the 2-D and the 3-D model of a scene: names of elements, sizes, attributes of a dataset."""
 
 from typing import TYPE_CHECKING
 

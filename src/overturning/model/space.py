@@ -1,4 +1,4 @@
-"""What the 3-D models have in common: falls towards any azimuth, and one cell for each orientation."""
+"""Common base class of the 3-D models, whose stones fall towards any azimuth: one cell for each orientation."""
 
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 

@@ -124,7 +124,7 @@ class _CaseReruns:
         self.refused: dict[str, str] = {}
 
     def rerun_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Rerun the first cases of the sample that `allowed_steps` (steps × stones) permit; False if one is refused."""
+        """Rerun the first cases of the sample that `allowed_steps` (steps × stones) permit; False if one fails."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:

@@ -82,7 +82,7 @@ CONTRASTS: Final = ("vertical", "scene", "site")
 
 
 class PrimaryStatistic(StrictModel):
-    """Statistic that answers the question of a study and is chosen beforehand; all others are called secondary."""
+    """Statistic that answers the question of a study, chosen before the results are seen; all others are secondary."""
 
     statistic: Literal["alignment", "share", "fall_rate", "published"] = Field(
         default="alignment",

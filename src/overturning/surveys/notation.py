@@ -84,7 +84,7 @@ def parse_direction(text: object) -> Direction:
 
 
 OutcomeKind = Literal["fell", "stands", "shifted", "twisted", "broken", "repaired", "fixed", "unknown"]
-"""What happened to a stone."""
+"""Outcome of a stone in a survey."""
 
 NOT_COUNTED: Final[tuple[OutcomeKind, ...]] = ("fixed", "repaired", "broken", "unknown")
 """Outcomes of stones that count neither as fallen nor as standing, unless they fell; the first one found is the reason.

@@ -223,7 +223,7 @@ class SurveyRow(BaseModel):
 
     @property
     def kinds(self) -> tuple[OutcomeKind, ...]:
-        """What happened to the stone, from all columns that state it, without repetitions; empty if none does."""
+        """Outcomes of the stone, from all columns that state one, without repetitions; empty if none does."""
         kinds: list[OutcomeKind] = list(self.outcome.kinds)
         if self.fell is not None and not kinds:
             kinds = ["fell" if self.fell else "stands"]
@@ -239,7 +239,7 @@ class SurveyRow(BaseModel):
 
     @property
     def counted_as(self) -> Literal["fell", "stands", "not counted"]:
-        """How statistics count the stone of this row.
+        """Class in which statistics count the stone of this row.
 
         A stone that is fixed to its base does not count. Any other stone that fell counts as fallen, also if it broke
         or was repaired later. Otherwise broken and repaired stones do not count, and shifted and twisted ones stand.

@@ -1,6 +1,7 @@
 """Stacks of prisms on regular polygons and of cylinders, in 3-D: closed forms, the single body, and symmetry."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,14 @@ from pydantic import ValidationError
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
+from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.element import Element, PlanShape
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
 from overturning.model.stack import Stack
+from overturning.model.stack_stones import patches_at_rest
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.test_stack import INTERVAL, plateau, run, waves
@@ -131,6 +134,26 @@ def test_energy_balances_and_an_offset_polygon_rests(plan: PlanShape) -> None:
                      friction=[0.6], leave_out=False)  # fmt: skip
     assert rests.overturned.to_numpy().max() == 0.0
     assert rests.peak_tilt.to_numpy().max() < 1e-2
+
+
+def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
+    """At 0.28 m the two faces overlap; the nearest side of the octagon is 0.25 m from its middle.
+
+    The upper stone narrows with B/H: at 0.1 its base, 0.06 m wide, does not meet the face at all.
+    """
+
+    def offset_scene(offset: float) -> Scene:
+        elements = prisms((8, 0.5, 0.3), (6, 0.2, 0.6)).elements
+        return Scene(name="offset", reference="stone-1", elements=(
+            *elements[:2], elements[2].model_copy(update={"at": (offset, 0.0)})
+        ))  # fmt: skip
+
+    with pytest.raises(ArgumentError, match="stone-1 has its centre of mass outside it"):
+        Stack(offset_scene(0.28))
+    narrow = Stack(offset_scene(0.24)).stones(0.6, 0.1)
+    far = [narrow[0], replace(narrow[1], x=0.3)]
+    assert patches_at_rest(narrow)[1].reach.min() > 0.0
+    assert patches_at_rest(far)[1].reach.min() < 0.0
 
 
 @pytest.mark.parametrize(

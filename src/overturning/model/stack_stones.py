@@ -223,7 +223,10 @@ def _rectangular_patch(stone: StackStone, below: StackStone | None) -> FloatArra
 
 
 def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
-    """Return the corners of the polygon that a base and the face below have in common (Sutherland & Hodgman 1974)."""
+    """Return the corners of the polygon that a base and the face below have in common; none if they do not meet.
+
+    The base is clipped by one side of the face after the other (Sutherland & Hodgman 1974).
+    """
     patch = stone.base + np.array([stone.x, 0.0])
     if below is None:
         return patch
@@ -236,7 +239,7 @@ def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
             kept += [p + at / (at - to) * (q - p)] if (at < 0.0) != (to < 0.0) else []
         patch = np.array(kept)
         if len(patch) < 3:
-            return stone.base + np.array([stone.x, 0.0])  # the centre of mass lies outside, which is refused
+            return np.zeros((0, 2))
     return patch
 
 
@@ -256,6 +259,9 @@ def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
             weights, reach = np.full(4, 0.25), np.array([right - middle, back, middle - left, -front])
         else:
             corners = _polygonal_patch(stone, below)
+            if corners.size == 0:
+                found.append(ContactPatchAtRest(corners, np.zeros(0), np.array([-np.inf]), total, 0.0))
+                continue
             length = np.sqrt(((np.roll(corners, -1, axis=0) - corners) ** 2).sum(axis=1))
             weights, reach = 0.5 * (length + np.roll(length, 1)) / length.sum(), polygon_side_distances(corners, middle)
         height = float(np.sum(mass[k:] * z[k:]) / total - level[k])

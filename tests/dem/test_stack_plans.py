@@ -19,6 +19,7 @@ from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
 from overturning.model.stack import Stack
 from overturning.model.stack_stones import patches_at_rest
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.test_stack import INTERVAL, plateau, run, waves
@@ -40,10 +41,13 @@ def prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
 @pytest.mark.parametrize("plan", PLANS)
 def test_mass_inertia_and_base_are_those_of_the_prism(plan: PlanShape) -> None:
     (stone,) = Stack(prisms((plan, 0.4, 1.2))).stones()
-    shape = Cylinder() if plan == "circle" else RegularPrism(int(plan))
-    body = shape.solid(1.2, 1.0 / 3.0, 1.0)
-    np.testing.assert_allclose(stone.inertia, body.inertia, rtol=1e-9)
+    x, y = stone.base.T
+    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
+    square = np.sum(cross * (x * x + x * np.roll(x, -1) + np.roll(x, -1) ** 2)) / (6.0 * cross.sum())
+    square = 0.01 if plan == "circle" else square  # r²/4
+    np.testing.assert_allclose(stone.inertia, np.diag([square + 0.12, square + 0.12, 2.0 * square]), atol=1e-12)
     area = math.pi * 0.04 if plan == "circle" else plan * 0.04 * math.tan(math.pi / plan)
+    assert 0.5 * cross.sum() == pytest.approx(area)
     assert stone.mass == pytest.approx(2650.0 * area * 1.2, rel=2e-2)
     assert stone.mass / Stack(prisms(("rectangle", 0.4, 1.2))).stones()[0].mass == pytest.approx(area / 0.16)
     assert stone.base_reach == pytest.approx(0.2, rel=1e-9 if plan != "circle" else 1e-2)
@@ -122,12 +126,18 @@ def test_a_rotation_by_the_period_gives_the_same_outcome() -> None:
 
 
 @pytest.mark.parametrize("plan", PLANS)
-def test_energy_balances_and_an_offset_polygon_rests(plan: PlanShape) -> None:
-    scene = prisms((8, 0.6, 0.3), (plan, 0.3, 0.8))
-    for seed in range(3):
+def test_energy_balances_as_for_boxes_and_an_offset_polygon_rests(plan: PlanShape) -> None:
+    """A case is computed again with finer steps until its error is below 0.01, so the median tells more than the most.
+
+    Stacks of boxes of these sizes have a median of 0.0008 under these motions, and 0.0055 at most.
+    """
+    scene, errors = prisms((8, 0.6, 0.3), (plan, 0.3, 0.8)), []
+    for seed in range(8):
         found = run(scene, 6.0 * waves(seed), [0.0, 20.0], 0.6)
-        assert (found.status.to_numpy() == 0).all()
-        assert found.energy_error.to_numpy().max() < 5e-3
+        assert (found.status.to_numpy() == CaseStatus.SIMULATED).all()
+        errors += found.energy_error.to_numpy().ravel().tolist()
+    assert np.median(errors) < 2e-3
+    assert max(errors) < 1e-2
     elements = (*scene.elements[:2], scene.elements[2].model_copy(update={"at": (0.2, 0.0)}))
     quiet = Motion(np.zeros(100), np.zeros(100), sampling_interval=INTERVAL, trust_data=True)
     rests = simulate(quiet, Scene(name="offset", reference="stone-1", elements=elements), orientation_deg=[0.0],

@@ -11,6 +11,7 @@ from overturning.errors import ArgumentError
 from overturning.model.element import ContactLaw, Element, PlanShape
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
+from overturning.model.shapes import Cylinder, RegularPrism
 from overturning.units import STANDARD_GRAVITY
 
 CIRCLE_SIDES: Final = 16
@@ -139,19 +140,19 @@ def polygon_side_distances(corners: FloatArray, x: float = 0.0) -> FloatArray:
     return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
 
 
-def regular_polygon_and_second_moment(plan: PlanShape, width: float) -> tuple[FloatArray, float]:
-    """Return the corners of a plan shape, anticlockwise, shape (n, 2), m, and its mean of x² over the area, m².
+def _ring_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of a plan shape, anticlockwise, shape (n, 2), m, and the inertia per mass of its prism, m².
 
-    The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area.
+    The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area, with the
+    inertia of the cylinder.
     """
-    count = CIRCLE_SIDES if plan == "circle" else int(plan)
-    # Rounded, since libm differs between processors in the last digit.
-    turn, radius = 2.0 * np.pi * (np.arange(count) + 0.5) / count, 0.5 * width / round(math.cos(math.pi / count), 12)
+    shape = Cylinder() if plan == "circle" else RegularPrism(int(plan))
+    solid = ring = shape.solid(height, width / height, 1.0)
     if plan == "circle":
-        radius = 0.5 * width * math.sqrt(round(2.0 * math.pi / (count * math.sin(2.0 * math.pi / count)), 12))
-    ring = radius * np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-    square = radius * radius * (2.0 + round(math.cos(2.0 * math.pi / count), 12)) / 12.0
-    return ring, 0.0625 * width * width if plan == "circle" else square
+        # Rounded, since libm differs between processors in the last digit.
+        wider = round(math.sqrt(math.pi / (CIRCLE_SIDES * math.tan(math.pi / CIRCLE_SIDES))), 12)
+        ring = RegularPrism(CIRCLE_SIDES).solid(height, wider * width / height, 1.0)
+    return np.asarray(ring.points[:, :2]), np.asarray(solid.inertia)
 
 
 def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
@@ -168,12 +169,13 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
     plan = item.element.plan
     is_square = len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth
     symmetry = 4 if is_square else 2
+    inertia = np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]])
     if plan != "rectangle":
-        ring, xx = regular_polygon_and_second_moment(plan, float(np.ptp(outline[:, 0])))
-        yy, xz, faces, symmetry = xx, 0.0, [ring, ring], (0 if plan == "circle" else int(plan))
+        ring, inertia = _ring_and_inertia_of_plan(plan, *(float(side) for side in np.ptp(outline, axis=0)))
+        faces, symmetry = [ring, ring], (0 if plan == "circle" else int(plan))
     return StackStone(
         name=item.element.name, mass=density * depth * item.shape.area, symmetry=symmetry,
-        inertia=np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]]),
+        inertia=inertia,
         x=item.x, foot=-float(outline[:, 1].min()), top=float(outline[:, 1].max()), base=faces[0], upper=faces[1],
         outline=outline, depth=depth, drop=item.drop, friction=law.friction,
         stiffness_ratio=law.stiffness_ratio if "stiffness_ratio" in law.model_fields_set else None,

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,6 @@ from overturning.model.space import SpaceModel
 from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, check_stack, stack_stones
 from overturning.model.symmetry import FULL_TURN, ComputedCells
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
-
-if TYPE_CHECKING:
-    pass
 
 _PER_STONE: Final = {
     "overturned", "fall_azimuth", "peak_tilt", "overturning_time", "residual_slip_north", "residual_slip_east",

@@ -1,0 +1,28 @@
+"""The table of error against run time of stacks, from rows written by hand."""
+
+import math
+
+import pandas as pd
+
+from verification.stack_precision import STEPS, precision_table
+
+
+def test_wrong_flags_and_azimuths_are_counted_against_the_finest_step() -> None:
+    """Reference: falls to 0°, falls to 350°, stands. One flag differs, and 350° to 30° is 40° apart."""
+    rows = []
+    for solver, steps in STEPS.items():
+        for step in steps:
+            azimuths = [0.0, 350.0, math.nan] if step in (steps[-1], steps[1]) else [15.0, 30.0, 90.0]
+            rows += [
+                {"solver": solver, "step": step, "case": case, "fall_azimuth_deg": azimuth, "seconds": 0.002}
+                for case, azimuth in enumerate(azimuths)
+            ]
+    table = [
+        [cell.strip() for cell in line.split("|")[1:-1]] for line in precision_table(pd.DataFrame(rows)).split("\n")[2:]
+    ]
+    assert len(table) == sum(len(steps) - 1 for steps in STEPS.values())
+    coarsest, second = table[0], table[1]
+    assert coarsest[2:4] == ["2 ms", "33.3 % (1 of 3; 6.1 to 79.2)"]
+    assert coarsest[4].startswith("50.0 % (1 of 2;")
+    assert second[3].startswith("0.0 % (0 of 3;")
+    assert second[4].startswith("0.0 % (0 of 2;")

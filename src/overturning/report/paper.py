@@ -99,6 +99,7 @@ def _blocks(
             blocks.append({
                 "kind": "figure", "file": files.setdefault(source, f"{len(files)}"), "alt": image.content,
                 "number": node.meta["figure"], "caption": str(image.attrs.get("title", "")),
+                "paired": paired,
             })  # fmt: skip
         elif node.type == "heading":
             blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _inline(node)})

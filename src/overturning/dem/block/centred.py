@@ -74,7 +74,7 @@ def predict_block(
     inertial_accelerations: BlockInertialAccelerations,
     ticks_per_sample: float,
 ) -> PredictedBlock:
-    """Predict the state of a block and its corners at the end of a step with constant acceleration."""
+    """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
     dt, tick = block.step * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.aw
@@ -122,7 +122,7 @@ def predict_normal_force_and_contact(
     is_fine_step: bool,
     is_flat_landing: bool,
 ) -> tuple[float, bool]:
-    """Return the predicted normal force of a corner per mass (m/s²), and True if the corner is in contact.
+    """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
     In a fine step the predicted force decides. In a longer step it overshoots too far; the last state is used.
     """
@@ -136,7 +136,7 @@ def predict_normal_force_and_contact(
 def assume_corner_friction(
     block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
 ) -> AssumedCornerFriction:
-    """Return the friction force of a corner, and whether the corner slides, as the equations of a step assume them.
+    """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
     In a fine step they are predicted; in a longer one, sliding is that of the step before.
 
@@ -159,7 +159,7 @@ def assume_corner_friction(
 def signed_friction_and_sliding(
     corner_friction: AssumedCornerFriction, other_corner_friction: AssumedCornerFriction, other_in_contact: bool
 ) -> tuple[float, bool]:
-    """Return ±μ of a corner, with the sign of its friction force (0 if it sticks), and True if the corner slides.
+    """Return the friction coefficient ±μ with the sign of a corner's force (0: it sticks), and True if it slides.
 
     A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
     """
@@ -175,7 +175,7 @@ def resting_normal_force_and_velocity_derivative(
     normal_force: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return the normal force of a sticking corner at the end of a step, and its derivative by the velocity.
+    """Return a corner's normal force for zero velocity at the end of the step, and its decrease per upward velocity.
 
     The force is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner, times half the step.
     """
@@ -196,7 +196,7 @@ def corner_equation_terms(
     is_sliding: bool,
     signed_friction: float,
 ) -> CornerEquationTerms:
-    """Return the terms of one corner in the equations for a block's velocities; friction is ±μ n if it slides."""
+    """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
     normal_force, press = resting_normal_force_and_velocity_derivative(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
@@ -220,7 +220,7 @@ def solve_velocity_changes(
     is_fine_step: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
-    """Solve the equations of a step; return the corrections of the predicted velocities of a block at its end.
+    """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part,
     except for sliding corners, which are made to stick before they reduce it too much.
@@ -283,7 +283,7 @@ def solve_velocity_changes_without_friction(
     is_fine_step: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
-    """Solve the equations of a step without friction; return the corrections of the predicted velocities of a block."""
+    """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
     half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, is_fine_step, held)

@@ -38,7 +38,7 @@ def compute_corner_forces(
     velocity_change: BlockVelocityChange,
     with_friction: bool,
 ) -> SolvedCornerContact:
-    """Return the contact forces of a corner at the end of a step, limited by friction, and its new state.
+    """Return a corner's contact force at the end of a step, limited by friction, and the corner's new state.
 
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
     the base. (A corner in the air counts as slipping; its direction is never used.)
@@ -109,7 +109,7 @@ def block_step_contact_changes(
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
-    """Return the contact changes and sliding of a block in an attempted step, which decide if the step is accepted."""
+    """Return which corner contacts opened, closed or slid in an attempted step; these decide if it is accepted."""
     left, right = solved_corners.left, solved_corners.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
@@ -148,7 +148,7 @@ def slip_directions_for_next_attempt(
     is_retry: bool,
     keeps_assumed_slip: bool,
 ) -> AssumedSlipDirections:
-    """Return the slip direction (±μ, or 0 if sticking) of both corners that the next attempted step assumes.
+    """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
     They are those of the solved step; a retry keeps the old direction of a corner if it was correct.
     """
@@ -165,7 +165,7 @@ def slip_directions_for_next_attempt(
 def contact_time_beyond_half_step(
     half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
-    """Return how much longer than half the step a new corner contact acts, s; 0 if it did not close in the step.
+    """Return the time (s) by which a corner contact that closed in this step acts beyond half the step; 0 for others.
 
     It is 0 if the contact of `corner` has not closed in the step. One division serves both corners.
     """
@@ -185,7 +185,7 @@ def complete_block_step(
     with_vertical: bool,
     with_friction: bool,
 ) -> BlockAfterStep:
-    """Compute the state, peaks and energy account of a block at the end of a step, as they are if it is accepted."""
+    """Compute a block's state, peak values and energy account at the end of a step, valid if the step is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = predicted_block.half, predicted_block.half * velocity_change.vw, s.tick + step_ticks
     x, z, angle = (

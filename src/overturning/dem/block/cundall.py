@@ -25,7 +25,7 @@ WHOLE: Final = TICKS
 
 
 class CornerContactForce(NamedTuple):
-    """Contact force of the base on a corner of a block, per mass, and the new state of the corner."""
+    """Contact force of the base on a corner of a block, per block mass, and the new state of the corner."""
 
     n: float
     """Normal force, m/s²."""
@@ -91,7 +91,7 @@ def corner_contact_force(
 
 @njit(**INLINE)
 def corner_dissipation_power(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
-    """Return the power of dashpots and friction of a corner on the block, per mass, m²/s³; negative for losses."""
+    """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     power = corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
     return power - corner_force.spring_moment * vw
 

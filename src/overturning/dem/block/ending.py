@@ -29,7 +29,7 @@ load_inertial_accelerations = ROWS.lane_access(BlockInertialAccelerations).load
 def velocities_at_whole_step(
     block: BlockConstants, state: BlockState, velocity_lag: float
 ) -> tuple[float, float, float]:
-    """Return the velocities of a block at the time of its position; in `state` they are `velocity_lag` steps behind."""
+    """Return a block's velocities at the time of its position; those in `state` lag by `velocity_lag` time steps."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
 
@@ -46,7 +46,7 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
 
 @njit(**INLINE)
 def tilt_energy_per_mass(block: BlockConstants, peak_rotation: float) -> float:
-    """Return the energy per mass, m²/s², that tilts a block from rest to `peak_rotation` (at most to α)."""
+    """Return the energy per mass (m²/s²) that tilts a resting block to `peak_rotation` (at most to α)."""
     angle = min(peak_rotation, block.alpha)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
@@ -58,7 +58,7 @@ def tilt_energy_per_mass(block: BlockConstants, peak_rotation: float) -> float:
 def outcome_is_final(
     block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
-    """True if a block on a base at rest can no longer fall, and its peak rotation and slip are final."""
+    """True if a block can no longer fall and its peak rotation and slip are final; the base is at rest by then."""
     now = block_energy_per_mass(block, state, velocity_lag)
     if not (now < energy_barrier and abs(state.angle) < block.alpha):
         return False
@@ -75,7 +75,7 @@ def outcome_is_final(
 def case_status(
     state: Any, lane: int, velocity_lag: float, ticks_per_sample: float, last_sample: float, max_penetration: float
 ) -> int:
-    """Return the `CaseStatus` of the case in a lane at the end of a sample; `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended."""
     block, s, peaks, course = (
         load_block(state, lane),
         load_state(state, lane),
@@ -106,7 +106,7 @@ def case_status(
 
 @njit(**INNER)
 def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, result_row: Any) -> None:
-    """Write the results of the case in a lane into a row of the table of results."""
+    """Write the results of the case in column `lane` of the state array into a row of the table of results."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course = load_account(state, lane), load_course(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
@@ -124,7 +124,7 @@ def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, 
 def record_block_motion(
     state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write the motion of the block in a lane into a row of its trajectory."""
+    """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""
     block, s, push = load_block(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane).push
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle

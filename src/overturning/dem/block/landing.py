@@ -17,7 +17,7 @@ def block_is_airborne(state: BlockState) -> bool:
 
 @njit(**INLINE)
 def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
-    """Return how long a flat landing of a block still lasts after a step, s; the full time for a block in the air."""
+    """Return the remaining time (s) of a block's flat landing after a step; the full duration for an airborne block."""
     return block.landing if block_is_airborne(state) else state.landing - time_step
 
 
@@ -25,7 +25,7 @@ def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: 
 def block_lands_flat(
     block: BlockConstants, state: BlockState, left_corner: tuple[float, float], right_corner: tuple[float, float]
 ) -> bool:
-    """True if both corners of a block land in one impact.
+    """True if both lower corners of a block strike the base in one impact (a flat landing).
 
     `left_corner` and `right_corner` are the penetration (m) and upward velocity (m/s) of a corner after the step.
 
@@ -42,7 +42,7 @@ def block_lands_flat(
 def flat_landing_friction(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
-    """Return, for a flat landing, True if the block slides, ±μ, and the share of the friction moment that rotates it.
+    """Return, for a flat landing, if the block slides, its ±μ, and the share of the friction moment that rotates it.
 
     The signed friction is ±μ, with the sign of `vx`. The share is the part of the moment that rotates the block.
 

@@ -34,7 +34,7 @@ from overturning.dem.time_step import IntegrationScheme
 
 
 class CundallSchemeConstants(NamedTuple):
-    """Constants of Cundall's scheme in the block kernel: how far velocities lag and steps may pass a sample's end."""
+    """Constants of Cundall's scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
     lag: float = 0.5
     """Lag of velocities behind positions, steps."""
@@ -43,7 +43,7 @@ class CundallSchemeConstants(NamedTuple):
 
 
 class CentredSchemeConstants(NamedTuple):
-    """Constants of the centred scheme in the block kernel: how far velocities lag and steps may pass a sample's end."""
+    """Constants of the centred scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
     lag: float = 0.0
     """Lag of velocities behind positions, steps."""
@@ -52,14 +52,14 @@ class CentredSchemeConstants(NamedTuple):
 
 
 def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
-    """Return names of the state fields that the block kernel leaves out without vertical motion or friction."""
+    """Return the names of block state variables that are not needed without vertical motion or friction."""
     springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
     return springs if with_vertical else [*springs, "lift"]
 
 
 @cache
 def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:
-    """Return the compiled centred scheme for blocks, with or without vertical base motion and friction.
+    """Return the compiled time loop of the centred scheme for blocks, with or without vertical motion and friction.
 
     The variants are those with or without vertical base motion, and with or without friction.
     """
@@ -114,7 +114,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 
 
 def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
-    """Return the compiled loop that computes contact forces, accepts or rejects the step, and stores the new state."""
+    """Return the compiled loop that computes contact forces of blocks and accepts or rejects each block's step."""
     unused = unused_block_state_fields(with_vertical, with_friction)
     load_block, load_step_control = ROWS.lane_access(BlockConstants).load, ROWS.lane_access(CaseStepControl).load
     load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)
@@ -171,7 +171,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
 
 @cache
 def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
-    """Return Cundall's scheme for blocks as a compiled function, with or without vertical base motion.
+    """Return the compiled time loop of Cundall's scheme for blocks, with or without vertical motion and friction.
 
     Parameters are those of `create_centred_time_stepping_loop`.
 
@@ -214,7 +214,7 @@ SCHEMES: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
 
 
 def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
-    """Return the compiled time stepping function for a scheme, with or without vertical base motion and friction.
+    """Return a scheme's compiled time loop for blocks, with or without vertical base motion and friction.
 
     `vertical_acceleration` and `with_friction` are None for the variants without vertical motion and without friction.
     """

@@ -59,7 +59,7 @@ def corner_positions_and_mean_forces(
     vertical_acceleration: FloatArray,
     half_sizes: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the positions of both lower corners of a block, and their mean contact forces until the next row.
+    """Compute positions of a block's lower corners, and their mean contact forces between successive output times.
 
     The forces per mass follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which
     lasts a few milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the
@@ -110,13 +110,13 @@ def corner_positions_and_mean_forces(
 
 
 def _mean_rate_of_successive_rows(quantity: FloatArray, time: FloatArray) -> FloatArray:
-    """Return the mean rate of change of a quantity between successive rows; 0 where two rows have the same time."""
+    """Return the mean rate of change of a quantity between successive output times; 0 between equal times."""
     span = np.diff(time)
     return np.divide(np.diff(quantity), span, out=np.zeros_like(span), where=span > 0)
 
 
 def _mean_of_successive_rows(quantity: FloatArray) -> FloatArray:
-    """Return the mean of a quantity over the time between successive rows, in which the quantity varies linearly."""
+    """Return the mean of a quantity between successive output times; the quantity varies linearly in between."""
     return np.asarray(0.5 * (quantity[1:] + quantity[:-1]))
 
 

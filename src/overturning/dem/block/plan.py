@@ -58,13 +58,13 @@ class BlockSimulationPlan(SimulationPlan):
 
     @property
     def queue_number_by_case(self) -> NDArray[np.int64]:
-        """Queue number of each case, shape (n,); cases of a queue have equal step lengths; all or none has friction."""
+        """Group number of each case, shape (n,): a group has equal step lengths, and all or no cases have friction."""
         return group_numbers_of_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BlockKernelInput:
-        """Return the input of the block kernel for cases with equal step lengths, all with or all without friction."""
+        """Return the kernel's input for block cases with equal step lengths, all or none of them with friction."""
         scheme, queued = (
             SCHEMES[self.scheme][0],
             self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
@@ -82,18 +82,18 @@ class BlockSimulationPlan(SimulationPlan):
         case_numbers: NDArray[np.int64],  # noqa: ARG002, as in other plans
         result_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
-        """Return the outcome variables of the cases by name: the columns of the kernel's table of results."""
+        """Return the outcome variables of simulated blocks by name: columns of the table that the kernel has filled."""
         return {name: result_tables["results"][name] for name in RESULT.names or ()}
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
-        """Return the rows of a trajectory with the block at rest, one for each of the first `sample_count` samples."""
+        """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
         rows["ground"] = self.ground[0, :sample_count] * case["amplitude"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
-        """Convert the trajectory rows of the plan's only case to its trajectory."""
+        """Convert the kernel's output rows of the plan's only case to the trajectory of the block."""
         return convert_block_trajectory(
             self.model.scene, self.motion, self.cases, trajectory_rows, float(self.table[0]["alpha"])
         )

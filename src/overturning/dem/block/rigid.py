@@ -44,7 +44,7 @@ NEWTON: Final = 1e-15
 
 
 class RigidCaseTableColumns(NamedTuple):
-    """Columns of the table of cases of the rigid rocking block."""
+    """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
 
     sine: float
     """Sine of α."""
@@ -94,7 +94,7 @@ class RigidRockingOutcomes(NamedTuple):
 
 @njit(**INNER)
 def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
-    """Return a base motion whose time counts from `delay` later on; `delay` in sampling intervals."""
+    """Return the linear base motion seen from a time origin that is `delay` (sampling intervals) later."""
     ground, weight = (
         base_motion.ground + base_motion.ground_slope * delay,
         base_motion.weight + base_motion.weight_slope * delay,
@@ -106,7 +106,7 @@ def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBas
 def _rocking_side_and_start_time(
     base_motion: LinearBaseMotion, remaining_time: float, b_over_h: float
 ) -> tuple[float, float]:
-    """Return the side to which a block at rest starts to rock in the rest of a sample, and the time until then.
+    """Return the side to which a resting block starts to rock within the rest of a sample, and the time until then.
 
     The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
     """
@@ -126,7 +126,7 @@ def _rocking_side_and_start_time(
 def _fill_taylor_series(
     taylor_series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float
 ) -> None:
-    """Fill in the Taylor series of the motion of a rocking block over a step, whose first terms are given.
+    """Compute the higher Taylor coefficients of a rocking block's motion in a step; the first ones are given.
 
     The rows of `taylor_series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration,
     jerk. Angles are positive towards the side to which the block leans.
@@ -175,7 +175,7 @@ def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: flo
 
 @njit(**INNER)
 def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
-    """True if the first term of a Taylor series exceeds all others together: the series then has no zero in a step."""
+    """True if a Taylor series has no zero in a step, because its first term exceeds the sum of all others."""
     others = 0.0
     for k in range(taylor_series.size - 1, 0, -1):
         others = (others + abs(taylor_series[k])) * step_length
@@ -184,7 +184,7 @@ def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
 
 @njit(**INNER)
 def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) -> float:
-    """Halve a step until the block has at most two turning points in it, and return its length.
+    """Return a step's length, halved until the rotation of the block has at most two turning points in the step.
 
     There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
@@ -253,7 +253,7 @@ def _peak_angle_and_end_at_turning_points(
     peak_angle: float,
     record_has_ended: bool,
 ) -> tuple[float, bool]:
-    """Return the largest angle of a block until the end of a step, and True if the case ends at a turning point.
+    """Return a block's largest angle up to the end of a step, and True if the case ends at a turning point.
 
     A case ends if the block has fallen (π/2). After the record each peak is smaller than the one before, so that it
     also ends at its next peak. Turning points from `end_time` on do not count.

@@ -46,7 +46,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class BlockKernelInput(NamedTuple):
-    """Input of the block kernel for cases with equal numbers of steps per sample, both in motion and at rest."""
+    """Input of the compiled block simulation, for cases with equal numbers of time steps per sample."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -64,7 +64,7 @@ class BlockKernelInput(NamedTuple):
 
 
 class BlockWorkspace(NamedTuple):
-    """Array with the state of the blocks of a queue that are computed at the same time."""
+    """Array with the states of the blocks that the kernel computes in parallel, one column (lane) per block."""
 
     state: Any
 
@@ -95,12 +95,12 @@ SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(C
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
-    """Allocate the array for the states of all blocks that are simulated at the same time, one lane (column) each."""
+    """Allocate the array for the states of the blocks that are simulated in parallel, one column (lane) each."""
     return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load the block of a case into a lane (column): at static equilibrium on both corners, or tilted on one."""
+    """Load a case's block into column `lane` of the state array, in equilibrium on both corners or tilted on one."""
     initialise_lane(
         workspace.state, lane, kernel_input.cases[case], kernel_input.settings.interval, kernel_input.settings.ticks
     )
@@ -110,7 +110,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def initialise_lane(
     state: Any, lane: int, case_parameters: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
-    """Write the constants and the initial state of a case into a lane."""
+    """Write constants and initial state of a case's block into column `lane` of the state array."""
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
     b, h, c, s = (
@@ -186,7 +186,7 @@ def initialise_lane(
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Load the base motion over the next sample into the first lanes, and normalise the rotations of their blocks."""
+    """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
     load_next_sample_into_lanes(
         workspace.state,
         lane_count,
@@ -208,7 +208,7 @@ def load_next_sample_into_lanes(
     vertical_acceleration: Any,
     settings: QueueSettings,
 ) -> None:
-    """Load into each lane the base motion over its next sample, and normalise the rotation of its block.
+    """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1.
 
     `motion_rows` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
     """
@@ -238,7 +238,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Compute the time steps of one sample for the blocks in all lanes, and record the motion of the first block.
+    """Advance all blocks, computed in parallel, by one sample of the record; record the motion of the first one.
 
     The motion is recorded at the start of the sample, and when it reaches the end of its own sample.
     """
@@ -266,7 +266,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Mark the lanes whose case may have ended, and return the number of marked lanes."""
+    """Mark, by a quick test, the parallel cases that may have ended; return the number of marked cases."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
@@ -286,7 +286,7 @@ def mark_possibly_ended_lanes(
     last_sample: float,
     max_penetration: float,
 ) -> int:
-    """Mark and count the lanes whose block has fallen or failed, or has no strong shaking left to come."""
+    """Mark and count the parallel cases with a fallen block, an invalid state, or no strong shaking still to come."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
@@ -370,7 +370,7 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
 
 
 def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
-    """Return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array; `GOES_ON` if it has not ended."""
     return case_status(
         workspace.state,
         lane,
@@ -382,7 +382,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of the case in a lane into the table of results."""
+    """Write the results of the case in column `lane` of the state array into the table of results."""
     write_case_results(workspace.state, lane, status, kernel_input.scheme.lag, kernel_input.results[case])
 
 

@@ -71,7 +71,7 @@ class BlockConstants(NamedTuple):
 
 
 class CornerState(NamedTuple):
-    """Spring stretch, position, penetration and normal force of a lower corner at the end of the last step."""
+    """Spring stretch, position, penetration and normal force of a block's lower corner after the last step."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -84,7 +84,7 @@ class CornerState(NamedTuple):
 
 
 class AssumedCornerContact(NamedTuple):
-    """Sliding and flat landing of a corner as a step of the centred scheme assumes them."""
+    """Assumptions of a centred-scheme step about a corner: sticking or sliding, and impact on both corners at once."""
 
     slid: float
     """±μ if the corner slides, else 0."""
@@ -101,7 +101,7 @@ class AssumedCornerContact(NamedTuple):
 
 
 class BlockState(NamedTuple):
-    """State of a block in the frame of the base.
+    """State of a block in the frame of the base: position, rotation, velocities and both lower corners.
 
     Centre (`x` along s, `z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities (`vx`, `vz`, `vw`) and
     accelerations (`ax`, `az`, `aw`) of these (m, rad, s).
@@ -127,14 +127,14 @@ class BlockState(NamedTuple):
 
 
 class AssumedSlipDirections(NamedTuple):
-    """Slip direction that the next step assumes for each corner (centred scheme): ±μ if it slides, 0 if it sticks."""
+    """Friction that the next step of the centred scheme assumes at each corner: ±μ if sliding, 0 if sticking."""
 
     left: float
     right: float
 
 
 class BlockPeakValues(NamedTuple):
-    """Largest rotation (rad), slip of the base (m) and penetration (m) so far; last tick with |θ| < α, or −1."""
+    """Largest rotation (rad), base slip (m) and penetration (m) so far; last tick below the critical angle, or −1."""
 
     angle: float
     slip: float
@@ -164,7 +164,7 @@ class BlockInertialAccelerations(NamedTuple):
 
 
 class ExtrapolatedBlock(NamedTuple):
-    """Position and velocities that a block would have at the end of a step with constant acceleration."""
+    """Position and velocities of a block at the end of a step, extrapolated with constant acceleration."""
 
     x: float
     z: float
@@ -221,7 +221,7 @@ class PredictedBlock(NamedTuple):
 
 
 class BlockVelocityChange(NamedTuple):
-    """Corrections of the predicted velocities of a block (m/s, rad/s), and ±μ of each corner (0 if it sticks)."""
+    """Corrections of a block's predicted velocities (m/s, rad/s), and friction ±μ of each corner (0: it sticks)."""
 
     vx: float
     vz: float
@@ -231,7 +231,7 @@ class BlockVelocityChange(NamedTuple):
 
 
 class AssumedCornerFriction(NamedTuple):
-    """Friction force and sliding of a block's corner, as the equations of a step assume them."""
+    """Trial friction force of a block's corner, and sticking or sliding, as assumed in the equations of a step."""
 
     f: float
     """Predicted tangential force per mass, m/s²."""
@@ -262,7 +262,7 @@ class CornerEquationTerms(NamedTuple):
 
 
 class SolvedCornerContact(NamedTuple):
-    """State, forces and contact changes of a block's corner after the equations of a step are solved."""
+    """State, forces and contact changes of a block's corner from the solution of the equations of a step."""
 
     corner: CornerState
     """State for the next step."""
@@ -295,7 +295,7 @@ class SolvedCornerContact(NamedTuple):
 
 
 class SolvedCornerContactPair(NamedTuple):
-    """State, forces and contact changes of both corners at the end of a step whose equations are solved."""
+    """State, forces and contact changes of both corners of a block from the solution of the equations of a step."""
 
     left: SolvedCornerContact
     right: SolvedCornerContact
@@ -324,5 +324,5 @@ def corner_position(side: float, block: BlockConstants, cosine: float, sine: flo
 
 @njit(**INLINE)
 def base_displacement(block: BlockConstants, centre_x: float, sine: float) -> float:
-    """Return the displacement (m) of the middle of a block's base, from that of its centre and from sin θ."""
+    """Return the displacement (m) of the middle of a block's base, from the displacement of its centre and sin θ."""
     return centre_x - block.half_height * sine

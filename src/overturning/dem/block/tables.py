@@ -7,7 +7,7 @@ from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
 class BlockCaseTableColumns(NamedTuple):
-    """Columns of the block kernel's table of cases, followed by those of `CaseStepControl`."""
+    """Parameters of a block case: columns of the kernel's input table, followed by those of `CaseStepControl`."""
 
     width: float
     """Width, m."""
@@ -44,7 +44,7 @@ class BlockCaseTableColumns(NamedTuple):
 
 
 class BlockResultTableColumns(NamedTuple):
-    """Columns of the block kernel's table of results."""
+    """Results of a block case: columns of the kernel's table of results."""
 
     status: float
     """`CaseStatus` as a number."""
@@ -69,7 +69,7 @@ class BlockResultTableColumns(NamedTuple):
 
 
 class BlockTrajectoryTableColumns(NamedTuple):
-    """Columns of the trajectory of a block."""
+    """Time, pose, velocities and ground acceleration of a block: columns of its trajectory."""
 
     time: float
     """Time since the first sample, s."""

@@ -33,13 +33,13 @@ RESTS: Final = 0.5
 
 @njit(**INLINE)
 def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
-    """True if a vertex of a body belongs to its base."""
+    """True if the vertex with number `vertex` of a body is a vertex of the body's base."""
     return vertex.own.z <= -LEVEL * body.foot
 
 
 @njit(**INLINE)
 def point_rests_on_spring(body: BodyConstants, point_history: ContactPointHistory) -> float:
-    """Return 1 if the spring carries a contact point, 0 if its dashpot does because the point lands or lifts off."""
+    """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
     spring = body.stiffness * point_history.depth
     return 1.0 if (point_history.depth > 0.0) & (abs(point_history.normal - spring) < RESTS * spring) else 0.0
 
@@ -52,7 +52,7 @@ def base_contact_including_vertex(
     vertex: BodyVertex,
     point_history: ContactPointHistory,
 ) -> BaseContactState:
-    """Return `base_contact` in which a vertex of the base replaces the lowest or highest one if it is more extreme."""
+    """Return `base_contact` updated with one base vertex, if this is lower or higher than all vertices before it."""
     height, below, still = (
         matrix_times_vector(body_axes, vertex.own).z,
         vertex_belongs_to_base(body, vertex),
@@ -76,7 +76,7 @@ def vertex_waits_for_extreme_base_vertices(
     vertex_height: float,
     point_history: ContactPointHistory,
 ) -> bool:
-    """True if a base vertex waits: it carries load only once the lowest and the highest base vertex both touch ground.
+    """True if a base vertex gets no load yet: it waits until the lowest and the highest base vertex touch the ground.
 
     `vertex_height` is the height of the vertex relative to the centre, m.
     """
@@ -91,7 +91,7 @@ def vertex_waits_for_extreme_base_vertices(
 
 @njit(**INLINE)
 def base_lands_flat(base_contact: BaseContactState) -> bool:
-    """True if all points of a base land together; dashpots may then pull (see `overturning.dem.block.landing`)."""
+    """True if all points of a base land in one impact, in which dashpots may pull (see `dem.block.landing`)."""
     return base_contact.landing > 0.0
 
 
@@ -99,19 +99,19 @@ def base_lands_flat(base_contact: BaseContactState) -> bool:
 def longest_landing_time_including_point(
     longest_time: float, point_landing_time: float, point_penetration: float
 ) -> float:
-    """Return the larger of `longest_time` and, if the point is in contact, `point_landing_time` (both in s)."""
+    """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
 
 @njit(**INLINE)
 def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
-    """Return the landing time (s) of a new contact point: that of the points already in contact, else the full time."""
+    """Return the landing time left for a new contact point, s: as for points in contact, or the full duration."""
     return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
 
 @njit(**INLINE)
 def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
-    """True if the lowest and the highest point of the base both rest on the ground."""
+    """True if the lowest and the highest vertex of a body's base both rest on the ground."""
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
@@ -133,7 +133,7 @@ TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
 
 @njit(**INNER)
 def any_base_lands_flat(state: Any, lane_count: int) -> bool:
-    """True if the base of a body in any lane lands flat."""
+    """True if, in any of the parallel cases, all points of the body's base land in one impact."""
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if base_lands_flat(load_base_contact(state, j)) else 0.0
@@ -142,7 +142,7 @@ def any_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 @njit(**INNER)
 def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Set `BaseContactState.tilting` to 1 in lanes where friction tilts a body that slides during a flat landing.
+    """Set `BaseContactState.tilting` to 1 where friction tilts a body that slides while its base lands flat.
 
     The value is read only in lanes whose base lands flat.
     The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of it,
@@ -163,7 +163,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the contact state of the body's base in each lane, from its base vertices or from its round rim.
+    """Update the contact state of each parallel body's base, from the base vertices or from the round rim.
 
     The rows of the opposite vertices start at index `opposite_start_index` of `vertex_rows`.
     """

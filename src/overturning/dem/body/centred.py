@@ -67,7 +67,7 @@ def centre_acceleration(force_per_mass: Vector3, inertial_acceleration: Vector3)
 def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyBaseMotion, ticks_per_sample: float
 ) -> PredictedBody:
-    """Predict the state of a body at the end of a step of `step_ticks` ticks, from its acceleration at the start."""
+    """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
     dt, tick = body.step * step_ticks, state.tick + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
@@ -117,7 +117,7 @@ def rim_point_position_from_centre(
 
 @njit(**INLINE)
 def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) -> bool:
-    """True if an attempted step is so short that the predicted forces decide about contact and slip."""
+    """True if an attempted step is short enough to decide contact and slip from the predicted forces."""
     return step_attempt.length <= FINE * case_step_control.finest
 
 
@@ -125,7 +125,7 @@ def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) 
 def flat_landing_slip_direction(
     body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
-    """Return slip direction (x, y), True if sliding, and tilting share of a contact point in a flat landing.
+    """Return a contact point's slip direction in a flat landing, if it slides, and the share of friction that tilts.
 
     The tilting share is the part of the moment of its friction that tilts the body. `landing` holds whether the body
     lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See
@@ -150,7 +150,7 @@ def predict_contact_point(
     has_rim: bool,
     contact_rule: tuple[bool, bool, float, float],
 ) -> PredictedContactPoint:
-    """Predict a contact point at the end of a step, and whether the equations assume that it touches and slides.
+    """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
     In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
     state of the point is used. `contact_rule` holds whether the point carries only later, whether the body lands flat,
@@ -218,7 +218,7 @@ def predict_contact_point(
 
 @njit(**INLINE)
 def friction_share_of_holding_force(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
-    """Return the friction limit over the force that would stop a sliding contact point, from 0 to 1."""
+    """Return the ratio, at most 1, of the friction limit to the force that would stop a sliding contact point."""
     part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
@@ -232,7 +232,7 @@ def contact_equation_terms(
     point_history: ContactPointHistory,
     step_is_fine: bool,
 ) -> ContactEquationTerms:
-    """Return the terms of one contact point in the equations for a body's velocity changes in a step.
+    """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
     The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
     and the position r of the point.
@@ -291,7 +291,7 @@ def contact_equation_terms(
 def solve_velocity_change(
     body: BodyConstants, state: BodyState, predicted_body: PredictedBody, contact_terms: ContactEquationTerms
 ) -> BodyVelocityChange:
-    """Solve the equations of a step for the corrections of a body's predicted velocity and angular velocity."""
+    """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
     u = scale_vector(
         predicted_body.half, minus(centre_acceleration(contact_terms.force, predicted_body.shaking), state.acceleration)

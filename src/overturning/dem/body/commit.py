@@ -78,7 +78,7 @@ def contact_changes_of_point(
     slips: bool,
     step_is_fine: bool,
 ) -> LargestContactChanges:
-    """Return the contact changes (opening, sliding, …) of one contact point in an attempted step.
+    """Return the changes (opening, closing, sliding…) of one contact point of a body in an attempted step.
 
     In a fine step, no assumed state of the point counts as wrong.
     """
@@ -192,7 +192,7 @@ def rim_contact_point_moves_fast(
 def base_motion_stays_below_limit(
     shaking: BodyBaseMotion, end_acceleration: Vector3, ticks_per_sample: float, horizontal_limit: float
 ) -> bool:
-    """True if the base motion stays below a limit at the end of this step and of the next sample.
+    """True if the base acceleration stays below a limit at the end of this step and of the next sample.
 
     The horizontal base acceleration must be below `horizontal_limit` × (gravity + upward base acceleration). Above
     this limit, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
@@ -214,7 +214,7 @@ def base_motion_stays_below_limit(
 def step_contact_changes(
     largest_contact_changes: LargestContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
-    """Return the contact changes of a body's attempted step, from which the step control accepts or rejects it."""
+    """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.holds == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_contact_changes.off == 0.0)
     return StepContactChanges(
@@ -230,7 +230,7 @@ def step_contact_changes(
 
 
 class AcceptedBodyStep(NamedTuple):
-    """State, peak values and balance account of a body, which change only with an accepted step."""
+    """State, peak values and energy account of a body after its last accepted step."""
 
     state: BodyState
     peaks: BodyPeakValues
@@ -247,7 +247,7 @@ def complete_body_step(
     largest_penetration: float,
     step_ticks: float,
 ) -> AcceptedBodyStep:
-    """Return state, peak values and energy account of a body at the end of a step; `largest_penetration` in m."""
+    """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
     (s, peaks, account), half = previous_step, predicted_body.half
     a, push, tick = (
         centre_acceleration(contact_sum.force, predicted_body.shaking),

@@ -75,13 +75,13 @@ def body_energy_per_mass(
 
 @njit(**INLINE)
 def vertical_angular_momentum_about_origin(state: BodyState) -> float:
-    """Return the vertical angular momentum of a body about the origin per mass, m²/s."""
+    """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
     return float(state.momentum.z + (state.place.x * state.velocity.y - state.place.y * state.velocity.x))
 
 
 @njit(**INNER)
 def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -> int:
-    """Count the vertices of a body that penetrate the ground at the end of the last step."""
+    """Count the vertices of a body, in column `lane`, that penetrate the ground at the end of the last step."""
     number = 0
     for i in range(vertex_count):
         number += 1 if load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane).depth > 0.0 else 0
@@ -90,20 +90,20 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 @njit(**INLINE)
 def tilt_energy_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
-    """Return the energy per mass, m²/s², that tilts a body over its nearest base edge to `lean` (sin² of tilt)."""
+    """Return the energy per mass (m²/s²) to tilt a body over the nearest base edge by a tilt with sin² = `lean`."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
 
 @njit(**INLINE)
 def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
-    """True if the tilt of a body is below its critical angle."""
+    """True if the tilt of a body's vertical axis is below the critical angle."""
     return bool(lean_as_squared_sine(rotation_matrix(state.turn)) < body.critical)
 
 
 @njit(**INLINE)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
-    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) on a base with friction."""
+    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) until friction stops it."""
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
     v = plus(state.velocity, cross_product(w, Vector3(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
@@ -122,7 +122,7 @@ def direction_pseudo_angle(x: float, y: float) -> float:
 
 @njit(**INNER)
 def body_has_fallen(body_axes: Matrix3, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
-    """True if a body is tilted by at least its angle of fall in the direction in which it leans.
+    """True if the tilt of a body has reached the angle of fall for the direction in which the body leans.
 
     For `fall_sectors` see `overturning.model.solid.RigidSolid`.
     """
@@ -149,7 +149,7 @@ def case_status(
     last_sample: float,
     fall_sectors: Any,
 ) -> int:
-    """Return the `CaseStatus` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended."""
+    """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
@@ -180,7 +180,7 @@ def case_status(
 def body_is_at_rest(
     state: Any, vertex_rows: Any, vertex_count: int, base_vertex_count: int, lane: int, rest_limit: float
 ) -> bool:
-    """True if a body rests upright on all vertices of its base, and none of them slides."""
+    """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
     body, s, held = load_body(state, lane), load_state(state, lane), 0
     w, turning = s.spin, matrix_times_vector(full_matrix(body.inverse), s.moment)
     speed = vector_length(s.velocity) + body.foot * vector_length(w)
@@ -205,7 +205,7 @@ def vector_length(vector: Vector3) -> float:
 def write_case_results(
     state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_sectors: Any
 ) -> None:
-    """Write the results of the case in a lane into `result_row` (columns: `BodyResultTableColumns`)."""
+    """Write the results of the case in column `lane` of the state array into `result_row`."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
@@ -230,7 +230,7 @@ def write_case_results(
 def record_body_motion(
     state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, pose and velocities of the body in a lane, and the base acceleration, into `trajectory_row`."""
+    """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
     body, s, shaking = load_body(state, lane), load_state(state, lane), load_shaking(state, lane)
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.place

@@ -55,7 +55,7 @@ class SimulationPlan3D(SimulationPlan):
 
     @property
     def queue_number_by_case(self) -> NDArray[np.int64]:
-        """Queue number of each case, shape (n,); cases share a queue if their step lengths are equal."""
+        """Group number of each case, shape (n,): cases with equal step lengths get the same number."""
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 
     @property
@@ -71,7 +71,7 @@ class SimulationPlan3D(SimulationPlan):
         step_divisor: int,
         column_count: int,
     ) -> dict[str, Any]:
-        """Return the fields that the kernels of 3-D models share, for cases of one queue.
+        """Return the kernel input fields common to all 3-D models, for a group of cases with equal step lengths.
 
         The time steps are divided by `step_divisor`; `column_count` cases are computed side by side.
         """
@@ -85,7 +85,7 @@ class SimulationPlan3D(SimulationPlan):
 
 @dataclass(frozen=True, kw_only=True)
 class BodySimulationPlan(SimulationPlan3D):
-    """Plan of the simulation of n cases of a single 3-D body."""
+    """Plan of the simulation of n cases of a single rigid 3-D body."""
 
     result_dtype: ClassVar[Any] = RESULT
     trajectory_dtype: ClassVar[Any] = ROW
@@ -99,13 +99,13 @@ class BodySimulationPlan(SimulationPlan3D):
 
     @property
     def base_shape_loop_tag(self) -> Any:
-        """Tuple whose type selects the compiled loops: `RoundBaseLoopTag` or `PolygonalBaseLoopTag`."""
+        """Tuple whose type selects the compiled time loop, for bodies with a round or with a polygonal base."""
         return RoundBaseLoopTag() if self.solids[0].radius > 0 else PolygonalBaseLoopTag()
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BodyKernelInput:
-        """Return the input of the body kernel for cases of one queue, with their steps divided by `step_divisor`."""
+        """Return the body kernel's input for cases with equal step lengths, each step divided by `step_divisor`."""
         return BodyKernelInput(
             **self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS),
             base_shape_loop_tag=self.base_shape_loop_tag,
@@ -124,7 +124,7 @@ class BodySimulationPlan(SimulationPlan3D):
         return outcome_variables(result_tables["results"], orientation, self.cosines[case_numbers], faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
-        """Return trajectory rows with the body at rest, one for each of the first `sample_count` samples."""
+        """Return trajectory rows of a body at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
@@ -142,7 +142,7 @@ class BodySimulationPlan(SimulationPlan3D):
 def quiet_windows_in_any_direction(
     motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, leave_out: bool
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
-    """Find the samples of a motion that cannot move a 3-D model; see `overturning.dem.quiet.find_quiet_windows`.
+    """Find the samples of a motion that are too weak, in any direction, to move a 3-D model at rest.
 
     Returns, for each case, the first sample to compute, the sample from which on a model at rest stays at rest, and
     whether the model rests throughout. Unless `leave_out`, all samples are computed (0, infinity and False).
@@ -158,7 +158,7 @@ def quiet_windows_in_any_direction(
 
 
 def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: NumericalOptions) -> BodySimulationPlan:
-    """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.simulate_cases`."""
+    """Check the arguments and return the plan for simulating n cases of a 3-D body (see `simulate_cases`)."""
     _check_body_arguments(model, cases, numerics)
     shape, contact, start = model.shape, model.contact, model.start
     sizes, which = np.unique(
@@ -241,7 +241,7 @@ def _rest_acceleration_thresholds(
     friction: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return the base acceleration |a|/g up to which samples are skipped while the body is at rest, shape (cases,).
+    """Return the base acceleration |a|/g up to which a body at rest stays at rest, for each case, shape (cases,).
 
     See `overturning.dem.quiet.rest_acceleration_threshold`. `laws` are the contact constants per mass of each solid,
     shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case, shape (n,).
@@ -270,7 +270,7 @@ def steps_per_sample_and_clock_settings(
     sampling_interval: float,
     rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the number of whole steps per sample and the step control (`CaseStepControl`), each of shape (n,).
+    """Return, for each of n cases, the number of full steps per sample and the step control, two arrays (n,).
 
     `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time_constant` 1/p (s),
     each of shape (n,).
@@ -307,7 +307,7 @@ def steps_per_sample_and_clock_settings(
 
 
 def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return per case the index of its base motion and its direction (north, east), then all base motions, m/s².
+    """Return each case's base motion index and its direction (north, east), then all base motions, m/s².
 
     Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.
     """
@@ -327,7 +327,7 @@ def _deepest_penetration(body: RigidSolid, rest_pose: FloatArray) -> float:
 
 
 def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
-    """Convert a pose of shape (6,), see `pose_at_rest`, to a record of type `START` with zero velocities."""
+    """Convert a static equilibrium pose, shape (6,), to a record of initial conditions with zero velocities."""
     half = 0.5 * rest_pose[3:]
     begin = np.zeros((), START)
     begin["x"], begin["y"], begin["z"] = rest_pose[:3]
@@ -336,7 +336,7 @@ def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
 
 
 def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's table of bodies, type `BODY`, and the array of their vertices, `BodyKernelInput.points`.
+    """Return the kernel's input tables of the bodies: constants (type `BODY`) and vertices.
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """

@@ -61,7 +61,7 @@ def outcome_variables(
 
 
 def tilt_deg_of_lean(lean: FloatArray) -> FloatArray:
-    """Return the tilt, degrees, of a lean: sin² of the tilt up to 90°, and 2 − sin² beyond."""
+    """Return the tilt in degrees from a lean: sin² of the tilt up to 90°, 2 − sin² of the tilt beyond."""
     lean = np.clip(lean, 0.0, 2.0)
     angle = np.arcsin(np.sqrt(np.minimum(lean, 2.0 - lean)))
     return rounded_degrees(np.where(lean <= 1.0, angle, np.pi - angle))

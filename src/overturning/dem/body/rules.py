@@ -64,13 +64,13 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class PolygonalBaseLoopTag(NamedTuple):
-    """Type that makes the compiler choose the loops for bodies whose base has vertices (see `LOOPS`)."""
+    """Type that selects, at compile time, the time loop for bodies whose base has vertices (see `LOOPS`)."""
 
     round: bool = False
 
 
 class RoundBaseLoopTag(NamedTuple):
-    """Type that makes the compiler choose the loops for bodies whose base has a round rim (see `LOOPS`)."""
+    """Type that selects, at compile time, the time loop for bodies whose base has a round rim (see `LOOPS`)."""
 
     round: bool = True
 
@@ -103,7 +103,7 @@ class BodyKernelInput(NamedTuple):
 
 
 class BodyWorkspace(NamedTuple):
-    """State arrays of the lanes in which the kernel computes a queue of cases of 3-D bodies."""
+    """Arrays with the states of the 3-D bodies that the kernel computes in parallel, one column (lane) each."""
 
     state: Any
     """Rows of the bodies, followed by those of the vertices."""
@@ -137,13 +137,13 @@ loop_of = create_lookup_by_type(LOOPS)
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
-    """Return the arrays for body and vertices in each lane; a lane computes one case at a time."""
+    """Return empty state arrays of bodies and their vertices, one column (lane) per case computed in parallel."""
     state = aligned_zeros(NUMBERS * COLUMNS + kernel_input.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load the initial state of case number `case` of a 3-D body into a lane."""
+    """Load the initial state of the 3-D body of case number `case` into column `lane` of the state arrays."""
     given = kernel_input.cases[case]
     body, points, interval = (
         kernel_input.bodies[given.body],
@@ -156,7 +156,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Begin a sample in each lane: scale the body's quaternion to length 1 and load the base motion of the sample."""
+    """Load the base motion of the next sample for each parallel case, and rescale each quaternion to length 1."""
     load_next_sample_into_lanes(
         workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
     )
@@ -166,7 +166,7 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 def load_next_sample_into_lanes(
     state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
 ) -> None:
-    """In each lane, scale the body's quaternion to length 1 and load the base motion of the lane's current sample."""
+    """Load the base motion of the current sample for each parallel case, and rescale each quaternion to length 1."""
     along, up, ticks, interval, scale = (
         ground_motion.along,
         ground_motion.up,
@@ -194,7 +194,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample in all lanes; return the trajectory of the first lane and its number of rows."""
+    """Advance all parallel bodies by one sample; return the first one's trajectory and its number of rows."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, marker, count, base = (
         kernel_input.settings,
@@ -221,7 +221,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `end_marks_out` to 1 for each lane whose case may have ended, else 0; return the number of ones."""
+    """Set `end_marks_out` to 1 for each parallel case that may have ended, else 0; return the number of ones."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
@@ -235,7 +235,7 @@ def mark_lanes_that_may_have_ended(
 def mark_possibly_ended_lanes(
     state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
-    """Mark and count the lanes whose case may have ended: a fall, a failure, or motion ahead that is too weak."""
+    """Mark and count the parallel cases that may have ended: a fall, an invalid state, or no strong motion left."""
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
@@ -254,7 +254,7 @@ def mark_possibly_ended_lanes(
 
 @njit(**INNER)
 def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
-    """Mark and count the lanes whose body may be at rest (`CaseRestState.at_rest` = 1), by a quick test."""
+    """Mark and count, by a quick test, the parallel cases whose body may be at rest (`CaseRestState.at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
@@ -270,7 +270,7 @@ def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """In each lane with its body at rest, skip the samples whose base motion is too weak to move the body."""
+    """Skip, for each parallel case with a body at rest, the samples whose base motion is too weak to move the body."""
     settings, state, ground, row, base = (
         kernel_input.settings,
         workspace.state,
@@ -297,7 +297,7 @@ def skip_quiet_samples(
 
 
 def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `GOES_ON` if it has not ended."""
     end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
     return case_status(
         workspace.state, workspace.vertices, kernel_input.base, lane, kernel_input.settings.ticks, end, sectors
@@ -305,7 +305,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of case number `case`, which a lane computes, into `kernel_input.results`."""
+    """Write the results of case number `case`, stored in column `lane`, into `kernel_input.results`."""
     sectors = kernel_input.sectors[kernel_input.cases[case].body]
     write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
 

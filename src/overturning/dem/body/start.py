@@ -56,7 +56,7 @@ def initialise_body_in_lane(
     state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
-    """Store constants and initial state of a body and its vertices in the lane's columns of `state`, `vertex_rows`."""
+    """Write the constants and initial state of a body and its vertices into column `lane` of both state arrays."""
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
     body = constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
@@ -87,7 +87,7 @@ def initialise_body_in_lane(
 
 @njit(**INNER)
 def constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
-    """Return the constants of a body with the contact law of its case; `tick_length` is in s."""
+    """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the clock's unit."""
     c, ks = body_constants, case_parameters.tangential
     return BodyConstants(
         inverse=SymmetricMatrix(c.ixx, c.iyy, c.izz, c.ixy, c.ixz, c.iyz),
@@ -110,7 +110,7 @@ def constants_of_case(case_parameters: Any, body_constants: Any, tick_length: fl
 def initialise_vertices_in_lane(
     vertex_rows: Any, lane: int, body: BodyConstants, start: Any, vertex_positions: Any
 ) -> BodyState:
-    """Store the vertices of a body at their start positions in the rows of a lane; return the body's initial state.
+    """Write a body's vertices at their start positions into column `lane`; return the body's initial state.
 
     `start` has the pose and velocities, of type `START`; acceleration and moment are those of gravity and springs.
     """

@@ -123,7 +123,7 @@ class ContactPointHistory(NamedTuple):
 
 
 class ContactPointAtStepStartAndEnd(NamedTuple):
-    """State of a contact point before a step (`old`), and at its end (`new`), which counts if the step is accepted."""
+    """State of a contact point before a step (`old`), and after it (`new`, valid if the step is accepted)."""
 
     old: ContactPointHistory
     new: ContactPointHistory
@@ -134,7 +134,7 @@ IN_THE_AIR: Final = -1e300
 
 
 class BaseContactState(NamedTuple):
-    """Contact state of a body's base: its lowest and highest vertex, times of a flat landing, and tilting share."""
+    """Contact state of a body's base: lowest and highest vertex, landing times, and tilting share of friction."""
 
     low: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
@@ -153,7 +153,7 @@ class BaseContactState(NamedTuple):
 
 
 class BodyPeakValues(NamedTuple):
-    """Largest lean, squared slip (m²) and penetration (m) of a body so far; its last tick upright in this sample."""
+    """Largest lean (sin² of tilt), squared slip (m²) and penetration (m) so far; last upright tick of this sample."""
 
     lean: float
     slip: float
@@ -188,7 +188,7 @@ class BodyBaseMotion(NamedTuple):
 
 
 class LoadedSampleNumber(NamedTuple):
-    """Number of the sample, counted from 1, whose base motion is loaded in a lane; 0 if none is loaded."""
+    """Number, counted from 1, of the sample whose base motion a parallel case has loaded; 0 if none."""
 
     sample: float
 
@@ -242,7 +242,7 @@ class PredictedContactPoint(NamedTuple):
 
 
 class StepRejectionFlags(NamedTuple):
-    """Flags (1 or 0): `again`, the attempted step is rejected; `sooner`, the next one keeps its contact assumptions."""
+    """Flags (1 or 0): `again`, the step is rejected; `sooner`, the next attempt keeps the assumptions on contact."""
 
     again: float
     sooner: float
@@ -339,7 +339,7 @@ VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEn
 def base_motion_over_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> BodyBaseMotion:
-    """Return the base acceleration, as functions of time, from `sample` to the next one, times `amplitude_factor`.
+    """Return the inertial accelerations in the frame of the base, × a factor, linear from `sample` to the next one.
 
     `horizontal` holds the accelerations along x and y, shape (2, samples), and `up` the upward acceleration, m/s². A
     base that accelerates one way pushes what stands on it the other way.
@@ -384,6 +384,6 @@ def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
 
 @njit(**INLINE)
 def lean_as_squared_sine(body_axes: Matrix3) -> float:
-    """Return the lean of a body: sin² of the tilt of the body's vertical axis up to 90°, 2 − sin² of it beyond."""
+    """Return sin² of the tilt of a body's vertical axis (its lean); 2 − sin² if the tilt exceeds 90°."""
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     return square if body_axes.zz > 0.0 else 2.0 - square

@@ -53,7 +53,7 @@ def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
 
 
 def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[float, float]:
-    """Return the base acceleration |a|/g that unloads a base vertex, and the smallest over the mean vertex load.
+    """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean vertex load.
 
     The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
     body at rest. Both are 0 if a vertex carries no load at rest.
@@ -72,7 +72,7 @@ def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[floa
 
 
 def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[np.int64]) -> FloatArray:
-    """Return the mass-scaled stiffness matrix, shape (6, 6), of a body with unit springs at the given vertices."""
+    """Return the 6 × 6 stiffness matrix, scaled to unit mass and inertia, of a body on unit springs at vertices."""
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
     c00 = math.sqrt(inertia[0, 0])

@@ -33,7 +33,7 @@ class BodyInitialStateTableColumns(NamedTuple):
 
 
 class BodyCaseTableColumns(NamedTuple):
-    """Columns of the body kernel's table of cases: the parameters of a case. `CASE` has more columns."""
+    """Parameters of a case of a 3-D body: columns of the kernel's table of cases; `CASE` has further columns."""
 
     stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
@@ -58,7 +58,7 @@ class BodyCaseTableColumns(NamedTuple):
 
 
 class BodyConstantTableColumns(NamedTuple):
-    """Columns of the body kernel's table of bodies: constants of a solid, one row per size of the body."""
+    """Constants of a solid body of one size: columns of the kernel's table of bodies."""
 
     ixx: float
     """Inverse inertia tensor about the centre, m/I, 1/m²."""
@@ -91,7 +91,7 @@ class BodyConstantTableColumns(NamedTuple):
 
 
 class BodyResultTableColumns(NamedTuple):
-    """Columns of the body kernel's table of results: one row per case."""
+    """Results of a case of a 3-D body: columns of the kernel's table of results."""
 
     status: float
     """`CaseStatus` as a number."""
@@ -124,7 +124,7 @@ class BodyResultTableColumns(NamedTuple):
 
 
 class GroundAccelerationTableColumns(NamedTuple):
-    """Columns of the base acceleration, m/s², in a row of a trajectory; axes as in `BodyInitialStateTableColumns`."""
+    """Base acceleration, m/s², in a row of a trajectory, in the body's frame (see `BodyInitialStateTableColumns`)."""
 
     ground_x: float
     ground_y: float

@@ -21,7 +21,7 @@ MAX_RERUNS: Final = 2
 def rerun_cases_until_energy_balances(
     run_case_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
 ) -> None:
-    """Simulate cases; simulate those whose energy does not balance again, with finer and finer steps.
+    """Simulate cases; repeat those whose energy balance has too large an error, with finer and finer steps.
 
     Cases whose energy still does not balance after `MAX_RERUNS` reruns are marked unstable.
 

@@ -38,7 +38,7 @@ class KernelStepControl(NamedTuple):
 
     @property
     def max_step_halvings(self) -> int:
-        """Largest number of times that a whole step may be halved."""
+        """Largest number of times that a full-length step may be halved."""
         return int(self.whole).bit_length() - 1
 
     def steps_before_length_doubles(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
@@ -76,7 +76,7 @@ INTEGER_ROUNDING: Final = 2.0**52
 
 
 class CaseStepControl(NamedTuple):
-    """Step lengths (ticks) of one case, and the number of steps of one length before the length doubles."""
+    """Step lengths of one case, in ticks, and the number of equal steps after which the length may double."""
 
     finest: float
     """Finest step, ticks."""
@@ -89,7 +89,7 @@ class CaseStepControl(NamedTuple):
 
 
 class StepAttempt(NamedTuple):
-    """Next step to attempt: its length, the steps left at this length, and the repetitions of the step so far."""
+    """Next time step to attempt: length, number of steps before a longer one, and repetitions so far."""
 
     length: float
     """Length, ticks."""
@@ -100,7 +100,7 @@ class StepAttempt(NamedTuple):
 
 
 class StepContactChanges(NamedTuple):
-    """Contact changes and sliding in an attempted step, which decide whether the step is accepted."""
+    """Changes of contact and sliding in an attempted time step, which decide whether the step is accepted."""
 
     changed: bool
     """True if a contact opens or closes."""

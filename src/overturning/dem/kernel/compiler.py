@@ -33,7 +33,7 @@ class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
     """Translator to LLVM of functions that only compiled code calls; a call from Python raises an error."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:  # noqa: ARG002
-        """Write an entry for Python that only raises a TypeError; one that unpacks tuples takes long to compile."""
+        """Generate an entry point for Python that only raises a TypeError; a complete one takes long to compile."""
         module = self.context.create_module("no entry")
         pointer = ir.IntType(8).as_pointer()
         kind = ir.FunctionType(pointer, [pointer] * 3)
@@ -68,7 +68,7 @@ class InnerFunctionLoweringPass(NativeLowering):
 
 
 def _build_compiler_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
-    """Return Numba's pipeline of compiler passes, with `lowering_pass` for its own and without array expressions."""
+    """Return Numba's compiler passes, with `lowering_pass` in place of Numba's own and without array expressions."""
     passes = DefaultPassBuilder.define_nopython_pipeline(compiler_state)
     # No kernel has array expressions; searching for them takes a tenth of the time.
     passes.passes = [

@@ -24,7 +24,7 @@ STILL_TO_SLIDE: Final = 1e-6
 
 
 class CaseProgress(NamedTuple):
-    """Progress of a case of a single body, and the samples and energies that decide when it ends."""
+    """Progress of a case of a single body, and the sample numbers and energies that decide when the case ends."""
 
     amplitude: float
     """Factor on the motion."""
@@ -43,7 +43,7 @@ class CaseProgress(NamedTuple):
 
 
 class CaseRestState(NamedTuple):
-    """Base acceleration up to which the body of a case stays at rest, and 1 if it was at rest as a sample began."""
+    """Base acceleration up to which a case's body stays at rest, and 1 if the body was at rest as the sample began."""
 
     rest_limit: float
     """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
@@ -59,7 +59,7 @@ def progress_after_sample_end(
     ticks_per_sample: float,
     sampling_interval: float,
 ) -> tuple[float, float, float]:
-    """Return the sample and the tick at which a case goes on, and the last time (s) at which its body was upright.
+    """Return the sample and tick at which a case continues, and the last time (s) when the body was upright.
 
     `tick` counts from the start of the sample that ended, the returned tick from the start of the returned sample.
     `last_upright_tick` is the last tick in the sample that ended at which the body was upright; negative if none.
@@ -82,7 +82,7 @@ def case_must_continue(
     state_sum: float,
     is_within_limits: bool,
 ) -> bool:
-    """True if a case cannot have ended yet: its state is finite and within limits, and strong shaking is to come.
+    """True if a case cannot have ended yet: its state is finite and within limits, and strong shaking is still ahead.
 
     `state_sum` is the sum of all values of the state that must be finite. If the result is false, the case may have
     ended or not.

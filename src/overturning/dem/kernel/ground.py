@@ -25,7 +25,7 @@ UNLOADED: Final = 2.0
 
 
 class GroundMotion(NamedTuple):
-    """Acceleration of the base at each sample, with zeros after the record, and the largest acceleration to come."""
+    """Acceleration of the base at each sample, with zeros after the record, and the largest value after each sample."""
 
     along: FloatArray
     """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a
@@ -83,7 +83,7 @@ def base_acceleration_up_to_next_sample(
 
 
 def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return the largest acceleration in the window after each sample at which rest is tested.
+    """Return the largest base acceleration in a time window after each sample, to test if a body stays at rest.
 
     Only the next `REST_CHECK_BLOCK` samples and the time `LEAD` count; the value is infinite if the block ends after
     the record. The maximum of each block is shared by all windows that contain it; sample by sample, this took half of
@@ -134,7 +134,7 @@ def is_rest_check_sample(sample: float) -> bool:
 def upcoming_motion_is_below_rest_limit(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> bool:
-    """True if the base motion of the next samples (`REST_CHECK_BLOCK`, `LEAD`) cannot move a body at rest.
+    """True if the base motion of the following samples (`REST_CHECK_BLOCK`, `LEAD`) cannot move a body at rest.
 
     `amplitude` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration
     is linear between samples, so it is largest at one of them.
@@ -148,7 +148,7 @@ def upcoming_motion_is_below_rest_limit(
 def count_skippable_samples(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> int:
-    """Return for how many samples from `sample` on, in whole blocks of samples, a body at rest stays at rest.
+    """Return the number of samples from `sample` on, in whole blocks, during which a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """

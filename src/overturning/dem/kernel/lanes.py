@@ -159,7 +159,7 @@ unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
 
 
 class LaneTupleAccess(NamedTuple):
-    """Compiled functions that load a named tuple from a lane (column) of the state array, and store it."""
+    """Compiled functions that read a named tuple from a column (lane) of the state array, and write it there."""
 
     load: Any
     """``load(array, j)`` returns the tuple of lane j."""
@@ -201,7 +201,7 @@ def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunc
 
 
 class TupleRowLayout:
-    """Layout of named tuples in an array with one lane per case: the row in which each number of a tuple is stored.
+    """Layout of named tuples in an array with a column (lane) per case: the row of each number of a tuple.
 
     Parameters
     ----------
@@ -230,7 +230,7 @@ class TupleRowLayout:
     def lane_access(
         self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()
     ) -> LaneTupleAccess:
-        """Return the compiled functions that load a named tuple from a lane of the array, and store it in a lane.
+        """Return the compiled functions that read and write a named tuple in a column (lane) of the array.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class TupleRowLayout:
     def _create_lane_access(
         self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
     ) -> LaneTupleAccess:
-        """Return the compiled functions that load and store a named tuple, which may be a part of a larger one."""
+        """Return the compiled functions that read and write a named tuple, which may be a field of a larger tuple."""
         rows = [
             self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
             for path in number_field_paths(inner_type)

@@ -41,7 +41,7 @@ def clamp_magnitude(force: float, limit: float) -> float:
 
 @njit(**INLINE)
 def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
-    """True if a base slides in a flat landing; both velocities (m/s), along and off the ground, leave out rotation.
+    """True if a base that lands flat slides: tangential slip velocity at least μ × opening velocity (m/s).
 
     The dashpots stop the heave first, and the contribution of the rotation to the slip only later. Friction in a
     plastic landing depends on the slip that remains afterwards, so rotation is left out: all ends slide the same way.
@@ -51,7 +51,7 @@ def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_v
 
 @njit(**INLINE)
 def max_touch_delay_of_one_impact(stiffness: float, dashpot: float) -> float:
-    """Return the longest time, s, between the touches of both ends of a base that still counts as one impact.
+    """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
 
     Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h, in which the dashpot of one end alone
     stops the mass: the other end touches before the first one has stopped the body. A spring with a weaker dashpot

@@ -21,7 +21,7 @@ from overturning.model.status import CaseStatus
 
 
 class QueueSettings(NamedTuple):
-    """Settings shared by all cases of a queue; numbers only, since a tuple that holds arrays is slow to pass."""
+    """Settings common to all cases that the kernel computes in parallel; numbers only, as arrays are slow to pass."""
 
     samples: int
     """Number of samples of the record."""
@@ -42,7 +42,7 @@ class QueueSettings(NamedTuple):
 
 
 class KernelInput(Protocol):
-    """Fields that the kernel input of every model has; all its cases have the same number of steps per sample."""
+    """Input fields common to the kernels of all models, for cases with equal numbers of time steps per sample."""
 
     settings: QueueSettings
     """Settings shared by all cases."""
@@ -58,7 +58,7 @@ class KernelInput(Protocol):
 
 
 class KernelWorkspace(Protocol):
-    """Arrays with the state of the cases that a kernel computes at the same time."""
+    """Arrays with the states of the cases that a kernel computes in parallel."""
 
     state: Any
     """Flat array with a row per quantity and a column per lane."""
@@ -68,19 +68,19 @@ class KernelWorkspace(Protocol):
 
 
 def allocate_workspace(kernel_input: KernelInput) -> KernelWorkspace:
-    """Allocate the arrays for the state of all lanes (one lane: one case in progress); return them as a named tuple."""
+    """Allocate the state arrays, with one column (lane) for each case computed in parallel."""
     raise NotImplementedError
 
 
 def start_case(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> None:
-    """Load the initial state of the case with index `case` into a lane (a column of the workspace's arrays)."""
+    """Load the initial state of case number `case` into column `lane` of the workspace's state arrays."""
     raise NotImplementedError
 
 
 def load_motion_of_next_sample(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_cases: Any, lane_count: int
 ) -> None:
-    """Load the base motion over the next sample into the first `lane_count` lanes.
+    """Load the base motion of the next sample for each of the first `lane_count` parallel cases.
 
     `lane_cases` holds the index of the case in each lane.
     """
@@ -90,7 +90,7 @@ def load_motion_of_next_sample(
 def advance_one_sample(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample in the first `lane_count` lanes, and record the motion of the first lane.
+    """Advance the first `lane_count` parallel cases by one sample, and record the motion of the first case.
 
     Returns the trajectory of the first lane, which may be a longer copy of `trajectory`, and its number of recorded
     rows; −1 if the trajectory has reached its limit.
@@ -101,7 +101,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set the mark of each active lane to 1 if its case may have ended, else to 0; return the number of ones.
+    """Set the mark of each active parallel case to 1 if it may have ended, else to 0; return the number of ones.
 
     A quick test for all lanes at once; `status_if_case_in_lane_ended` decides.
     """
@@ -115,7 +115,7 @@ def skip_quiet_samples(
     active_lane_count: int,
     skipped_sample_counts_out: Any,
 ) -> None:
-    """Skip the samples in which the base motion is too weak to move the body, in lanes with a body at rest.
+    """Skip, for parallel cases with a body at rest, the samples in which the base motion is too weak to move it.
 
     The number of samples skipped in a lane is added to `skipped_sample_counts_out`.
 
@@ -126,14 +126,14 @@ def skip_quiet_samples(
 
 
 def status_if_case_in_lane_ended(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of the case in a lane if the case has ended, else `GOES_ON`."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array if it has ended, else `GOES_ON`."""
     raise NotImplementedError
 
 
 def write_lane_results(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int, status: int
 ) -> None:
-    """Write the results of the case in a lane into the table of results.
+    """Write the results of the case in column `lane` of the state array into the table of results.
 
     The queue itself writes the status of the case and its numbers of steps and skipped samples.
     """
@@ -141,7 +141,7 @@ def write_lane_results(
 
 
 def register_model_functions(kernel_input_type: type, *functions: Callable[..., Any]) -> None:
-    """Register the functions of a model, selected by the type of its kernel input.
+    """Register a model's functions under the type of its kernel input, by which compiled code selects them.
 
     Each has the name of one of the functions of this module without implementation.
     """
@@ -158,7 +158,7 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
 
 
 def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
-    """Return a function for compiled code that returns the entry of `value_by_type` for the type of its argument."""
+    """Return a compiled function that looks up, in `value_by_type`, the value for the type of its argument."""
 
     def entry_for_type(marker: Any) -> Any:
         return value_by_type[type(marker)]
@@ -173,7 +173,7 @@ def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], A
 
 @njit(**INNER)
 def copy_lane(state: Any, lane_count: int, source_lane: int, target_lane: int) -> None:
-    """Copy the state of the case in lane (column) `source_lane` to lane `target_lane`."""
+    """Copy the state of a case from column `source_lane` of the state array to column `target_lane`."""
     for row in range(state.size // lane_count):
         state[row * lane_count + target_lane] = state[row * lane_count + source_lane]
 
@@ -194,7 +194,7 @@ def extend_trajectory(trajectory: Any, min_rows: int, max_rows: int) -> Any:
 
 @njit(**QUEUE)
 def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory: Any) -> tuple[Any, int]:
-    """Simulate the cases of a queue, all with the same number of steps per sample.
+    """Simulate a group of cases with equal numbers of steps per sample, several in parallel, until all have ended.
 
     Parameters
     ----------

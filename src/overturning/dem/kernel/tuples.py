@@ -52,7 +52,7 @@ def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[
 
 
 def select_value_with_llvm_freeze(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
-    """Select one of two values by a condition so that the compiler writes the result to memory without a branch.
+    """Select one of two values by a condition, in LLVM code that needs no branch.
 
     LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
     that the values are equal.
@@ -79,7 +79,7 @@ class GeneratedLlvmFunction:
         self._name, self._generate_llvm_instructions, self._library = function_name, generate_llvm_instructions, None
 
     def __call__(self, context: Any, builder: Any, return_type: Any, *arguments: Any) -> Any:
-        """Emit a call of the function, with numbers and addresses as arguments; return the result, a value of LLVM."""
+        """Emit an LLVM call of the function with numbers and addresses as arguments; return its result."""
         into = None if return_type == types.void else cgutils.alloca_once(builder, context.get_value_type(return_type))
         arguments = arguments if into is None else (into, *arguments)
         kind = ir.FunctionType(ir.VoidType(), [value.type for value in arguments])
@@ -89,7 +89,7 @@ class GeneratedLlvmFunction:
         return context.get_dummy_value() if into is None else builder.load(into)
 
     def _generate_llvm_library(self, context: Any, function_type: Any, has_result: bool) -> Any:
-        """Generate the function in a library of its own, to which its callers are linked."""
+        """Generate the function in its own LLVM library, which is linked to each caller."""
         library = context.codegen().create_library(self._name)
         module = library.create_ir_module(self._name)
         function = ir.Function(module, function_type, self._name)
@@ -119,7 +119,7 @@ def _convert_tuple_to_float64(context: Any, builder: Any, tuple_type: type, actu
 
 
 def _check_argument_types(tuple_type: type, *argument_types: Any) -> None:
-    """Raise a `TypingError` if one of the Numba types `argument_types` is not that of the named tuple."""
+    """Raise a `TypingError` if Numba argument types differ from the type of the named tuple."""
     for one in argument_types:
         if getattr(one, "instance_class", None) is not tuple_type:
             raise TypingError(f"expected a {tuple_type.__name__}, got {one}")
@@ -138,7 +138,7 @@ def _first_number_address(context: Any, builder: Any, array_type: Any, value: An
 
 
 def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``load(array, j)`` that returns the tuple of lane j.
+    """Return a compiled function ``load(array, j)`` that reads a named tuple from column j of a state array.
 
     `row_offsets` holds the index at which the row of each number starts; None: the number has no row and is 0.
     """
@@ -164,7 +164,7 @@ def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], functio
 
 
 def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``store(array, j, value)`` that writes a tuple to lane j.
+    """Return a compiled function ``store(array, j, value)`` that writes a named tuple to column j of a state array.
 
     Numbers whose entry of `row_offsets` is None are not written.
     """
@@ -192,7 +192,7 @@ def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], functio
 
 
 def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
-    """Return a compiled function ``store_unless(array, j, keep, value)``: it writes a tuple unless `keep` is true.
+    """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true.
 
     Numbers whose entry of `row_offsets` is None are not written.
     """
@@ -229,13 +229,13 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
 
 
 def _number_address(builder: Any, data_address: Any, row_offset: int, lane: Any) -> Any:
-    """Return the address of the number that a lane has in the row that starts at `row_offset`."""
+    """Return the address of the number in column `lane` of the array row that starts at `row_offset`."""
     # Unsigned: LLVM cannot always prove that a signed index is not negative.
     return builder.gep(data_address, [builder.add(lane, ir.Constant(lane.type, row_offset))])
 
 
 def create_zero_tuple_function(tuple_type: type) -> Any:
-    """Return a compiled function ``zero()`` that returns a tuple of this type, all zeros."""
+    """Return a compiled function ``zero()`` that returns a named tuple of the given type with all numbers zero."""
 
     def zero_tuple(_typing_context: Any) -> Any:
         def generate_llvm_code(context: Any, *_: Any) -> Any:
@@ -276,5 +276,5 @@ def create_elementwise_function(
 
 
 def table_dtype_of_named_tuples(*tuple_types: Any) -> np.dtype[np.void]:
-    """Return the dtype of a table with a column of float64 for each field of some named tuples, in their order."""
+    """Return the dtype of a table with one float64 column for each field of the given named tuples, in order."""
     return np.dtype([(name, "f8") for kind in tuple_types for name in kind._fields])

@@ -17,7 +17,7 @@ from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_segme
 
 
 class SceneCaseTableColumns(NamedTuple):
-    """Columns of the scene kernel's table of cases: parameters of a case, before those of `CaseStepControl`."""
+    """Parameters of a case of a 2-D scene: columns of the kernel's input table, before those of `CaseStepControl`."""
 
     amplitude: float
     """Factor on the motion."""
@@ -38,7 +38,7 @@ class SceneCaseTableColumns(NamedTuple):
 
 
 class ElementTerminationTableColumns(NamedTuple):
-    """Columns of the scene kernel's table of elements: rotations, support and energy that decide whether they fall."""
+    """Fall limits, support and energy barrier of each element: columns of the scene kernel's table of elements."""
 
     is_free: float
     """1 if the element is free, else 0."""
@@ -59,7 +59,7 @@ class ElementTerminationTableColumns(NamedTuple):
 
 
 class SceneTerminationLimitColumns(NamedTuple):
-    """Limits of a scene variant: penetration at which a case fails, and energies below which it can end."""
+    """Limits for a scene of one size: penetration at which a case fails, and energies below which it can end."""
 
     deepest: float
     """Penetration beyond which a case has failed, m."""
@@ -72,7 +72,7 @@ class SceneTerminationLimitColumns(NamedTuple):
 
 
 class SceneResultTableColumns(NamedTuple):
-    """Columns of the scene kernel's table of case results: one row per case."""
+    """Results of a case of a 2-D scene: columns of the kernel's table of results, one row per case."""
 
     status: float
     """`CaseStatus` as a number."""
@@ -87,7 +87,7 @@ class SceneResultTableColumns(NamedTuple):
 
 
 class ElementResultTableColumns(NamedTuple):
-    """Columns of the scene kernel's table of element results: one row per case and element."""
+    """Results of one element of a 2-D scene: columns of the kernel's table, one row per case and element."""
 
     overturned: float
     """Side of the fall: 1 towards the azimuth, −1 away from it, 0 standing."""
@@ -118,7 +118,7 @@ FLAT: Final = 0.999
 
 
 class SceneArrays(NamedTuple):
-    """Constants and initial states of a scene for the kernel, for each variant (one size and damping of the scene)."""
+    """Constants and initial states of a 2-D scene for the kernel, for each variant (one size and damping)."""
 
     initial: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""
@@ -139,7 +139,7 @@ class SceneArrays(NamedTuple):
 
 
 def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
-    """Return the kernel's arrays for the variants of a scene, in all of which the same elements can touch."""
+    """Return the kernel's input arrays for variants of a scene that differ only in size and damping."""
     one = prepared_scenes[0]
     first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.placed)]).tolist()
     layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
@@ -161,7 +161,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
 
 
 def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
-    """Return a lane's column of the state array, shape (rows,), for the prepared scene at rest."""
+    """Return the values of one column (case) of the state array, shape (rows,), for the scene at rest."""
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.placed))]
     pieces = placed_pieces_of_pairs(prepared_scene.placed, prepared_scene.pairs)
     pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
@@ -174,7 +174,7 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
 
 
 def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.ElementState:
-    """Return the state of an element of the prepared scene at rest."""
+    """Return the `ElementState` at rest of the element with number `index` in the prepared scene."""
     placed, still = prepared_scene.placed, k.PlanarVector(0.0, 0.0, 0.0)
     item, (dx, dz, turn) = placed[index], prepared_scene.displacement[index]
     # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
@@ -212,7 +212,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
 
 
 def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
-    """Return the state at rest of a pair of convex pieces, `a` and `b`, of the prepared scene."""
+    """Return the contact state at rest of two convex pieces, `a` and `b`, of elements of the prepared scene."""
     placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
     tangential = laws.tangential[index]
     ends = [k.SegmentEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
@@ -245,7 +245,7 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
 
 
 def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
-    """True if the flat landing rule applies to the pair `index_a`, `index_b` (docs/method.md, "A flat landing").
+    """True if two elements may land on a whole face in one impact with its own rule (docs/method.md, "A flat landing").
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
@@ -255,7 +255,7 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, ind
 
 
 def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
-    """True if `elements` are an upright rectangle on wide driven ground: their nearest faces are fixed until a fall.
+    """True for an upright rectangle on wide driven ground: which faces are in contact stays the same until a fall.
 
     Only its lower corners can touch the ground until it lies on its side, when it has fallen.
     """
@@ -277,7 +277,7 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
 def _contact_vertex_belongs_to_first_element(
     first_element: PlacedElement, second_element: PlacedElement, end_number: int
 ) -> bool:
-    """True if the contact vertex at an end (0 or 1) of the segment that two elements share belongs to the first one."""
+    """True if the contact vertex at an end (0 or 1) of two elements' contact segment belongs to the first element."""
     point = contact_segment_ends(first_element, second_element)[end_number].point
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
@@ -296,7 +296,7 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
 
 
 def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return the rules that decide when each element has fallen, of type `ELEMENT`, shape (elements,)."""
+    """Return each element's fall limits, support and energy barrier, of type `ELEMENT`, shape (elements,)."""
     return np.array(
         [
             (
@@ -313,7 +313,7 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
 
 
 def failure_and_rest_limits(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return the limits at which a case of a prepared scene fails or is at rest, one record of type `LIMITS`.
+    """Return the penetration and energy limits that end a case of a prepared scene, one record of type `LIMITS`.
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """

@@ -42,7 +42,7 @@ SUPPORT_GAP: Final = 0.1
 
 @njit(**INNER)
 def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float) -> int:
-    """Return the `CaseStatus` of the case in a lane at the end of a sample, or `GOES_ON` if the case has not ended.
+    """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended.
 
     The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
     that can move as one stands for good, shape (groups,).
@@ -88,7 +88,7 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
 def no_element_can_fall_later(
     state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
 ) -> bool:
-    """True if the rest of the record cannot move the standing elements, and no airborne element may still land."""
+    """True if the rest of the record cannot move standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).sample
     weak = rest_of_record_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
     return bool(weak and not any_element_airborne(state, lane, scene, element_rules, max_gap))
@@ -111,7 +111,7 @@ def outcomes_are_final(
 def update_fall_sides_and_count_elements(
     state: Any, lane: int, element_rules: Any
 ) -> tuple[float, float, int, int, int, bool]:
-    """Store the side of each element that fell in this sample; count standing, fallen and safe elements.
+    """Store the side of each element that has fallen in this sample; count the standing, fallen and safe elements.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def peak_rotation(element: ElementState) -> float:
 
 @njit(**INNER)
 def completed_fall_side(element: ElementState, element_rules: Any) -> float:
-    """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not.
+    """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not fallen.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
@@ -159,7 +159,7 @@ def completed_fall_side(element: ElementState, element_rules: Any) -> float:
 
 @njit(**INNER)
 def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
-    """True if a standing element has enough energy to fall while the base is at rest.
+    """True if the energy of any standing element suffices to overturn it while the base is at rest.
 
     It needs its barrier or, without a tipping angle, 1 % of the potential energy that it loses down to its fall limit.
     """
@@ -181,7 +181,7 @@ def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rule
 
 @njit(**INNER)
 def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> None:
-    """Store side and time of the fall for each free element that has fallen by the end of a case.
+    """Store, at the end of a case, the side and time of the fall for each free element that has fallen.
 
     An element has fallen if it has rotated to where it can rest on another face or past the angle from which it can
     return, if it is below its fall limit, or if none of its supports carries it any more.
@@ -206,7 +206,7 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
 
 @njit(**INNER)
 def deepest_pair_penetration(state: Any, lane: int, scene: Any) -> float:
-    """Return the largest penetration (m) of any pair of elements so far, for the case in a lane."""
+    """Return the largest penetration (m) between any two elements so far, for the case in column `lane`."""
     deepest = 0.0
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
@@ -216,7 +216,7 @@ def deepest_pair_penetration(state: Any, lane: int, scene: Any) -> float:
 
 @njit(**INNER)
 def count_touching_segment_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
-    """Count the touching segment ends of the standing free elements; an end between two of these counts twice."""
+    """Count the contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
@@ -228,7 +228,7 @@ def count_touching_segment_ends_of_standing_elements(state: Any, lane: int, scen
 
 @njit(**INNER)
 def side_of_fallen_element(element: ElementState, element_rules: Any) -> float:
-    """Return the side of a fallen element, ±1 along x: sign of its rotation if it tipped, else of its displacement.
+    """Return the side (±1 along x) of a fallen element: sign of its rotation if it tipped, else of its displacement.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
     """
@@ -240,7 +240,7 @@ def side_of_fallen_element(element: ElementState, element_rules: Any) -> float:
 def rest_of_record_cannot_move_groups(
     state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float
 ) -> bool:
-    """True if the record after `sample` is too weak to lift or slide any group of elements that still stands."""
+    """True if the record after `sample` is too weak to lift or slide any group of stacked elements that still stand."""
     for p in range(element_groups.shape[0]):
         lowest, last = rows.of_element(state, element_groups[p, 0]), rows.of_element(state, element_groups[p, 1])
         if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stable_from_sample[p]:
@@ -274,14 +274,14 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_
 
 @njit(**INLINE)
 def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> tuple[float, float]:
-    """Return the scene coordinates, m, of the point (`local_x`, `local_z`) of an element, m from its centre."""
+    """Return the scene coordinates (m) of a point given in the element's own axes, relative to its centre."""
     x, z = rotate_to_scene_axes(pose, local_x, local_z)
     return pose.x + x, pose.z + z
 
 
 @njit(**APART)
 def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> None:
-    """Shift the rest position of an element by the displacement of the held element that supports it."""
+    """Shift the rest position of an element by the displacement of its support, an element held fixed in space."""
     for j in range(rows.COLUMNS):
         pose, at, home = (
             rows.load_pose(support_rows, j),
@@ -298,7 +298,7 @@ def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> N
 def record_slip_and_upright_time(
     element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
 ) -> None:
-    """Store the slip of an element on its support, and the last time at which this element was upright."""
+    """Store each element's slip on its support, and the last time at which the element was upright."""
     for j in range(rows.COLUMNS):
         item, support, sample = (
             rows.load_element(element_rows, j),
@@ -328,7 +328,7 @@ def record_support_time(
     samples_per_tick: float,
     sampling_interval: float,
 ) -> None:
-    """Store the present time for the upper element of a pair as its last time on a support, if the pair touches."""
+    """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
     for j in range(rows.COLUMNS):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_touching_segment_ends(pair) > 0
@@ -343,7 +343,7 @@ def record_support_time(
 
 @njit(**INNER)
 def write_case_results(state: Any, lane: int, scene: Any, result_row: Any, element_result_rows: Any) -> None:
-    """Store the falls of a case, and write its results into `result_row` and `element_result_rows`."""
+    """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(state[rows.VARIANT + lane])
     element_rules, limits = scene.elements[v], scene.limits[v]
     mark_fallen_elements(state, lane, scene, element_rules, SUPPORT_GAP * limits.deepest)

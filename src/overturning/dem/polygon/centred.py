@@ -58,7 +58,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 class PredictedSegmentEnd(NamedTuple):
-    """Predicted forces and contact state of a segment end, the input of the equations of a step."""
+    """Predicted forces and contact state at one end of two faces' contact segment, input of a step's equations."""
 
     n: float
     """Predicted normal force, N."""
@@ -89,7 +89,7 @@ def predict_segment_end(
     pair_motion: PairMotionAndInertia,
     fine_step_and_flat_landing: tuple[bool, bool],
 ) -> PredictedSegmentEnd:
-    """Predict the state of a segment end: in a fine step from predicted forces, else from its state in the last step.
+    """Predict contact and friction at one end of two faces' contact segment: from forces if the step is fine.
 
     In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
     would rotate an element further in instead (Painlevé's paradox), the end sticks. `fine_step_and_flat_landing` holds
@@ -141,7 +141,7 @@ def segment_end_equation_terms(
     predicted_end: PredictedSegmentEnd,
     other_predicted_end: PredictedSegmentEnd,
 ) -> tuple[PairVelocityToForceMatrix, SegmentEndForce, float]:
-    """Return the equation matrix of a segment end, its predicted forces, and ±μ if the end slides (else 0).
+    """Return the equation matrix of one end of a contact segment, its forces, and ±μ if the end slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """
@@ -171,7 +171,7 @@ def segment_end_equation_terms(
 
 @njit(**INLINE)
 def is_fine_step(case: CaseState) -> bool:
-    """True if the step of a case is so short that the predicted forces decide about contact and slip."""
+    """True if the step of a case is short enough to decide contact and slip from the predicted forces."""
     return case.attempt.length <= FINE * case.step_control.finest
 
 
@@ -179,7 +179,7 @@ def is_fine_step(case: CaseState) -> bool:
 def add_pair_to_equations(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any, submatrices: Any, empty_flags: Any
 ) -> None:
-    """Add the contact terms of a pair of elements to the equations of a step, in all lanes.
+    """Add the contact terms of two elements to the equations of a step, in all parallel cases.
 
     `equations.pair_submatrices` returns `submatrices` and `empty_flags`.
     """
@@ -212,7 +212,7 @@ def add_pair_to_equations(
 
 
 class SolvedSegmentEnd(NamedTuple):
-    """State of a segment end after the equations of a step are solved, and its contact changes in the step."""
+    """Contact state at one end of two faces' contact segment after the equations of a step are solved."""
 
     now: SegmentEndResult
     further: float
@@ -239,7 +239,7 @@ def solved_segment_end(
     half_step_time: float,
     fine_step_and_flat_landing: tuple[bool, bool],
 ) -> SolvedSegmentEnd:
-    """Return the state of a segment end from the solved velocities, with forces limited by contact and friction.
+    """Return the contact state at one end of a contact segment from solved velocities; friction limits the force.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity
     corrections act on the poses over half a step. The spring of a slipping end is shortened to the force that friction
@@ -286,7 +286,7 @@ def vertex_positions_from_contact_solution(
     segment_end: SegmentEnd,
     end_solution: SolvedSegmentEnd,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
-    """Return the positions of both vertices at a segment end, with the solved position of the contact vertex."""
+    """Return the positions of both vertices near an end of a contact segment, the contact vertex as solved."""
     mine, depth = segment_end.mine > 0.0, end_solution.now.depth
     return (
         VertexPositionAtFace(
@@ -302,7 +302,7 @@ def vertex_positions_from_contact_solution(
 def compute_pair_forces_after_solution(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
 ) -> None:
-    """Add the contact forces of a pair to its elements; keep the new contact history until the step is accepted."""
+    """Add the solved contact forces between two elements to both, and keep the contact's new state for acceptance."""
     for j in range(rows.COLUMNS):
         pair, step, first, second = (
             rows.load_pair(pair_rows, j),
@@ -346,7 +346,7 @@ def compute_pair_forces_after_solution(
 
 @njit(**APART)
 def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
-    """Replace the contact history of a pair by the new one in the lanes whose step is accepted."""
+    """Replace the contact state of two elements by the new one, in parallel cases whose step is accepted."""
     for j in range(rows.COLUMNS):
         step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision
         rows.keep_history(pair_rows, j, decision.again > 0.0, step.corrected)

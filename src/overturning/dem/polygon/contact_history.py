@@ -12,7 +12,7 @@ from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ElementFace
 
 @njit(**INNER)
 def reset_contact_history(pair_rows: Any, lane: int) -> None:
-    """Reset the history of both segment ends of a pair in a lane: no contact, no force."""
+    """Reset both ends of two elements' contact segment to no contact and no force, for the case in column `lane`."""
     rows.store_memory(pair_rows, lane, SegmentEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
     rows.store_memory(pair_rows, lane + rows.SECOND, SegmentEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
 
@@ -21,7 +21,7 @@ def reset_contact_history(pair_rows: Any, lane: int) -> None:
 def transfer_contact_history(
     pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
-    """Pass the contact history of a pair's old faces on to the ends of its new nearest faces, if the end is loaded.
+    """Transfer the contact state of two elements' previous nearest faces to the ends of their new nearest faces.
 
     The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
     """
@@ -55,7 +55,7 @@ def transfer_contact_history(
 def face_end_that_takes_over_vertex(
     faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
 ) -> int:
-    """Return which end (0 or 1) of a new face takes over the contact of the vertex with index `vertex_index`.
+    """Return which end (0 or 1) of a new nearest face takes over the contact of the vertex `vertex_index`.
 
     This is the end at the same vertex, else the nearer one. Vertex indices are taken modulo the number of vertices.
     """
@@ -83,7 +83,7 @@ def face_end_that_takes_over_vertex(
 def normal_force_direction_on_a(
     pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the normal force's direction on a: b's face normal if the vertex is of a, else minus a's face normal."""
+    """Return the direction of the normal force on element a, from the normal of the face that a vertex touches."""
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
     x, z = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
@@ -94,7 +94,7 @@ def normal_force_direction_on_a(
 def contact_vertex_position_from_a(
     pair: PairState, pose_a: Pose, pose_b: Pose, end_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the vector (m) from element a's centre to the contact vertex of end `end_number` (0 or 1) of a pair."""
+    """Return the vector (m) from element a's centre to the contact vertex at an end (0 or 1) of a contact segment."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
     along = own.low if vertex_is_of_a == (end_number == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
@@ -106,7 +106,7 @@ def contact_vertex_position_from_a(
 
 @njit(**INNER)
 def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
-    """Set the contact forces of a pair at rest from the stretches of its loaded springs, in a lane."""
+    """Set the contact forces of two elements at rest from the stretches of their loaded springs."""
     pair = rows.load_pair(pair_rows, lane)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two

@@ -56,7 +56,7 @@ def compute_segment_end_force(
     steps_per_second: float,
     flat_landing_state: tuple[bool, bool, float],
 ) -> SegmentEndResult:
-    """Return force, penetration and slip of a segment end in a step, from its spring, dashpot and friction.
+    """Return force, penetration and slip at one end of a contact segment from its spring, dashpot and friction.
 
     See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
     """
@@ -74,7 +74,7 @@ def compute_segment_end_force(
 
 @njit(**APART)
 def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
-    """Add the contact forces at both ends of the segment that a pair shares to its elements; store the new history."""
+    """Add the contact forces between two elements to both of them, and store the contact's new state."""
     for j in range(rows.COLUMNS):
         pair, first, second = (
             rows.load_pair(pair_rows, j),
@@ -103,7 +103,7 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
 
 @njit(**APART)
 def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float) -> None:
-    """Advance the motion of an element by a step in all lanes."""
+    """Advance the motion of an element by a step of Cundall's scheme, in all parallel cases."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.totals
@@ -140,7 +140,7 @@ def compute_step(
     scene: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
-    """Compute a step of Cundall's scheme in all lanes; `vertical_base_acceleration` may be None (level motion)."""
+    """Advance a scene by a step of Cundall's scheme, in all parallel cases; the vertical base motion may be None."""
     resume_pairs_for_step(state, scene, active_pairs, movable_flags.size)
     kept = 0
     for n in range(active_pairs.count[0]):

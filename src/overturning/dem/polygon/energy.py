@@ -12,7 +12,7 @@ from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, PairState
 
 @njit(**INNER)
 def case_energy(state: Any, lane: int, scene: Any) -> float:
-    """Return the energy of a case, J: kinetic and gravitational half a step ago, and that of the springs now."""
+    """Return the energy of a scene, J: kinetic and gravitational half a step ago, plus that of the springs now."""
     total = 0.0
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
@@ -22,7 +22,7 @@ def case_energy(state: Any, lane: int, scene: Any) -> float:
 
 @njit(**INNER)
 def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
-    """Compute the kinetic and gravitational energy of a case at the last half step, J."""
+    """Compute the kinetic and gravitational energy of a scene at the last half step, J, for the case in a column."""
     total, half = 0.0, rows.load_case(state, lane).lag
     for e in range(scene.elements.shape[1]):
         item = rows.load_element(rows.of_element(state, e), lane)
@@ -34,7 +34,7 @@ def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float
 
 @njit(**INNER)
 def pair_spring_energy(pair: PairState) -> float:
-    """Compute the energy stored in the springs of a pair, J."""
+    """Compute the energy stored in the contact springs between two elements, J."""
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.one if end == 0 else history.two
@@ -53,7 +53,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 @njit(**INNER)
 def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
-    """Return the work (J) of all contact forces of a case in the half step from its velocities to its forces.
+    """Return the work (J) of all contact forces of a scene in the half step that velocities lag behind forces.
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
     the force acts, half in the half step after it. `pair_history_after_step` adds the second half only with the next

@@ -27,7 +27,7 @@ from overturning.dem.polygon.state import ElementConstants, PlanarVector
 
 
 class EquationSubmatrix(NamedTuple):
-    """3 × 3 submatrix of the equations: rows are force components, columns velocity components (x, z, rotation)."""
+    """3 × 3 submatrix of the step's equations: rows are force components, columns velocities (x, z, rotation)."""
 
     xx: float
     xz: float
@@ -47,7 +47,7 @@ minus = create_elementwise_tuple_functions(EquationSubmatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
-    """Submatrices of a pair a, b: the first letter is the element with the force, the second that with the velocity."""
+    """Four equation submatrices of elements a and b: first letter, whose force; second letter, whose velocity."""
 
     aa: Any
     ab: Any
@@ -60,7 +60,7 @@ SPARE: Final = len(PairSubmatrices._fields)
 
 
 class NonzeroPattern(NamedTuple):
-    """Positions of the nonzero submatrices: those of touching elements, and those that the elimination fills in."""
+    """Pattern of nonzero submatrices in the equations: of touching elements, and those filled by the elimination."""
 
     used: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
@@ -72,7 +72,7 @@ class NonzeroPattern(NamedTuple):
 
 @njit(**OWNER)
 def create_empty_nonzero_pattern(element_count: int) -> Any:
-    """Return a pattern without nonzero submatrices for `element_count` elements."""
+    """Return a pattern without nonzero submatrices for the equations of `element_count` elements."""
     return NonzeroPattern(
         np.zeros((element_count, element_count), np.bool_),
         np.zeros((element_count, element_count), np.int64),
@@ -82,7 +82,7 @@ def create_empty_nonzero_pattern(element_count: int) -> Any:
 
 @njit(**INNER)
 def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
-    """Mark all submatrices as zero, in a time proportional to the number of nonzero submatrices."""
+    """Mark all submatrices of the equations as zero, in a time proportional to the number of nonzero ones."""
     for k in range(nonzero_pattern.count.size):
         nonzero_pattern.used[k, k] = False
         for n in range(nonzero_pattern.count[k]):
@@ -93,7 +93,7 @@ def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
 
 @njit(**INNER)
 def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None:
-    """Mark submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
+    """Mark equation submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
     nonzero_pattern.used[row, column] = True
     if row >= column:
         return
@@ -118,14 +118,14 @@ def scale_rows_by_inverse_mass(p: EquationSubmatrix, inertia: ElementConstants, 
 
 @njit(**INLINE)
 def submatrix_times_vector(p: EquationSubmatrix, v: PlanarVector) -> PlanarVector:
-    """Return the product of submatrix `p` and vector `v` of three components."""
+    """Return the product of a 3 × 3 submatrix `p` and a vector `v`."""
     x, z = (p.xx * v.x + p.xz * v.z) + p.xw * v.w, (p.zx * v.x + p.zz * v.z) + p.zw * v.w
     return PlanarVector(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
 
 
 @njit(**INLINE)
 def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSubmatrix:
-    """Return the product of two submatrices."""
+    """Return the product of two 3 × 3 submatrices of the equations."""
     x, z = (
         submatrix_times_vector(p, PlanarVector(q.xx, q.zx, q.wx)),
         submatrix_times_vector(p, PlanarVector(q.xz, q.zz, q.wz)),
@@ -136,7 +136,7 @@ def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSub
 
 @njit(**INLINE)
 def inverse_of_submatrix(p: EquationSubmatrix) -> EquationSubmatrix:
-    """Return the inverse of a submatrix, from cofactors and one division."""
+    """Return the inverse of a 3 × 3 submatrix of the equations, from cofactors and one division."""
     xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
     zx, zz, zw = p.zw * p.wx - p.zx * p.ww, p.xx * p.ww - p.xw * p.wx, p.xw * p.zx - p.xx * p.zw
     wx, wz, ww = p.zx * p.wz - p.zz * p.wx, p.xz * p.wx - p.xx * p.wz, p.xx * p.zz - p.xz * p.zx
@@ -148,7 +148,7 @@ def inverse_of_submatrix(p: EquationSubmatrix) -> EquationSubmatrix:
 def subtract_terms_from_submatrix(
     submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: EquationSubmatrix
 ) -> None:
-    """Subtract `terms` from a submatrix in a lane; an empty submatrix counts as `diagonal` × unit matrix."""
+    """Subtract `terms` from a submatrix in column `lane`; an unset submatrix counts as `diagonal` × unit matrix."""
     one, old = diagonal, load(submatrix, lane)
     store(submatrix, lane, minus(EquationSubmatrix(
         one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
@@ -167,7 +167,7 @@ def add_pair_matrix_to_submatrices(
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> None:
-    """Add `pair_matrix`, from a pair's velocities to its contact forces, to the four submatrices of the pair."""
+    """Add the contact matrix of elements a and b (velocities to forces) to their four equation submatrices."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
     aa = EquationSubmatrix(
         pair_matrix.xx,
@@ -236,7 +236,7 @@ def add_pair_force_to_right_sides(
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> tuple[PlanarVector, PlanarVector]:
-    """Return the right-hand sides of elements a and b of a pair with the predicted contact force `pair_force` added."""
+    """Return the right-hand sides of elements a and b with their predicted contact force `pair_force` added."""
     m, i, n, k = (
         half_step_time * inertia_a.inverse_mass,
         half_step_time * inertia_a.inverse_inertia,
@@ -259,21 +259,21 @@ def add_pair_force_to_right_sides(
 
 @njit(**APART)
 def invert_submatrix_in_place(submatrix: Any) -> None:
-    """Replace a submatrix by its inverse, in all lanes."""
+    """Replace a submatrix of the equations by its inverse, in all parallel cases."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, inverse_of_submatrix(load(submatrix, j)))
 
 
 @njit(**APART)
 def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
-    """Multiply a submatrix from the right by `pivot_inverse`, in place and in all lanes."""
+    """Multiply a submatrix from the right by `pivot_inverse`, in place and in all parallel cases."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, submatrix_product(load(submatrix, j), load(pivot_inverse, j)))
 
 
 @njit(**APART)
 def subtract_submatrix_product(submatrix: Any, factor: Any, pivot_row: Any, is_empty: bool) -> None:
-    """Subtract `factor` × `pivot_row` (both submatrices) from a submatrix; an empty submatrix counts as zero."""
+    """Subtract the product of submatrices `factor` and `pivot_row` from a submatrix; an unset one counts as zero."""
     for j in range(rows.COLUMNS):
         subtract_terms_from_submatrix(
             submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j))
@@ -293,7 +293,7 @@ def subtract_from_velocity_change(target_rows: Any, submatrix: Any, source_rows:
 
 @njit(**APART)
 def multiply_right_side_by_pivot_inverse(element_rows: Any, pivot_inverse: Any) -> None:
-    """Multiply the right-hand side of an element by the inverse of its pivot, which gives its velocity change."""
+    """Replace an element's right-hand side by its velocity change: multiply by the inverse of its pivot submatrix."""
     for j in range(rows.COLUMNS):
         rows.store_change(
             element_rows, j, submatrix_times_vector(load(pivot_inverse, j), rows.load_change(element_rows, j))
@@ -302,7 +302,7 @@ def multiply_right_side_by_pivot_inverse(element_rows: Any, pivot_inverse: Any) 
 
 @njit(**INNER)
 def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPattern, element_count: int) -> None:
-    """Solve the equations of a step; the velocity changes of the elements replace their right-hand sides.
+    """Solve the equations of a step by elimination; velocity changes of the elements replace the right-hand sides.
 
     Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
     the work is proportional to the number of elements.
@@ -337,7 +337,7 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
 
 @njit(inline="always", **INNER)
 def free_submatrix_or_placeholder(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
-    """Return submatrix (`row`, `column`), or an unused one if one of both elements moves with the base."""
+    """Return equation submatrix (`row`, `column`), or a dummy one if either element moves with the base."""
     return of_submatrix(
         matrix,
         row * equation_flags.size + column
@@ -350,7 +350,7 @@ def free_submatrix_or_placeholder(matrix: Any, equation_flags: Any, row: int, co
 def pair_submatrices(
     matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
-    """Return the four submatrices of a pair, marked as nonzero, and flags that tell which were empty before."""
+    """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""
     used = nonzero_pattern.used
     fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
     used[element_a, element_a], used[element_b, element_b] = equation_flags[element_a], equation_flags[element_b]

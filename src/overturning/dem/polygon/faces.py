@@ -19,14 +19,14 @@ from overturning.dem.polygon.state import (
 
 
 class ForceLeverArms(NamedTuple):
-    """Lever arms of a normal and a tangential contact force about the centre of an element, m."""
+    """Lever arms of a normal and of a tangential contact force about the centre of an element, m."""
 
     n: float
     t: float
 
 
 class SegmentEnd(NamedTuple):
-    """Segment end: one end of the segment that two faces share, with penetration, slip and lever arms."""
+    """End of the contact segment of two faces: its contact vertex, normal, penetration, slip and lever arms."""
 
     mine: bool
     """True if the contact vertex of this end belongs to a, False if to b."""
@@ -51,7 +51,7 @@ class SegmentEnd(NamedTuple):
 
 
 class SharedSegment(NamedTuple):
-    """Segment that two opposite faces share: rotation between the faces, both ends, and the vertices of both faces.
+    """Contact segment of two opposite faces: rotation between the faces, both ends, and the vertices of both faces.
 
     `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativeFacePosition`.
     """
@@ -64,7 +64,7 @@ class SharedSegment(NamedTuple):
 
 
 class RelativeFacePosition(NamedTuple):
-    """Relative position of two faces, one of element a and one of b: normals, angle between them, centre distances."""
+    """Relative position of a face of element a and a face of b: normals, angle between them, centre distances."""
 
     anx: float
     """Outward normal of a's face in the axes of the scene, x component."""
@@ -111,7 +111,7 @@ def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
 
 @njit(**INNER)
 def polygon_face(faces: Any, face_index: int) -> ElementFace:
-    """Return face number `face_index` of a polygon from the array of all faces of the polygon."""
+    """Return the face with number `face_index` of a polygon from the array of all its faces."""
     nx, nz = faces[face_index, 4], faces[face_index, 5]
     low, high = (
         nx * faces[face_index, 1] - nz * faces[face_index, 0],
@@ -163,7 +163,7 @@ def locate_vertex_of_a(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return where a vertex of element a lies at a face of b: depth behind the face, place along it, slip, levers."""
+    """Return where a vertex of element a lies at a face of b: depth behind it, place along it, slip, lever arms."""
     own_n, own_t = convert_components_to_other_face_axes(
         normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
     )
@@ -186,7 +186,7 @@ def locate_vertex_of_b(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return where a vertex of element b lies at a face of a: depth behind the face, place along it, slip, levers.
+    """Return where a vertex of element b lies at a face of a: depth behind it, place along it, slip, lever arms.
 
     The place increases with the slip of a.
     """
@@ -211,7 +211,7 @@ def locate_face_vertices(
     relative_position: RelativeFacePosition,
     previous_positions: FaceVertexPositions,
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
-    """Return the four `LocatedVertex` of two opposite faces: both end vertices of a's face, then those of b's face."""
+    """Return positions of the end vertices of two opposite faces, first of a's face, then of b's face."""
     return (
         locate_vertex_of_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
         locate_vertex_of_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
@@ -228,7 +228,7 @@ def build_segment_end(
     vertex_a: LocatedVertex,
     vertex_b: LocatedVertex,
 ) -> SegmentEnd:
-    """Return a segment end of two faces: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
+    """Return one end of two faces' contact segment, at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
     depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
     return SegmentEnd(
         mine=vertex_is_of_a,
@@ -250,13 +250,13 @@ def build_segment_end(
 
 @njit(**INLINE)
 def find_shared_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> SharedSegment:
-    """Return the segment that a pair's nearest faces share; its ends are not in contact if a and b are too far."""
+    """Return the contact segment of two elements' nearest faces, with open ends if the elements are too far apart."""
     return find_shared_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
 def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> SharedSegment:
-    """Return the segment that a pair's nearest faces share; unless `may_touch`, its ends are not in contact.
+    """Return the contact segment of two elements' nearest faces at given poses; with open ends unless `may_touch`.
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first: at the inner of these two vertices.
     """
@@ -282,7 +282,7 @@ def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, ma
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, elapsed_time: float
 ) -> FaceVertexPositions:
-    """Return the positions of the four vertices of a pair's nearest faces `elapsed_time` seconds ago."""
+    """Return the positions, `elapsed_time` seconds ago, of the four vertices of two elements' nearest faces."""
     f = relative_face_position(
         pair.face_a, pair.face_b, earlier_pose(element_a, elapsed_time), earlier_pose(element_b, elapsed_time)
     )
@@ -307,7 +307,7 @@ def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
 def contact_vertex_position(
     end_history: SegmentEndHistory, end_number: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
-    """Return the position of the vertex, one of `vertex_positions`, that carries segment end `end_number` (0 or 1)."""
+    """Return the position of the vertex that carries end `end_number` (0 or 1) of a contact segment."""
     if end_history.carrier != THEIRS:
         return vertex_positions.a1 if end_number == 0 else vertex_positions.a2
     return vertex_positions.b2 if end_number == 0 else vertex_positions.b1

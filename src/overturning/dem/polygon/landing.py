@@ -24,7 +24,7 @@ class PairMotionAndInertia(NamedTuple):
 def segment_end_lands_now(
     contact_law: ContactLaw, end_history: SegmentEndHistory, segment_end: SegmentEnd, pair_motion: PairMotionAndInertia
 ) -> bool:
-    """True if a segment end is landing: it touches in this step, or will touch as part of the same impact.
+    """True if one end of a contact segment is landing: it touches now or will touch within the same impact.
 
     The time until it touches is at most `dem.kernel.mechanics.max_touch_delay_of_one_impact`, in products here.
     """
@@ -41,7 +41,7 @@ def segment_end_lands_now(
 def pair_lands_flat(
     contact_law: ContactLaw, pair_history: PairHistory, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia
 ) -> bool:
-    """True if both ends of a pair land in one impact, so that a dashpot may pull while its end is in contact."""
+    """True if both ends of two elements' contact segment land in one impact; a dashpot may then pull."""
     one = segment_end_lands_now(contact_law, pair_history.one, shared_segment.one, pair_motion)
     return (
         (contact_law.landing > 0.0)
@@ -59,7 +59,7 @@ def flat_landing_slip_and_friction(
     inertia_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return True if a segment end slides in a flat landing, and ±μ with the sign of its friction force.
+    """Return if one end of a contact segment slides in a flat landing, and ±μ with the sign of its friction.
 
     The velocities decide without the rotation of one element relative to the other, as if both were one body.
     """
@@ -77,14 +77,14 @@ def flat_landing_slip_and_friction(
 def relative_rotation_lever(
     lever_a: float, lever_b: float, inverse_inertia_a: float, inverse_inertia_b: float
 ) -> float:
-    """Return the lever arm (m) with which a contact force rotates one element of a pair relative to the other."""
+    """Return the lever arm (m) with which a contact force rotates element a relative to element b."""
     total = inverse_inertia_a + inverse_inertia_b
     return (lever_a * inverse_inertia_a + lever_b * inverse_inertia_b) / (total if total > 0.0 else 1.0)
 
 
 @njit(**INLINE)
 def shorten_tangential_levers(segment_end: SegmentEnd, lever_reduction: float) -> SegmentEnd:
-    """Return a segment end whose tangential force has lever arms (m) about both elements less `lever_reduction`."""
+    """Return one end of a contact segment with the lever arms (m) of its tangential force reduced by a length."""
     end = segment_end
     return SegmentEnd(
         end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
@@ -96,7 +96,7 @@ def shorten_tangential_levers(segment_end: SegmentEnd, lever_reduction: float) -
 def segment_ends_with_flat_landing_levers(
     contact_law: ContactLaw, shared_segment: SharedSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
 ) -> tuple[SegmentEnd, SegmentEnd]:
-    """Return both segment ends of a pair; in a flat landing, with other lever arms of their tangential forces.
+    """Return both ends of a contact segment; in a flat landing, with corrected lever arms of the tangential forces.
 
     The resultant impulse of a base that slides is inclined by μ. If it passes through the base, the normal impulses
     balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts
@@ -121,7 +121,7 @@ def correct_slip_for_friction_work(
     landing_ends: tuple[SegmentEnd, SegmentEnd],
     end_results: tuple[SegmentEndResult, SegmentEndResult],
 ) -> tuple[SegmentEndResult, SegmentEndResult]:
-    """Return the results of both ends, with slips corrected to the lever arms of a flat landing.
+    """Return the results of both ends of a contact segment, with slips that fit the lever arms of a flat landing.
 
     With these slips, friction does its work at the lever arms of `segment_ends_with_flat_landing_levers`.
     """

@@ -26,7 +26,7 @@ from overturning.dem.polygon.state import (
 
 
 class SegmentEndForce(NamedTuple):
-    """Normal and tangential force of a segment end (end of the segment that two faces share), and spring stretch."""
+    """Normal and tangential force at one end of two faces' contact segment, and stretch of the tangential spring."""
 
     n: float
     """Normal force, N."""
@@ -37,7 +37,7 @@ class SegmentEndForce(NamedTuple):
 
 
 class SegmentEndResult(NamedTuple):
-    """Force, penetration and slip of a segment end (end of the segment that two faces share) after a step."""
+    """Force, penetration and slip at one end of two faces' contact segment after a step."""
 
     force: SegmentEndForce
     depth: float
@@ -49,7 +49,7 @@ class SegmentEndResult(NamedTuple):
 
 
 class PairForce(NamedTuple):
-    """Sum of the contact forces at both segment ends of a pair, and its moments about the centres of a and b."""
+    """Resultant contact force between elements a and b, and its moments about the centres of both."""
 
     x: float
     """Force on a, N; the opposite acts on b."""
@@ -62,7 +62,7 @@ class PairForce(NamedTuple):
 
 
 class AssumedSegmentEndSlip(NamedTuple):
-    """Spring stretch and sliding direction of a segment end, as the equations of a step assume them."""
+    """Spring stretch and sliding direction assumed at one end of a contact segment in the equations of a step."""
 
     stretch: float
     """Predicted stretch of the tangential spring, m."""
@@ -71,7 +71,7 @@ class AssumedSegmentEndSlip(NamedTuple):
 
 
 class PairRelativeVector(NamedTuple):
-    """Velocity of element a relative to b with both angular velocities, or a direction with both lever arms."""
+    """Velocity of element a relative to b, with both angular velocities; or a direction, with both lever arms."""
 
     x: float
     """Relative velocity, m/s, or component of the direction."""
@@ -84,7 +84,7 @@ class PairRelativeVector(NamedTuple):
 
 
 class PairVelocityToForceMatrix(NamedTuple):
-    """Matrix from the velocities of a pair to its contact forces: rows are forces, columns velocities.
+    """Matrix from the velocities of elements a and b to the contact forces between them.
 
     Units: N s/m, N s and N m s. Forces and moments are those on a; the opposite act on b. Velocities of b count with
     the opposite sign.
@@ -148,7 +148,7 @@ def power_against_inertial_and_holding_forces(
     vertical_base_acceleration: float,
     velocity: PlanarVector,
 ) -> float:
-    """Return the power (W) of an element against its inertial forces or, if it is fixed, against its holding forces."""
+    """Return the power (W) of an element against inertial forces, or, if it is held, against the holding forces."""
     own, force = element.inertia, element.force
     return own.mass * (
         horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
@@ -157,7 +157,7 @@ def power_against_inertial_and_holding_forces(
 
 @njit(**INLINE)
 def contact_vertex_owner_code(segment_end: SegmentEnd) -> float:
-    """Return `MINE` if the contact vertex of an end belongs to element a of the pair, `THEIRS` if to b."""
+    """Return `MINE` if the contact vertex at an end of a contact segment belongs to element a, `THEIRS` if to b."""
     return MINE if segment_end.mine > 0.0 else THEIRS
 
 
@@ -169,7 +169,7 @@ def tangential_spring_stretch(
     compliance: float,
     damping_force: float,
 ) -> float:
-    """Return the stretch (m) of a segment end's tangential spring, before friction limits it.
+    """Return the tangential spring's stretch (m) at one end of a contact segment, before friction limits it.
 
     The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
     not change. A new contact starts with 0.
@@ -186,7 +186,7 @@ def tangential_spring_stretch(
 def sum_segment_end_forces(
     end_1: SegmentEnd, end_2: SegmentEnd, force_1: SegmentEndForce, force_2: SegmentEndForce
 ) -> PairForce:
-    """Return the sum of a pair's contact forces `force_1` at `end_1` and `force_2` at `end_2`, with moments."""
+    """Return the sum of the contact forces at both ends of a contact segment, with moments about both elements."""
     return PairForce(
         (force_1.n * end_1.nx + force_1.t * end_1.nz) + (force_2.n * end_2.nx + force_2.t * end_2.nz),
         (force_1.n * end_1.nz - force_1.t * end_1.nx) + (force_2.n * end_2.nz - force_2.t * end_2.nx),
@@ -199,7 +199,7 @@ def sum_segment_end_forces(
 def add_pair_force_to_elements(
     force_on_a: PlanarVector, force_on_b: PlanarVector, pair_force: PairForce
 ) -> tuple[PlanarVector, PlanarVector]:
-    """Return the forces on elements a and b plus the contact force of their pair, with opposite signs on a and b."""
+    """Return the forces on elements a and b with their mutual contact force added, in opposite directions."""
     return (
         PlanarVector(force_on_a.x + pair_force.x, force_on_a.z + pair_force.z, force_on_a.w + pair_force.moment_a),
         PlanarVector(force_on_b.x - pair_force.x, force_on_b.z - pair_force.z, force_on_b.w - pair_force.moment_b),
@@ -214,7 +214,7 @@ def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVect
 
 @njit(**INLINE)
 def opening_and_slip_rates(segment_end: SegmentEnd, velocity: PairRelativeVector) -> tuple[float, float]:
-    """Return the rates (m/s) at which the faces of a segment end open and slip, from `velocity` of a relative to b."""
+    """Return the opening and slip rates (m/s) at one end of a contact segment, from `velocity` of a relative to b."""
     opening = (segment_end.nx * velocity.x + segment_end.nz * velocity.z) + (
         velocity.a * segment_end.a.n - velocity.b * segment_end.b.n
     )
@@ -227,7 +227,7 @@ def opening_and_slip_rates(segment_end: SegmentEnd, velocity: PairRelativeVector
 def limit_friction_force(
     trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
-    """Return the friction force (N), the largest force its spring may keep (N), and True if the segment end slips.
+    """Return the friction force (N), the largest friction force (N), and True if the contact slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
     `flat_landing_state` holds whether the end is held in a flat landing, and both results of
@@ -248,7 +248,7 @@ def segment_end_history_after_step(
     contact_law: ContactLaw,
     elapsed_time: float,
 ) -> SegmentEndHistory:
-    """Return the history of a segment end after a step of `elapsed_time` s, given the histories of both ends.
+    """Return the contact state at one end of a contact segment after a step, from the states of both ends before.
 
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
@@ -264,7 +264,7 @@ def segment_end_history_after_step(
 def twice_energy_absorbed_by_segment_end(
     end_history: SegmentEndHistory, segment_end: SegmentEnd, end_result: SegmentEndResult
 ) -> float:
-    """Return twice the energy (J) that a segment end absorbed in a step: twice the mean force × displacement."""
+    """Return twice the energy (J) that the contact at one end of a contact segment absorbed in a step."""
     value = (end_history.normal + end_result.force.n) * (end_result.depth - segment_end.before) - (
         end_history.tangent + end_result.force.t
     ) * end_result.slip
@@ -280,7 +280,7 @@ def pair_history_after_step(
     contact_law: ContactLaw,
     elapsed_time: float,
 ) -> PairHistory:
-    """Return the contact history of a pair after a step that ends with the given vertex positions."""
+    """Return the contact state of two elements after a step that ends with the given vertex positions."""
     s1, s2 = end_results
     deepest = updated_maximum(pair_history.deepest, s1.depth if s1.inside else 0.0)
     deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)

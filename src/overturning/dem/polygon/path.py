@@ -30,7 +30,7 @@ mean of normal force × place (x, z)."""
 def record_motion_of_all_elements(
     state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, base acceleration, and pose and velocity of each element in lane 0 into `trajectory_row`."""
+    """Write time, base acceleration, and each element's pose and velocity in the first case into `trajectory_row`."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
     trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)
@@ -51,7 +51,7 @@ def record_motion_of_all_elements(
 def add_contact_forces_to_trajectory(
     state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
 ) -> None:
-    """Add the contact forces in lane 0, times `sample_share`, to row `row_index` of a trajectory."""
+    """Add the contact forces of the first parallel case, times `sample_share`, to row `row_index` of a trajectory."""
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
@@ -78,7 +78,7 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
 
 
 def convert_scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
-    """Convert the rows of a scene's trajectory to a `PlanarTrajectory`."""
+    """Convert the kernel's trajectory rows of a scene to a `PlanarTrajectory`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, FORCE_COLUMNS)

@@ -70,7 +70,7 @@ class PolygonSimulationPlan(SimulationPlan):
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> SceneKernelInput:
-        """Return the input of the scene kernel for cases of one queue, with their steps divided by `step_divisor`."""
+        """Return the scene kernel's input for cases with equal steps per sample, steps divided by `step_divisor`."""
         scheme = SCHEMES[self.scheme]
         return SceneKernelInput(
             **self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
@@ -84,7 +84,7 @@ class PolygonSimulationPlan(SimulationPlan):
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of cases by name; a case in which an element slid off the ground has failed."""
+        """Return the outcome variables of cases by name; a case has failed if an element slid off the ground."""
         out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
         edge = np.array([item.slip_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
@@ -95,7 +95,7 @@ class PolygonSimulationPlan(SimulationPlan):
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
-        """Return zeros for a trajectory, shape (rows, columns); without rows if no trajectory `is_recorded`."""
+        """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
         last = int(max(self.table[0]["after"], self.table[0]["kept_until"]))
@@ -109,7 +109,7 @@ class PolygonSimulationPlan(SimulationPlan):
         aftermath: float,
         has_fallen: NDArray[np.bool_],  # noqa: ARG002
     ) -> FloatArray:
-        """Return a trajectory that continues for `aftermath` s after the end of the given `trajectory`.
+        """Return a trajectory extended by `aftermath` s after the end of the given one; the case is computed again.
 
         The case is computed again; the trajectory is returned unchanged if the longer computation takes other steps.
         """
@@ -139,14 +139,14 @@ class PolygonSimulationPlan(SimulationPlan):
         return rest
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
-        """Convert the kernel's trajectory rows of the plan's only case to a `PlanarTrajectory`."""
+        """Convert the kernel's output rows of the plan's only case to a `PlanarTrajectory`."""
         return convert_scene_trajectory(self.variants[0], trajectory_rows)
 
 
 def plan_scene_simulation(
     model: PlanarModel, motion: Motion, cases: Cases, numerics: NumericalOptions
 ) -> PolygonSimulationPlan:
-    """Check the arguments and plan the cases of a scene; see `overturning.dem.run.simulate_cases` for the errors."""
+    """Check the arguments and return the plan for simulating n cases of a 2-D scene (see `simulate_cases`)."""
     scheme, scene = parse_scheme(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
@@ -213,7 +213,7 @@ def _rest_acceleration_thresholds(
     motion_onset_acceleration: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return the base acceleration |a|/g up to which samples are skipped while a scene is at rest, shape (cases,)."""
+    """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
     lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in prepared_scenes]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant_indices]
@@ -234,7 +234,7 @@ def step_settings_of_variants(
     sampling_interval: float,
     rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return per variant the steps per sample, the ticks of the finest step, and automatic over chosen step length.
+    """Return, for each scene variant, steps per sample, finest step (ticks), and automatic over chosen step length.
 
     `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
     `rocking_time_constant` is 1/p (s).
@@ -259,7 +259,7 @@ def step_settings_of_variants(
 
 
 def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
-    """Raise an `ArgumentError` if contacts are too stiff for float64, or touching elements depend on the size."""
+    """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in prepared_scenes:
         # Check as for a block as high as the scene.
         check_stiffness_precision(

@@ -33,7 +33,7 @@ from overturning.model.scene import Scene
 
 @dataclass(frozen=True)
 class PreparedScene:
-    """Scene at one size, with its statics, contact constants and thresholds, none of which depends on the motion."""
+    """Scene of one size, with its static equilibrium, contact constants and thresholds of motion."""
 
     scene: Scene
     placed: list[PlacedElement]
@@ -68,12 +68,12 @@ class PreparedScene:
 
     @property
     def tipping_angles(self) -> FloatArray:
-        """Tipping angle α of each element, rad, shape (elements,): the smaller one of both sides; NaN if none."""
+        """Tipping angle α of each element, rad, shape (elements,): the smaller of both sides; NaN if it cannot tip."""
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
     def largest_returning_rotations(self) -> FloatArray:
-        """Rotations to −x and +x up to which each element can return, rad, shape (elements, 2).
+        """Rotations to −x and +x from which each element can still return, rad, shape (elements, 2).
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
         """
@@ -81,28 +81,28 @@ class PreparedScene:
 
     @property
     def unit_of_peak_rotation_by_element(self) -> FloatArray:
-        """Unit in which an element's peak rotation is stored, rad, shape (elements,): its α, or 1° if it has none."""
+        """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
         return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical)
 
     @property
     def static_penetrations(self) -> FloatArray:
-        """Static penetration of each pair that carries weight, m, shape (loaded pairs,); the mean of both ends."""
+        """Mean static penetration of each two elements in contact at rest, m, shape (loaded contacts,)."""
         loaded = self.laws.carried > 0.0
         return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
 
     @property
     def exceeds_penetration_limit(self) -> bool:
-        """True if the weight alone makes a pair of elements exceed the penetration limit."""
+        """True if the weight alone makes the penetration between two elements exceed the limit of the contact law."""
         return bool(exceeds_penetration_limit(self.static_penetrations, smallest_element_side(self.placed)).any())
 
     @property
     def no_case_has_outcome(self) -> bool:
-        """True if no case can have an outcome: at rest a pair penetrates too far, or elements overlap or hang."""
+        """True if no case can have an outcome: at rest, penetration is too large, or elements overlap or float."""
         return self.exceeds_penetration_limit or not self.fits
 
     @property
     def shortest_rocking_time_constant(self) -> float:
-        """1/p of the element that rocks fastest, s: p = √(3g/4R), R the distance of its farthest vertex."""
+        """Time constant 1/p of the element that rocks fastest, s: p = √(3g/4R), R its largest vertex distance."""
         square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_element_indices)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
@@ -120,7 +120,7 @@ class PreparedScene:
 
     @cached_property
     def slip_to_ground_edge(self) -> FloatArray:
-        """Slip (m) with which each element leaves the ground's edge, shape (elements,); infinite on another element."""
+        """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
@@ -128,18 +128,18 @@ class PreparedScene:
         )
 
     def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
-        """Return the index of an element's support, and that of the held element under its stack (−1 if none)."""
+        """Return the index of an element's support, and of the held element at the bottom of its stack, else −1."""
         last = element_index
         while not self.placed[last].is_driven_or_held and self.support[last] != last:
             last = int(self.support[last])
         return int(self.support[element_index]), last if self.placed[last].element.kind == "held" else -1
 
     def motion_onset_acceleration(self, friction: FloatArray) -> FloatArray:
-        """Return the base acceleration, |a|/g, below which no element moves, a value per coefficient `friction`."""
+        """Return the base acceleration |a|/g below which no element moves, for each `friction` coefficient."""
         return np.minimum(self.threshold, self.sliding_onset_acceleration(friction))
 
     def sliding_onset_acceleration(self, friction: FloatArray) -> FloatArray:
-        """Return the base acceleration, |a|/g, at which an element starts to slide, a value per `friction`.
+        """Return the base acceleration |a|/g at which the first element starts to slide, for each `friction`.
 
         0 if an element slides at rest. The value is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope
         t.
@@ -153,7 +153,7 @@ class PreparedScene:
 
 
 def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> PreparedScene:
-    """Prepare a scene, with the height (m) and B/H of its reference element, by default those of the scene file."""
+    """Compute equilibrium, contact constants and thresholds of a scene whose reference element has the given size."""
     placed = place_elements(scene, height, b_over_h)
     pairs = convex_piece_pairs_that_can_touch(placed)
     joints = touching_segment_ends_at_rest(placed, pairs)
@@ -217,7 +217,7 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 
 
 def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedSegmentEnd]) -> Supports:
-    """Return, by index of each free element, the elements that carry it at rest, with the loaded segment ends."""
+    """Return, for each free element, the elements that carry it at rest, with the loaded contact points."""
     result: Supports = {}
     for index, _, end, _, _ in loaded_ends:
         i, j = pairs[index][:2]
@@ -230,7 +230,7 @@ def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends
 def _find_freely_standing_elements(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedSegmentEnd]
 ) -> NDArray[np.bool_]:
-    """Return a mask, shape (elements,): True if the contacts that load an element at rest all have parallel normals.
+    """Return a mask, shape (elements,): True if all loaded contacts of an element at rest have parallel normals.
 
     An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
     no tipping angle.
@@ -254,7 +254,7 @@ def _find_freely_standing_elements(
 def _tipping_properties(
     scene: Scene, elements: Elements, supports: Supports, freely_standing_elements: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Return tipping angles, energy barriers, supports and base centres of all elements, fields of `PreparedScene`."""
+    """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
@@ -285,7 +285,7 @@ def _tipping_properties(
 
 
 def _rocking_onset_accelerations(elements: Elements, supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Return the base acceleration, |a|/g, below which no part of a scene starts to rock as one body.
+    """Return the least base acceleration |a|/g at which any group of stacked elements starts to rock as one body.
 
     A part is an element with all elements that stand on it, directly or not. It lifts off when the resultant of weight
     and inertia force leaves its base: |a|/g > arm / height of the common centre.
@@ -335,7 +335,7 @@ def _rocking_onset_accelerations(elements: Elements, supports: Supports) -> tupl
 def _uplift_acceleration_of_group(
     elements: Elements, part_indices: list[int], edge_point: tuple[float, float], rotation_side: float
 ) -> float:
-    """Return the base acceleration, |a|/g, that rotates a group of elements about an edge, to −x or +x.
+    """Return the base acceleration |a|/g at which a group of elements starts to rock about an edge, to −x or +x.
 
     `rotation_side` is −1 or +1.
     """
@@ -354,7 +354,7 @@ def _elements_that_overturn_together(
     rotation_side: float,
     acceleration_share: float,
 ) -> list[int]:
-    """Return an element and those on it that a given base acceleration overturns with it, as indices.
+    """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
 
     Elements after `last_index` do not count. `acceleration_share` is |a|/g; −infinity includes all elements on it.
     """

@@ -24,25 +24,25 @@ SLIDING_SHARE: Final = 1.0 - 1e-9
 
 @njit(**INNER)
 def element_has_tipped(element: ElementState, element_rules: Any) -> bool:
-    """True if the rotation of an element exceeds the angle from which it can return."""
+    """True if an element has rotated beyond the angle from which it can return to its support."""
     return bool(element.pose.angle > element_rules.tips_on or -element.pose.angle > element_rules.tips_back)
 
 
 @njit(**INNER)
 def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
-    """True if an element has rotated past the angle from which it can return, or its centre is below its fall limit."""
+    """True if an element has rotated beyond the angle from which it can return, or dropped below its fall limit."""
     return bool(element_has_tipped(element, element_rules) or element.pose.z < element.home.lowest)
 
 
 @njit(**INLINE)
 def count_touching_segment_ends(pair: PairState) -> int:
-    """Count the segment ends of a pair that touch, 0 to 2."""
+    """Count the ends of two elements' contact segment that touch, 0 to 2."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
 @njit(**INNER)
 def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max_gap: float) -> float:
-    """Return the last time (s) at which an element was on a support that stood; infinity if it is on one now.
+    """Return the last time (s) at which an element was on a standing support; infinity if it is on one now.
 
     It is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
     """
@@ -66,7 +66,7 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
 
 @njit(**INNER)
 def all_elements_in_place(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
-    """True if no free element of a case has tipped, dropped below its fall limit or lost its support."""
+    """True if no free element of a case has tipped over, dropped below its fall limit or lost its support."""
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0 and (
             element_has_tipped_or_dropped(rows.load_element(rows.of_element(state, i), lane), element_rules[i])
@@ -99,7 +99,7 @@ def any_element_airborne(state: Any, lane: int, scene: Any, element_rules: Any, 
 
 @njit(**INLINE)
 def segment_end_is_sliding(pair: PairState, end_history: SegmentEndHistory) -> bool:
-    """True if a touching end of a pair slides: its friction force has reached the limit."""
+    """True if one end of two elements' contact segment slides: its friction force has reached the limit."""
     return bool(
         end_history.carrier != OPEN
         and abs(end_history.tangent) >= SLIDING_SHARE * pair.law.friction * end_history.normal

@@ -77,7 +77,7 @@ class SceneKernelInput(NamedTuple):
 
 
 class SceneWorkspace(NamedTuple):
-    """State, equations and active pairs of the lanes in which the kernel computes a queue of cases of a scene."""
+    """State, equations and active contacts of the cases of a scene that the kernel computes in parallel."""
 
     state: Any
     """Rows of all lanes: a view of `owner` without reference count."""
@@ -98,7 +98,7 @@ step_of = create_lookup_by_type(STEPS)
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
-    """Return the arrays for the states of all lanes and for the equations; a lane computes one case at a time."""
+    """Return empty arrays for the states and the equations of all cases that are computed in parallel."""
     elements, pairs, initial = (
         kernel_input.scene.elements.shape[1],
         kernel_input.scene.layout.shape[0],
@@ -116,7 +116,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
 
 @njit(**INLINE)
 def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
-    """Return views of a scene's arrays without reference counts, which every step would otherwise update."""
+    """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = borrowed(scene_arrays.layout), borrowed(scene_arrays.parts), borrowed(scene_arrays.sizes)
     shapes, elements, limits = (
         borrowed(scene_arrays.shapes),
@@ -136,7 +136,7 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load case number `case` into a lane: the scene at rest, with friction, damping and amplitude of the case."""
+    """Load case number `case` into column `lane`: the scene at rest, with the case's friction and damping."""
     state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
     ticks, interval = kernel_input.settings.ticks, kernel_input.settings.interval
     resume_pairs_that_may_touch(state, scene, workspace.pairs, np.inf)
@@ -156,7 +156,7 @@ def load_motion_of_next_sample(
     lane_cases: Any,
     lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
-    """Begin a sample in each lane: scale each element's (cos, sin) to length 1, load the base motion of the sample."""
+    """Load each parallel case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
     for i in range(workspace.moves.size):
         normalise_element_rotation(rows.of_element(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks
@@ -165,7 +165,7 @@ def load_motion_of_next_sample(
 
 @njit(**APART)
 def normalise_element_rotation(element_rows: Any) -> None:
-    """Scale the vector (cosine, sine) of an element's rotation to length 1, in all lanes."""
+    """Scale (cosine, sine) of an element's rotation angle to length 1, in all parallel cases."""
     for j in range(rows.COLUMNS):
         pose = rows.load_pose(element_rows, j)
         rows.store_pose(
@@ -182,7 +182,7 @@ def load_base_motion_of_sample(
     lane_cases: Any,
     samples_per_tick: float,
 ) -> None:
-    """Load the base motion of each lane's current sample; `vertical_base_acceleration` is None for level motion."""
+    """Load the base motion of each parallel case's current sample; the vertical one is None for level motion."""
     last = horizontal_base_acceleration.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
@@ -207,7 +207,7 @@ def advance_one_sample(
     trajectory: Any,
     recorded_row_count: int,
 ) -> tuple[Any, int]:
-    """Compute the steps of a sample in all lanes; return the trajectory of the first lane and its number of rows."""
+    """Advance all parallel cases by one sample; return the first case's trajectory and its number of rows."""
     compute_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
@@ -247,7 +247,7 @@ def advance_one_sample(
 
 @njit(**INNER)
 def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
-    """Store slip, upright and support times of each element at the end of a sample, and start the next sample."""
+    """Store slip and last upright and support times of each element at the end of a sample; start the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
         if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:
@@ -275,7 +275,7 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `end_marks_out` to 1 for each lane whose case is due for a test of its end, else 0; count the ones."""
+    """Set `end_marks_out` to 1 for each parallel case whose test for an end is due, else 0; return their number."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
@@ -288,7 +288,7 @@ def mark_lanes_that_may_have_ended(
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """In each lane with its scene at rest, skip the samples whose base motion is too weak to move any element."""
+    """Skip, for each parallel case at rest, the samples whose base motion is too weak to move any element."""
     state, ground, row, scene, ticks = (
         workspace.state,
         kernel_input.ground,
@@ -311,7 +311,7 @@ def skip_quiet_samples(
 
 
 def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of case number `case`, which a lane computes, or `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `GOES_ON` if it has not ended."""
     status = case_status(
         workspace.state,
         lane,
@@ -324,7 +324,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
-    """Store the falls of case number `case`, which a lane computes, and write its results into `kernel_input`."""
+    """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
     write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
 
 

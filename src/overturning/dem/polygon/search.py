@@ -18,7 +18,7 @@ from overturning.dem.polygon.state import ContactVertexRanges, NearestFaces, Pos
 
 
 class OppositeFacePair(NamedTuple):
-    """Face of a and face of b that are most nearly opposite: indices, gap, and how opposite the normals are."""
+    """Most nearly opposite faces of elements a and b: face indices, gap, and scalar product of their normals."""
 
     gap: float
     """Distance between the elements along the normal of the face, m."""
@@ -34,7 +34,7 @@ class OppositeFacePair(NamedTuple):
 
 @njit(**INNER)
 def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int) -> float:
-    """Return the distance (m) of the nearest vertex of b from the line of a face of a; negative behind the face."""
+    """Return the distance (m) of b's nearest vertex from the line through a face of a; negative behind the face."""
     nx, nz = rotate_to_scene_axes(pose_a, faces_a[face_index, 4], faces_a[face_index, 5])
     dx, dz = pose_b.x - pose_a.x, pose_b.z - pose_a.z
     least = np.inf
@@ -48,7 +48,7 @@ def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, fac
 def most_opposite_face_of_b(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
 ) -> tuple[int, float, float]:
-    """Return the index of b's face most nearly opposite to a face of a, the product of both normals, and its margin.
+    """Return b's face most nearly opposite to a face of a, the product of the normals, and its lead over the next.
 
     The margin is the difference of the product to that of the next best face.
     """
@@ -69,7 +69,7 @@ def most_opposite_face_of_b(
 
 @njit(**INNER)
 def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> OppositeFacePair:
-    """Return the face with number `face_number` of a pair and the other element's face most nearly opposite to it.
+    """Return a face of element a or b (by `face_number`) and the other element's most nearly opposite face.
 
     `face_number` counts the faces of a, then those of b.
     """
@@ -93,7 +93,7 @@ def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, f
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
 ) -> OppositeFacePair:
-    """Return the nearest faces of a and b: the face pair with the largest gap, and of equal gaps the more opposite."""
+    """Return the nearest faces of a and b: those with the largest gap; at equal gaps, the most nearly opposite."""
     best = OppositeFacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
@@ -115,7 +115,7 @@ def squared_polygon_radius(faces: Any) -> float:
 def largest_motion_keeping_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest_face_pair: OppositeFacePair, lever_arm: float
 ) -> float:
-    """Return the largest relative motion (m) of elements a and b that cannot change the pair's nearest faces.
+    """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
 
     A gap changes by at most the motion, a product of normals by at most the rotation.
     """
@@ -138,7 +138,7 @@ def update_nearest_faces(
     faces_a: Any,
     faces_b: Any,
 ) -> None:
-    """Update, in a lane, the nearest faces of a pair, the motion for which these remain valid, and the contact history.
+    """Update two elements' nearest faces, the motion for which these stay valid, and the contact state.
 
     The face with the largest separation from the other element is nearest; its partner is the most nearly opposite
     face of the other element. A pair that has no faces yet (a case at rest) keeps its contact history.
@@ -178,7 +178,7 @@ def update_nearest_faces(
 def nearest_faces_will_change(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int, faces_a: Any, faces_b: Any
 ) -> bool:
-    """True if the nearest faces of a pair in a lane are others at the predicted end of the step than at its start."""
+    """True if the predicted motion in a step changes which faces of two elements are nearest to each other."""
     pair, on, by = (
         rows.load_pair(pair_rows, lane),
         rows.load_element(element_a_rows, lane).trial.pose,
@@ -193,7 +193,7 @@ def nearest_faces_will_change(
 
 @njit(**INNER)
 def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactVertexRanges:
-    """Return the limits (m) along two opposite faces within which a vertex of one face can touch the other face."""
+    """Return the ranges (m) along two opposite faces in which a vertex of one face can touch the other face."""
     on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
     a_to_b, b_to_a = faces_b[index_b, 11] > 0.0, faces_a[index_a, 11] > 0.0
     return ContactVertexRanges(
@@ -206,7 +206,7 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
 
 @njit(**APART)
 def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
-    """Add the last step to the motion of a pair; count lanes in which the pair may touch, or have other nearest faces.
+    """Add the last step to two elements' relative motion; count the cases with possible contact, or other faces.
 
     The motion of the predicted step counts twice, because the contacts may change it.
     """
@@ -238,7 +238,7 @@ def update_nearest_faces_in_lanes(
     vertex_counts: Any,
     piece_faces: Any,
 ) -> bool:
-    """Update the nearest faces of a pair where these may have changed; return True if the pair could touch in any lane.
+    """Update two elements' nearest faces where they may have changed; True if the elements could touch in any case.
 
     `piece_a` and `piece_b` are the indices of its convex pieces in `vertex_counts` and `piece_faces`.
     """

@@ -28,7 +28,7 @@ def initialise_case_in_lane(
     ticks_per_sample: float,
     velocity_lag: float,
 ) -> None:
-    """Store the `CaseState` of a case at its start in the column of a lane."""
+    """Write the initial `CaseState` of a case into column `lane` of the state array."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
@@ -64,7 +64,7 @@ def initialise_case_in_lane(
 
 @njit(**INNER)
 def initialise_pairs_in_lane(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
-    """Store contact law, nearest faces and loads at rest of each pair of a scene in the column of a lane."""
+    """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
     lag = rows.load_case(state, lane).lag
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)

@@ -18,7 +18,7 @@ class BaseMotion(NamedTuple):
 
 
 class StoredStepContactChanges(NamedTuple):
-    """Contact changes of an attempted step (`StepContactChanges`), stored as numbers: above 0 for True."""
+    """Contact changes of an attempted step (`StepContactChanges`), stored as floats: above 0 for True."""
 
     changed: float
     wrong: float
@@ -28,7 +28,7 @@ class StoredStepContactChanges(NamedTuple):
 
 
 class StepAcceptance(NamedTuple):
-    """Decision on an attempted step: accepted or rejected, and which contact assumptions the next attempt makes."""
+    """Decision on an attempted step: accepted or rejected, and the contact assumptions of the next attempt."""
 
     again: float
     """Above 0 if the step is rejected."""
@@ -39,7 +39,7 @@ class StepAcceptance(NamedTuple):
 
 
 class CaseState(NamedTuple):
-    """State and constants of a case of a scene as a whole; `ElementState` and `PairState` hold those of its parts."""
+    """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
     shaking: BaseMotion
     step: float
@@ -112,7 +112,7 @@ class ElementConstants(NamedTuple):
 
 
 class ElementStepTotals(NamedTuple):
-    """Motion of an element in the last step, and work on it and its peak rotations so far; updated in each step."""
+    """Motion of an element in the last step, work done on it so far, and its peak rotations so far."""
 
     moved: float
     """Displacement in the last step, |Δx| + |Δz|, m."""
@@ -131,7 +131,7 @@ class ElementStepTotals(NamedTuple):
 
 
 class SummedElementMotion(NamedTuple):
-    """Path length and summed rotation of an element since the scene suspended its first pair (`suspended_pairs`)."""
+    """Path length and summed rotation of an element since the first distant pair of the scene was left untested."""
 
     moved: float
     """Length of its path, m."""
@@ -174,7 +174,7 @@ class ElementRestPose(NamedTuple):
 
 
 class PredictedElement(NamedTuple):
-    """Predicted state of an element at the end of a step, and its velocity correction (centred scheme)."""
+    """Predicted state of an element at the end of a step of the centred scheme, and its velocity correction."""
 
     pose: Pose
     half: PlanarVector
@@ -190,7 +190,7 @@ class PredictedElement(NamedTuple):
 
 
 class ElementState(NamedTuple):
-    """State of an element: pose and force at the whole step, velocity `CaseState.lag` earlier."""
+    """State of an element: pose and force at the end of a step, velocity `CaseState.lag` seconds earlier."""
 
     pose: Pose
     velocity: PlanarVector
@@ -220,7 +220,7 @@ class ElementFace(NamedTuple):
 
 
 class ContactLaw(NamedTuple):
-    """Contact law at a segment end: springs, dashpot and friction."""
+    """Contact law at one end of two faces' contact segment: springs, dashpot and friction."""
 
     normal: float
     """Normal stiffness K, N/m."""
@@ -237,7 +237,7 @@ class ContactLaw(NamedTuple):
 
 
 class ContactVertexRanges(NamedTuple):
-    """Limits (m) along the other face within which a vertex can be a contact vertex; ±infinity if it never can.
+    """Limits (m) along the other face within which a face's vertex can be in contact; ±infinity if it never can.
 
     Vertices on the cut between two convex pieces of an element carry no end.
     """
@@ -253,7 +253,7 @@ class ContactVertexRanges(NamedTuple):
 
 
 class NearestFaces(NamedTuple):
-    """Nearest faces of a pair, and the relative motion for which they remain valid."""
+    """Indices of the nearest faces of elements a and b, and the relative motion for which they remain valid."""
 
     face_a: float
     """Index of a's nearest face; −1 before the first search."""
@@ -272,7 +272,7 @@ class NearestFaces(NamedTuple):
 
 
 class VertexPositionAtFace(NamedTuple):
-    """Position of a vertex of one face relative to the opposite face: depth behind it and place along it, m."""
+    """Position of a face's vertex relative to the opposite face: depth behind it and place along it, m."""
 
     depth: float
     """Depth behind the other face, m; negative in front of it."""
@@ -281,7 +281,7 @@ class VertexPositionAtFace(NamedTuple):
 
 
 class FaceVertexPositions(NamedTuple):
-    """Positions of the four vertices of a pair's nearest faces, each relative to the other element's face."""
+    """Positions of the four end vertices of two elements' nearest faces, each relative to the other face."""
 
     a1: VertexPositionAtFace
     a2: VertexPositionAtFace
@@ -290,7 +290,7 @@ class FaceVertexPositions(NamedTuple):
 
 
 class SegmentEndHistory(NamedTuple):
-    """State of a segment end after the last step: spring stretch, vertex in contact, forces, and landing time."""
+    """Contact state at one end of two faces' contact segment after the last step: stretch, vertex, forces, landing."""
 
     spring: float
     """Stretch of the tangential spring, m."""
@@ -309,7 +309,7 @@ OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
 
 
 class PairHistory(NamedTuple):
-    """Contact state of a pair after the last step: vertex positions, both segment ends, and absorbed energy."""
+    """Contact state of two elements after the last step: vertex positions, both segment ends, absorbed energy."""
 
     before: FaceVertexPositions
     """Positions of the vertices at the last step."""
@@ -324,7 +324,7 @@ class PairHistory(NamedTuple):
 
 
 class PairState(NamedTuple):
-    """State of a pair of elements, a and b, that can touch: nearest faces, contact law and contact history."""
+    """State of two elements, a and b, that can touch: nearest faces, contact law and contact state."""
 
     face_a: ElementFace
     face_b: ElementFace

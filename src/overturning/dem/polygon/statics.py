@@ -26,7 +26,7 @@ ENDS_PER_FACE: Final = 2
 
 
 class LoadedSegmentEnd(NamedTuple):
-    """Segment end that carries load at rest: pair index, end number (0 or 1), and stretches of its springs (m)."""
+    """Contact point loaded at rest: index of the element pair, end (0 or 1) of the segment, spring stretches (m)."""
 
     pair: int
     side: int
@@ -36,7 +36,7 @@ class LoadedSegmentEnd(NamedTuple):
 
 
 class TouchingSegmentEndDerivatives(NamedTuple):
-    """Segment end that touches at rest, with the derivatives of its approach and slip by all displacements."""
+    """Contact point at rest, with the derivatives of its approach and slip by the displacements of all elements."""
 
     touch: TouchingSegmentEnd
     approach: FloatArray
@@ -47,7 +47,7 @@ class TouchingSegmentEndDerivatives(NamedTuple):
 
 @dataclass(frozen=True)
 class PairContactLaws:
-    """Contact constants of each pair of elements, arrays of shape (pairs,), the same for both segment ends."""
+    """Contact constants for each two elements that can touch, arrays of shape (pairs,)."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m
@@ -57,7 +57,7 @@ class PairContactLaws:
 
 
 def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict[int, slice]:
-    """Return, by index of a free element, the slice of its x, z and clockwise rotation in the displacement vector."""
+    """Return, for each free element, the slice of its x, z and clockwise rotation in the displacement vector."""
     free = [i for i, item in enumerate(elements) if not item.is_driven_or_held]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
@@ -65,14 +65,14 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
 def touching_segment_ends_at_rest(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
 ) -> list[TouchingSegmentEndDerivatives]:
-    """Return the segment ends that touch at rest, with a lean of up to `max_lean` (rad), and their derivatives."""
+    """Return the contact points at rest of faces inclined by up to `max_lean` (rad) to each other, with derivatives."""
     return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 
 def _add_displacement_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingSegmentEnd]
 ) -> list[TouchingSegmentEndDerivatives]:
-    """Return segment ends with the derivatives of their approach and slip by the displacements of all elements."""
+    """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
         TouchingSegmentEndDerivatives(
             touch, *_segment_end_displacement_derivatives(elements, pairs[touch.pair], touch.end)
@@ -88,7 +88,7 @@ def supporting_segment_ends(
     end_derivatives: list[TouchingSegmentEndDerivatives],
     loaded_ends: list[LoadedSegmentEnd],
 ) -> list[LoadedSegmentEnd]:
-    """Return the loaded segment ends on which elements stand upright; leans below `MAX_FLUSH_LEAN` are ignored.
+    """Return the loaded contact points on which elements stand upright; inclinations below a limit are ignored.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
@@ -120,7 +120,7 @@ def supporting_segment_ends(
 def _segment_end_displacement_derivatives(
     elements: list[PlacedElement], pair: ConvexPiecePair, shared_end: ContactSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of approach and slip of an end by all displacements, shapes (3 · free elements,)."""
+    """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
@@ -153,7 +153,7 @@ def static_equilibrium(
     normal_stiffness: FloatArray,
     tangential_stiffness: FloatArray,
 ) -> tuple[FloatArray, list[LoadedSegmentEnd]] | None:
-    """Return displacements and loaded segment ends of a scene at rest on its contact springs, without tension.
+    """Return displacements and loaded contact points of a scene in equilibrium on its springs, without tension.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def compute_pair_contact_laws(
     pairs: list[ConvexPiecePair],
     end_derivatives: list[TouchingSegmentEndDerivatives],
 ) -> PairContactLaws:
-    """Return springs, dashpots and friction of all pairs; a stiffness of "auto" is set by the pair's load at rest.
+    """Return springs, dashpots and friction of all contacts; stiffness "auto" follows from the load at rest.
 
     A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n), which must be the
     `static_penetration` share of B. A pair that does not touch at rest gets the spring of its lighter free element
@@ -266,7 +266,7 @@ def largest_spring_and_dashpot_eigenvalues(
 def smallest_spring_eigenvalue(
     elements: list[PlacedElement], end_derivatives: list[TouchingSegmentEndDerivatives], pair_laws: PairContactLaws
 ) -> float:
-    """Return the smallest eigenvalue ω² of a scene on its springs at rest, 1/s²; 0 if an element moves freely."""
+    """Return the lowest eigenvalue ω² of a scene on its contact springs, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)
     matrix = _contact_stiffness_matrix(root.size, end_derivatives, pair_laws.normal, pair_laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)

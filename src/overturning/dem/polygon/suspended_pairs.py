@@ -21,7 +21,7 @@ ACTIVE: Final = -1.0
 
 
 class ActivePairs(NamedTuple):
-    """Pairs that each step tests for contact, and the motions at which suspended (distant) pairs are tested again."""
+    """Element pairs tested for contact at each step, and the motions at which distant pairs are tested again."""
 
     active: Any
     """Indices of the active pairs, ascending, shape (pairs,); the first `count` are valid."""
@@ -44,7 +44,7 @@ TRAVEL, NEXT, LEVER = 0, 1, 2
 
 @njit(**OWNER)
 def create_active_pairs(pair_count: int) -> Any:
-    """Return the `ActivePairs` of a scene with `pair_count` pairs, all of them active."""
+    """Return the `ActivePairs` of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
     travel[NEXT] = np.inf
     number = np.zeros(1, np.int64)
@@ -61,7 +61,7 @@ def create_active_pairs(pair_count: int) -> Any:
 
 @njit(**APART)
 def update_largest_motions_with_element(element_rows: Any, largest_motions: Any) -> None:
-    """Raise `largest_motions` in each lane to the motion of an element, if that is larger (`ActivePairs.largest`)."""
+    """Raise `largest_motions`, for each parallel case, to the motion of an element if that is larger."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
@@ -74,7 +74,7 @@ def update_largest_motions_with_element(element_rows: Any, largest_motions: Any)
 
 @njit(**APART)
 def add_last_step_to_summed_motion(element_rows: Any) -> None:
-    """Add the motion of an element in the last step to the sum of its motions since the first pair was suspended."""
+    """Add an element's motion in the last step to its sum since the first distant pair was left untested."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         rows.store_travel(
@@ -86,7 +86,7 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
 
 @njit(**INLINE)
 def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
-    """Return the sum (m) of path lengths and lever arm × summed rotations of both elements of a pair in a lane."""
+    """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in a column."""
     lever = rows.load_nearest(pair_rows, lane).lever
     a, b = rows.load_element(element_a_rows, lane).travel, rows.load_element(element_b_rows, lane).travel
     return (a.moved + b.moved) + lever * (a.turned + b.turned)
@@ -94,7 +94,7 @@ def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: A
 
 @njit(**APART)
 def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Suspend a pair: subtract the summed motions of both elements from the motion of the pair, in all lanes."""
+    """Stop testing two distant elements for contact: subtract both elements' summed motions from the pair's motion."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
@@ -102,7 +102,7 @@ def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> No
 
 @njit(**APART)
 def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Resume a suspended pair: add the summed motions of both elements to the motion of the pair, in all lanes."""
+    """Test two distant elements for contact again: add both elements' summed motions to the pair's motion."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion
@@ -110,7 +110,7 @@ def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> Non
 
 @njit(**INNER)
 def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
-    """Return the motion (m) after which a pair could touch in a lane, and its longest lever arm (m); 0, 0 if near."""
+    """Return the motion (m) after which two elements could touch, and its longest lever arm (m); 0, 0 if near."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]
@@ -123,7 +123,7 @@ def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
 
 @njit(**INNER)
 def resume_pairs_that_may_touch(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
-    """Resume the suspended pairs that could touch after `summed_motion` (m); infinity resumes all pairs."""
+    """Test again for contact the distant element pairs that could touch after `summed_motion` (m); infinity: all."""
     count, following = 0, np.inf
     for p in range(active_pairs.resumes_at.size):
         at = active_pairs.resumes_at[p]
@@ -143,7 +143,7 @@ def resume_pairs_that_may_touch(state: Any, scene: Any, active_pairs: ActivePair
 
 @njit(**INNER)
 def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
-    """Add the motion in the last step to the total of each pair; resume suspended pairs that could touch now."""
+    """Add the last step's motion to the total of each element pair; test distant pairs again that could touch now."""
     if active_pairs.count[0] == active_pairs.resumes_at.size:
         return
     largest, lever = active_pairs.largest, active_pairs.travel[LEVER]
@@ -170,7 +170,7 @@ def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, ele
 def suspend_pair_if_distant(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
 ) -> bool:
-    """Suspend a pair that is too far apart to touch soon; return True if the pair stays active."""
+    """Stop testing two elements for contact if too far apart to touch soon; return True if they stay tested."""
     slack, lever = motion_needed_for_contact(pair_rows)
     if slack <= 0.0:
         return True

@@ -124,7 +124,7 @@ WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
 def relative_velocity_change_of_joint(
     upper: StoneChange, lower: StoneChange, arms: tuple[Vector3, Vector3], axes: Matrix3
 ) -> tuple[Vector3, Vector3]:
-    """Return the change of velocity and spin of the upper stone relative to the lower one, in the joint's axes."""
+    """Return the change of the upper stone's velocity and angular velocity relative to the lower one."""
     to_face = transpose(axes)
     velocity = minus(
         plus(upper.velocity, cross_product(upper.spin, arms[0])),
@@ -137,7 +137,7 @@ def relative_velocity_change_of_joint(
 def store_relative_velocity_changes(
     upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Store the solved change of each joint's relative velocity where its equations were, and clear its sums."""
+    """Store the solved change of the relative velocity at the contact of a stone with its support, in all stacks."""
     for j in range(lane_count):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
@@ -154,7 +154,7 @@ def store_relative_velocity_changes(
 
 @njit(**APART)
 def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Compute the normal force at one contact point of a joint at the end of the step, in all stacks."""
+    """Compute the normal force at one contact point of two stones at the end of the step, in all parallel stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
@@ -172,7 +172,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 @njit(**APART)
 def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Add normal force × distance from the centre of pressure (N·m) of one contact point to its joint's sum."""
+    """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
     for j in range(lane_count):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
@@ -185,7 +185,7 @@ def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) 
 def compute_joint_wrench(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Compute force and moment of a joint at the end of the step, and add them to the stones above and below it."""
+    """Compute force and moment between a stone and its support at the end of the step; add them to both."""
     for j in range(lane_count):
         change, flat = load_joint_change(joint_rows, j), joint_lands_flat(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
@@ -220,14 +220,14 @@ def compute_joint_wrench(
 
 @njit(**APART)
 def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Mark each joint in which a point other than a corner of the upper stone's base carries load."""
+    """Mark each contact of two stones with a loaded point that is not a corner of the upper stone's base."""
     for j in range(lane_count):
         joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
 
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Accept or reject the attempted time step of each stack, and choose the length of the next attempt."""
+    """Accept or reject the attempted time step of each parallel stack, and choose the length of the next attempt."""
     for j in range(lane_count):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
@@ -250,7 +250,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 @njit(**APART)
 def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
-    """Store a stone's new state in lanes whose step is accepted, and add the work of the moving ground on it."""
+    """Store a stone's new state in stacks whose step is accepted, and add the work of the moving ground on it."""
     for j in range(lane_count):
         half, again, push = (
             load_time(case_rows, j).half,
@@ -294,7 +294,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
 
 @njit(**APART)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Store a joint's new contact state in lanes whose step is accepted; in others only whether it slid."""
+    """Store the new contact state of two stones in stacks whose step is accepted; in others only whether they slid."""
     for j in range(lane_count):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
         store_history_unless(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
@@ -303,6 +303,6 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 
 @njit(**APART)
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
-    """Store the new state of a contact point in the lanes whose step is accepted."""
+    """Store a contact point's new state in the parallel stacks whose step is accepted."""
     for j in range(lane_count):
         store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

@@ -71,7 +71,7 @@ of_stone: Final = create_window_slicer(STONE_SIZE, CASE_SIZE)
 
 @njit(**INLINE)
 def sum_of_stone_state_components(state: StoneState) -> float:
-    """Return the sum of a stone's position, rotation and velocity components; it is finite if each of them is."""
+    """Return the sum of a stone's position, rotation and velocity components: finite if each component is finite."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
@@ -87,7 +87,7 @@ def kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
 
 @njit(**INNER)
 def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> float:
-    """Return the energy of the stones still simulated and of the springs below them, J.
+    """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
     `heights` holds the height of each centre from which its potential energy is counted, m.
     """
@@ -113,7 +113,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
 def pose_relative_to_stone_below(
     upper: StoneState, lower_place: Vector3, lower_axes: Matrix3
 ) -> tuple[Vector3, Matrix3]:
-    """Return position (m) and axes of a stone in the frame of the stone below it."""
+    """Return position (m) and axes of a stone in the frame that moves with the stone below it."""
     to_lower = transpose(lower_axes)
     return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
         to_lower, rotation_matrix(upper.turn)
@@ -122,7 +122,7 @@ def pose_relative_to_stone_below(
 
 @njit(**INNER)
 def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: int, corner_limit: int) -> bool:
-    """True if a corner of a stone's base lies well below the face that carries the stone: it tips over the rim."""
+    """True if a corner of a stone's base lies well below its supporting face: the stone tips over the face's rim."""
     below, lower, rows = (
         of_stone(state, stone_index - 1),
         load_constants(of_stone(state, stone_index - 1), lane),
@@ -142,7 +142,7 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
 
 @njit(**INNER)
 def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
-    """Return the index of the lowest stone that fell but is still simulated; the number of stones if none did."""
+    """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = of_stone(state, s)
         if not load_outcome(rows, lane).present > 0.0:
@@ -198,7 +198,7 @@ def stack_status(
     last_sample: float,
     heights: Any,
 ) -> int:
-    """Remove a fallen stone with those above it; return the `CaseStatus` after a sample, or `GOES_ON`."""
+    """Stop simulating a fallen stone and those above it; return the `CaseStatus` after a sample, or `GOES_ON`."""
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
@@ -231,7 +231,7 @@ def stack_status(
 
 @njit(**INNER)
 def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
-    """True if all contact points of all stones still simulated carry load.
+    """True if all contact points of all stones that have not fallen carry load.
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
@@ -263,7 +263,7 @@ def write_stack_results(
     result_row: Any,
     stone_results: Any,
 ) -> None:
-    """Write the results of the case in a lane into `result_row`, and one row of `stone_results` per stone."""
+    """Write the results of the case in column `lane` into `result_row`, and one row of `stone_results` per stone."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
         (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy) - account.work + account.lost
@@ -294,7 +294,7 @@ def write_stack_results(
 def record_stack_motion(
     state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, base acceleration and the motion of all stones of the stack in lane 0 into a trajectory row."""
+    """Write time, base acceleration and the motion of all stones of the first parallel stack into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
     trajectory_row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
     trajectory_row[1], trajectory_row[2] = (

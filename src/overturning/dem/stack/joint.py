@@ -34,7 +34,7 @@ LEAST_WEIGHT: Final = 1e-3
 
 @njit(**INLINE)
 def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
-    """Return the velocity (m/s) at which a contact point opens at the predicted end of a step; positive upwards."""
+    """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
     return frame.velocity.z + (frame.spin.x * position.y - frame.spin.y * position.x)
 
 
@@ -43,7 +43,7 @@ def predicted_force_per_weight_and_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
-    """Return the predicted normal force of a point divided by its weight, N, and True if the point is in contact.
+    """Return a contact point's predicted normal force over its weight factor, N, and True if it is in contact.
 
     In a fine step the predicted forces decide about contact, in a longer one the last state. A point that did not
     belong to the patch before has no last state.
@@ -60,7 +60,7 @@ def predicted_force_per_weight_and_contact(
 def joint_sum_terms_of_point(
     joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
 ) -> JointNormalForceSums:
-    """Return the terms that one contact point adds to the sums of its joint in the equations of a step."""
+    """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
     n = position.weight * pressure if in_contact else 0.0
     g = half_step * (position.weight * (joint.dashpot + half_step * joint.stiffness)) if in_contact else 0.0
     gx, gy = g * position.x, g * position.y
@@ -73,7 +73,7 @@ def joint_sum_terms_of_point(
 def tangential_spring_force(
     joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
 ) -> TangentialVector:
-    """Return the tangential force of a joint (x, y, twist) from its springs and dashpots, N."""
+    """Return the tangential force between two stones (x, y, twist) from its springs and dashpots, N."""
     k, h = joint.tangential, joint.damping
     return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
@@ -82,19 +82,19 @@ def tangential_spring_force(
 
 @njit(**INLINE)
 def squared_length(v: TangentialVector) -> float:
-    """Return the squared length of a tangential vector (x, y, twist)."""
+    """Return the squared length of a tangential vector with components x, y and twist."""
     return (v.x * v.x + v.y * v.y) + v.twist * v.twist
 
 
 @njit(**INLINE)
 def scale_tangential_vector(factor: float, v: TangentialVector) -> TangentialVector:
-    """Return a tangential vector (x, y, twist) multiplied by a number."""
+    """Return a tangential vector (components x, y, twist) multiplied by a number."""
     return TangentialVector(factor * v.x, factor * v.y, factor * v.twist)
 
 
 @njit(**INLINE)
 def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
-    """Return a tangential vector (x, y, twist) scaled to length 1; zero for a zero vector."""
+    """Return a tangential vector (components x, y, twist) scaled to length 1; zero for a zero vector."""
     square = squared_length(v)
     return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
@@ -124,7 +124,7 @@ def flat_landing_slip_direction(
 
 @njit(**INLINE)
 def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentialVector:
-    """Return the slip velocity (x, y, twist) of the upper stone at a point of the lower face, m/s."""
+    """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
     return TangentialVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
 
 
@@ -132,7 +132,7 @@ def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: f
 def extend_spring_stretch(
     stretch: TangentialVector, half_step: float, first: TangentialVector, second: TangentialVector
 ) -> TangentialVector:
-    """Return a spring stretch after a step with slip velocity `first` at its start and `second` at its end."""
+    """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
     return TangentialVector(
         stretch.x + half_step * (first.x + second.x), stretch.y + half_step * (first.y + second.y),
         stretch.twist + half_step * (first.twist + second.twist),
@@ -144,7 +144,7 @@ def predict_friction(
     joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointHistory,
     half_step: float, state: tuple[bool, bool, float],
 ) -> JointFriction:  # fmt: skip
-    """Predict spring stretch, sliding and friction direction of a joint, as the equations of a step assume them.
+    """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations.
 
     `state` holds whether the step is fine, whether the joint lands flat, and the height of the centre of the upper
     stone above its base.
@@ -181,7 +181,7 @@ def predict_friction(
 def joint_equation_terms(
     joint: JointConstants, sums: JointNormalForceSums, friction: JointFriction, half_step: float, normal: float
 ) -> JointEquations:
-    """Return predicted force and moment of a joint about the centre of the lower face, with velocity derivatives.
+    """Return the predicted force and moment between two stones about the lower face's centre, with derivatives.
 
     `normal` is the normal force that limits friction across the direction of sliding, N.
     """
@@ -239,7 +239,7 @@ def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool],
 ) -> tuple[PointForceAndImpulse, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
-    """Return normal force, contact changes, losses and new state of a contact point at the solved end of a step.
+    """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
     half of the step (s), whether the joint lands flat, the landing time of a point that touches now (s), and whether
@@ -302,7 +302,7 @@ def solve_joint_contact(
     points: tuple[PointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
     step: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, LargestContactChanges, JointLosses, JointHistory]:  # fmt: skip
-    """Return force, moment, contact changes, losses and new state of a joint at the solved end of a step.
+    """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `points` holds the sums over its points and Σ n r (N·m); `step` half of the step (s), whether it is fine, whether
     the joint lands flat, and the height of the upper stone's centre above its base (m).

@@ -12,7 +12,7 @@ from overturning.dem.stack.state import COLUMNS, ForceVelocityBlocks, Wrench
 
 
 class JointConstants(NamedTuple):
-    """Springs, dashpots and friction of a joint: the contact of a stone with the stone or ground below it."""
+    """Springs, dashpots and friction of the contact (joint) of a stone with the stone or ground below it."""
 
     stiffness: float
     """Normal stiffness of the whole joint, N/m."""
@@ -37,7 +37,7 @@ class JointConstants(NamedTuple):
 
 
 class TangentialVector(NamedTuple):
-    """Tangential vector of a joint: x, y, and twist × mean distance `arm` of the forces from the pressure centre."""
+    """Tangential vector between two stones: x, y, and twist × mean distance of the forces from their centre."""
 
     x: float
     y: float
@@ -45,7 +45,7 @@ class TangentialVector(NamedTuple):
 
 
 class JointHistory(NamedTuple):
-    """State of a joint at the end of the last step: spring stretch, slip velocity, pressure centre, normal force."""
+    """Contact state of two stones after the last step: spring stretch, slip velocity, pressure centre, normal force."""
 
     stretch: TangentialVector
     """Stretch of the tangential springs, m."""
@@ -66,14 +66,14 @@ class JointHistory(NamedTuple):
 
 
 class JointBeforeAndAfter(NamedTuple):
-    """State of a joint before a step (`old`), and at its end (`new`), which counts if the step is accepted."""
+    """Contact state of two stones before a step (`old`), and after it (`new`, valid if the step is accepted)."""
 
     old: JointHistory
     new: JointHistory
 
 
 class JointLandingTimes(NamedTuple):
-    """Shortest and longest remaining time of a flat landing over the contact points of a joint, s."""
+    """Shortest and longest remaining time of a flat landing over the contact points of two stones, s."""
 
     shortest: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
@@ -86,7 +86,7 @@ class JointLandingTimes(NamedTuple):
 
 
 class JointRelativeMotion(NamedTuple):
-    """Relative pose and velocity of the upper stone at the predicted end of a step, in the frame of the lower face."""
+    """Relative pose and velocity of a stone at the predicted end of a step, in the frame of the face below it."""
 
     corner: Vector3
     """Position of the centre of the upper stone's base, m."""
@@ -105,7 +105,7 @@ class JointRelativeMotion(NamedTuple):
 
 
 class JointNormalForceSums(NamedTuple):
-    """Sums over a joint's contact points: normal force, its moments, and their derivatives by the velocities."""
+    """Sums over the contact points of two stones: normal force, its moments, and their velocity derivatives."""
 
     force: float
     """Normal force at the predicted end, N."""
@@ -122,13 +122,13 @@ class JointNormalForceSums(NamedTuple):
 
 
 class SumOfForceTimesDistance(NamedTuple):
-    """Sum over a joint's contact points of normal force × distance from the centre of pressure, N·m."""
+    """Sum, over the contact points of two stones, of normal force × distance from the centre of pressure, N·m."""
 
     moment: float
 
 
 class JointFriction(NamedTuple):
-    """Friction that the equations of a step assume for a joint: point of action, spring stretch, slip direction."""
+    """Friction between two stones assumed in a step's equations: point of action, spring stretch, direction."""
 
     cx: float
     """Point at which friction acts, m."""
@@ -149,14 +149,14 @@ class JointFriction(NamedTuple):
 
 
 class JointEquations(NamedTuple):
-    """Predicted force and moment of a joint about its origin at the end of a step, and their derivatives."""
+    """Predicted force and moment between two stones at the end of a step, and their derivatives by the velocities."""
 
     wrench: Wrench
     blocks: ForceVelocityBlocks
 
 
 class FaceCorner(NamedTuple):
-    """Corner of the upper stone's base, or corner of the lower face with the side that starts there."""
+    """Corner of the upper stone's base or of the face below, with the side that starts at the corner."""
 
     x: float
     """Position in the axes of its stone from the centre of its face, m."""
@@ -171,7 +171,7 @@ class FaceCorner(NamedTuple):
 
 
 class ContactPointPosition(NamedTuple):
-    """Position of a contact point of a joint at the predicted end of a step, in the frame of the lower face."""
+    """Position of a contact point of two stones at the predicted end of a step, in the frame of the lower face."""
 
     x: float
     y: float
@@ -182,7 +182,7 @@ class ContactPointPosition(NamedTuple):
 
 
 class ClippedSide(NamedTuple):
-    """Part of a face's side that bounds the contact patch, the overlap of two faces; ends as shares of the side."""
+    """Part of a face's side that bounds the contact patch (overlap of two faces); its ends as shares of the side."""
 
     begin: float
     """Start, as a share of the side."""
@@ -193,7 +193,7 @@ class ClippedSide(NamedTuple):
 
 
 class PointHistory(NamedTuple):
-    """State of a contact point of a joint at the end of the last step: penetration, pressure, landing time, weight."""
+    """State of a contact point of two stones after the last step: penetration, pressure, landing time, weight."""
 
     depth: float
     """Penetration, m; negative in the air."""
@@ -208,14 +208,14 @@ class PointHistory(NamedTuple):
 
 
 class PointBeforeAndAfter(NamedTuple):
-    """State of a contact point before a step (`old`), and at its end (`new`), which counts if it is accepted."""
+    """State of a contact point of two stones before a step (`old`), and after it (`new`, valid if accepted)."""
 
     old: PointHistory
     new: PointHistory
 
 
 class PointForceAndImpulse(NamedTuple):
-    """Normal force, its moments, and impulse of early contacts at the end of a step, for a point or their sum."""
+    """Normal force, its moments, and impulse of early contacts at the end of a step, for one contact point or a sum."""
 
     force: float
     """Normal force, N, and its first moments, N·m."""
@@ -228,7 +228,7 @@ class PointForceAndImpulse(NamedTuple):
 
 
 class SolvedJointPointSums(NamedTuple):
-    """Sums over all contact points of a joint of the forces at the solved end of a step."""
+    """Sums of the forces over all contact points of two stones, from the solved equations of a step."""
 
     at_end: PointForceAndImpulse
 

@@ -19,7 +19,7 @@ END_SHARE: Final = 0.05
 
 @njit(**INLINE)
 def joint_lands_flat(landing: JointLandingTimes) -> bool:
-    """True if all points of a joint land together, so that dashpots may pull; see `dem.block.landing`."""
+    """True if all contact points of two stones land in one impact, so that dashpots may pull (`dem.block.landing`)."""
     return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
 
 
@@ -27,7 +27,7 @@ def joint_lands_flat(landing: JointLandingTimes) -> bool:
 def point_waits(
     joint: JointConstants, landing: JointLandingTimes, position: ContactPointPosition, previous: PointHistory
 ) -> bool:
-    """True if a point carries nothing in a flat landing, because it lies between the two ends of the patch.
+    """True if a contact point gets no load in a flat landing, because it lies between the two ends of the patch.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between
     take up their springs only afterwards (docs/method.md).
@@ -43,7 +43,7 @@ def point_waits(
 def joint_landing_times_with_point(
     landing: JointLandingTimes, point: PointHistory, position: ContactPointPosition
 ) -> JointLandingTimes:
-    """Return the landing times and the range of heights of a joint with one more contact point included."""
+    """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = position.z if (position.weight > 0.0) & (position.z < landing.lowest) else landing.lowest
     highest = position.z if (position.weight > 0.0) & (position.z > landing.highest) else landing.highest
     counts = point.weight > 0.0
@@ -54,5 +54,5 @@ def joint_landing_times_with_point(
 
 @njit(**INLINE)
 def landing_time_of_new_point(joint: JointConstants, landing: JointLandingTimes) -> float:
-    """Return the landing time (s) of a new contact point: that of the points in contact, else the full time."""
+    """Return the landing time left (s) for a new contact point: as for points in contact, or the full duration."""
     return joint.landing if landing.longest == IN_THE_AIR else landing.longest

@@ -58,7 +58,7 @@ PRESENT: Final = STONE.row_start(StoneFallState, "present")
 
 @njit(**INLINE)
 def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
-    """Return the position of the centre of a stone's upper face at the predicted end of a step, m."""
+    """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
     return plus(stone.place, scale_vector(constants.top, Vector3(axes.xz, axes.yz, axes.zz)))
 
 
@@ -66,7 +66,7 @@ def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Ma
 def relative_motion_at_lower_face(
     upper: StoneConstants, stone: PredictedStone, axes: Matrix3, lower_axes: Matrix3, origin: Vector3, lower: Any
 ) -> JointRelativeMotion:
-    """Return pose and velocity of the upper stone relative to the lower face at the predicted end of a step.
+    """Return pose and velocity of a stone relative to the face below it at the predicted end of a step.
 
     `lower` holds the velocity of the lower stone at the origin and its angular velocity.
     """
@@ -90,7 +90,7 @@ def relative_motion_at_lower_face(
 
 @njit(**APART)
 def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict pose and velocity of the lowest stone relative to the ground, in all lanes."""
+    """Predict pose and velocity of the lowest stone relative to the ground, in all parallel stacks."""
     for j in range(lane_count):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -102,7 +102,7 @@ def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_cou
 
 @njit(**APART)
 def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict pose and velocity of a stone relative to the upper face of the stone below it, in all lanes."""
+    """Predict pose and velocity of a stone relative to the upper face of the stone below, in all parallel stacks."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
@@ -115,7 +115,7 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 
 @njit(**INLINE)
 def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
-    """Return position and weight of a corner of the upper stone's base while the whole base rests on the face."""
+    """Return a base corner's position on the lower face, and its stiffness weight while the whole base rests on it."""
     return ContactPointPosition(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
         frame.corner.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
@@ -126,7 +126,7 @@ def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, p
 
 @njit(**APART)
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Compute the predicted position of one corner of the upper stone's base, in all stacks."""
+    """Compute the predicted position of one corner of a stone's base on its support, in all parallel stacks."""
     for j in range(lane_count):
         place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
@@ -136,14 +136,14 @@ def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, l
 def predict_base_corner_positions(
     upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int
 ) -> None:
-    """Compute the predicted positions of all corners of the upper stone's base, in all stacks."""
+    """Compute the predicted positions of all corners of a stone's base on its support, in all parallel stacks."""
     for i in range(upper_count):
         predict_base_corner_position(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
 
 
 @njit(**APART)
 def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
-    """Lower the smallest distance of base corners from the lower face's rim to that of one corner from one side."""
+    """Update the least distance of base corners from the lower face's rim with one corner and one side of the face."""
     for j in range(lane_count):
         place, limit = load_place(point, j), load_outline(side, j)
         free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
@@ -153,7 +153,7 @@ def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count:
 
 @njit(**INNER)
 def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
-    """True if the whole upper base rests on the lower face in all lanes, now and at the end of the last step."""
+    """True if, in all parallel stacks, a stone's whole base rests on the face below, now and after the last step."""
     for i in range(upper_count):
         for k in range(lower_count):
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
@@ -166,7 +166,7 @@ def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lowe
 
 @njit(**INNER)
 def any_lane_uses_point(point: Any, lane_count: int) -> bool:
-    """True if a contact point has a weight above 0 in any lane, now or at the end of the last step."""
+    """True if a contact point has a stiffness weight above 0 in any parallel stack, now or after the last step."""
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0.0
@@ -175,7 +175,7 @@ def any_lane_uses_point(point: Any, lane_count: int) -> bool:
 
 @njit(**INLINE)
 def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
-    """Clip a part of a side by a half plane, from how far both ends of the side lie inside the half plane."""
+    """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
     outside = (at_begin < 0.0) & (at_end < 0.0)
@@ -186,21 +186,21 @@ def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
 
 @njit(**INLINE)
 def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
-    """Return the clipped part of a side with its length, m; `length` is that of the whole side, m."""
+    """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
     return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
 @njit(**APART)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
-    """Start the clipping of a side of a face with the whole side, in all lanes."""
+    """Start the clipping of a side of a face with the whole side, in all parallel stacks."""
     for j in range(lane_count):
         store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
 def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
-    """Clip a side of the upper stone's base by the line of one side of the lower face, in all lanes."""
+    """Clip a side of the upper stone's base by the line of one side of the lower face, in all parallel stacks."""
     for j in range(lane_count):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
         store_clip(point, j, clip_side(
@@ -211,7 +211,7 @@ def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) ->
 
 @njit(**APART)
 def finish_clipped_upper_side(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
-    """Compute the length of an upper side after clipping, and add it to the length of the patch's rim."""
+    """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
     for j in range(lane_count):
         a, b = load_place(point, j), load_place(next_corner, j)
         clip = clipped_side_with_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
@@ -221,7 +221,7 @@ def finish_clipped_upper_side(joint_rows: Any, point: Any, next_corner: Any, lan
 
 @njit(**INNER)
 def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
-    """Clip all sides of the upper stone's base by the lower face, and add their lengths to the patch's rim."""
+    """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
         next_corner = points[following * P : (following + 1) * P]
@@ -239,7 +239,7 @@ def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x:
 
 @njit(**APART)
 def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
-    """Clip a side of the lower face by the side from `begin` to `end` of the upper stone's base, in all lanes."""
+    """Clip a side of the lower face by one side of the upper stone's base, in all parallel stacks."""
     for j in range(lane_count):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
@@ -250,7 +250,7 @@ def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_coun
 
 @njit(**APART)
 def finish_clipped_lower_side(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
-    """Compute the length of a lower side after clipping, and add it to the length of the patch's rim."""
+    """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
     for j in range(lane_count):
         c, d = load_outline(side, j), load_outline(next_corner, j)
         clip = clipped_side_with_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
@@ -260,7 +260,7 @@ def finish_clipped_lower_side(joint_rows: Any, side: Any, next_corner: Any, lane
 
 @njit(**INNER)
 def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
-    """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's rim."""
+    """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
     for k in range(lower_count):
         following = (k + 1) % lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
@@ -276,13 +276,13 @@ def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
 def point_on_side(
     a: ContactPointPosition, b: ContactPointPosition, share: float, weight: float
 ) -> ContactPointPosition:
-    """Return the point on the side from a to b at the given share of its length from a, with a weight."""
+    """Return the point on the side from a to b at a share of its length from a, with a stiffness weight."""
     return ContactPointPosition(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
 
 
 @njit(**INLINE)
 def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
-    """Return the point of the upper stone's base that lies above point (x, y) of the lower face, with a weight."""
+    """Return the point of a stone's base above point (x, y) of the lower face, with a stiffness weight."""
     normal = cross_product(frame.along_x, frame.along_y)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
@@ -295,7 +295,7 @@ def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, 
 def place_lower_points(
     joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store position and weight of a lower face's corner and of both ends of the clipped side that starts there."""
+    """Store position and stiffness weight of a lower face's corner and of both ends of the clipped side from there."""
     for j in range(lane_count):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
         own, previous = load_clip(side, j), load_clip(previous_side, j)
@@ -317,7 +317,7 @@ def place_lower_points(
 def place_upper_points(
     joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store both ends of a clipped side of the upper stone's base, and the weight of the corner where it starts."""
+    """Store both ends of a clipped side of a stone's base, and the stiffness weight of the side's first corner."""
     for j in range(lane_count):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)
@@ -333,7 +333,7 @@ def place_upper_points(
 def place_points_of_partial_patch(
     joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
 ) -> None:
-    """Compute position and weight of all contact points of a patch that is only a part of the upper stone's base."""
+    """Compute position and weight of all contact points where only a part of a stone's base rests on the face below."""
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     for k in range(lower_count):
         following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count

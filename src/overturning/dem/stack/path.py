@@ -33,7 +33,7 @@ class StackTrajectory:
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the case's dataset, with the outcomes in `results`."""
+        """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
         to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
 
         columns = self.rows[:, GROUND_COLUMNS:].reshape(len(self.rows), len(self.stones), STONE_COLUMNS)
@@ -122,7 +122,7 @@ def continue_fallen_stones_in_free_flight(
 
 
 def _fill_in_free_flight(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
-    """Fill in the poses of a stone in free flight from the first row on, until the stone meets the ground."""
+    """Fill in the poses of a stone in free flight after the first row, until the stone meets the ground."""
     place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
     from scipy.spatial.transform import Rotation
 

@@ -56,7 +56,7 @@ Flags, fall azimuths and peak tilts of three stones are as near to those of step
 
 @dataclass(frozen=True, kw_only=True)
 class StackSimulationPlan(SimulationPlan3D):
-    """Plan of the simulation of n cases of a 3-D stack."""
+    """Plan of the simulation of n cases of a 3-D stack of stones."""
 
     result_dtype: ClassVar[Any] = RESULT
     time_column: ClassVar[Any] = (..., 0)
@@ -70,14 +70,14 @@ class StackSimulationPlan(SimulationPlan3D):
     friction: FloatArray  # shape (n, stones)
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the tables that the kernel fills: the results of cases and ``each``, shape (case_count, stones)."""
+        """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, shape (cases, stones)."""
         each = np.zeros((case_count, self.stones.shape[1]), STONE_RESULT)
         return {"results": np.zeros(case_count, RESULT), "each": each}
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> StackKernelInput:
-        """Return the kernel's input for cases of one queue, with their steps divided by `step_divisor`."""
+        """Return the stack kernel's input for cases with equal steps per sample, steps divided by `step_divisor`."""
         queued = self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS)
         return StackKernelInput(
             **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
@@ -95,7 +95,7 @@ class StackSimulationPlan(SimulationPlan3D):
         return stack_outcomes(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
-        """Return zeros for a trajectory, shape (rows, columns); without rows if no trajectory `is_recorded`."""
+        """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         columns = GROUND_COLUMNS + STONE_COLUMNS * self.stones.shape[1]
         rows = int(self.table[0]["after"] - self.first[0]) + 3 if is_recorded else 0
         check_trajectory_size(rows * columns)
@@ -116,7 +116,7 @@ class StackSimulationPlan(SimulationPlan3D):
     def continue_trajectory(
         self, trajectory: FloatArray, aftermath: float, has_fallen: NDArray[np.bool_]
     ) -> FloatArray:
-        """Return a trajectory in which fallen stones go on in free flight, for `aftermath` seconds after its end."""
+        """Return a trajectory extended by `aftermath` seconds, in which fallen stones continue in free flight."""
         longer = continue_fallen_stones_in_free_flight(
             trajectory, self._stones_of_case, has_fallen, self.motion.sampling_interval, aftermath
         )
@@ -127,7 +127,7 @@ class StackSimulationPlan(SimulationPlan3D):
         return longer
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
-        """Convert the kernel's trajectory rows of the plan's only case to a `StackTrajectory`."""
+        """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.cosines[0].tolist()
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_case)
 
@@ -152,7 +152,7 @@ def _check_that_stacks_stand(sizes: FloatArray, stacks: list[list[StackStone]]) 
 def plan_stack_simulation(
     model: Stack, motion: Motion, cases: Cases, numerics: NumericalOptions
 ) -> StackSimulationPlan:
-    """Check the arguments and plan the cases of a 3-D stack; see `overturning.dem.run.simulate_cases`."""
+    """Check the arguments and return the plan for simulating n cases of a 3-D stack (see `simulate_cases`)."""
     if parse_scheme(numerics.scheme) != IntegrationScheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D stack supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():

@@ -16,7 +16,7 @@ def stack_outcomes(
     orientation_deg: FloatArray,
     direction_cosines: FloatArray,
 ) -> dict[str, Any]:
-    """Return the outcome variables and ``block_steps`` of n cases with k stones each, shape (n,) or (n, k).
+    """Return the outcomes, and numbers of steps, of n cases with k stones each, by name, shape (n,) or (n, k).
 
     Parameters
     ----------

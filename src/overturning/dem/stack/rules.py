@@ -77,7 +77,7 @@ LAST_UPRIGHT, UPRIGHT_UNTIL = (
 
 
 class StackKernelInput(NamedTuple):
-    """Kernel input for cases of 3-D stacks with equal numbers of steps per sample and of stones and corners."""
+    """Input of the stack kernel, for cases with equal steps per sample and equal numbers of stones and corners."""
 
     settings: QueueSettings
     cases: NDArray[np.void]
@@ -101,21 +101,21 @@ class StackKernelInput(NamedTuple):
 
 
 class StackWorkspace(NamedTuple):
-    """Working memory of the stack kernel: state of all lanes, and indices of the contact points in use."""
+    """Working arrays of the stack kernel: states of the parallel cases, and indices of the contact points in use."""
 
     state: Any
     used: Any
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
-    """Allocate the state arrays of the stacks in all lanes, which are simulated at the same time."""
+    """Allocate the state arrays of the stacks that are simulated in parallel, one column (lane) each."""
     stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
     size = CASE_SIZE + stones * (STONE_SIZE + joint_state_size(corners))
     return StackWorkspace(aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load the initial state of case number `case`, a stack at rest, into a lane."""
+    """Load the initial state of case number `case`, a stack at rest, into column `lane` of the state array."""
     given, settings = kernel_input.cases[case], kernel_input.settings
     initialise_lane(
         workspace.state, lane, given, (kernel_input.stones[given.stack], kernel_input.joints[given.stack]),
@@ -129,7 +129,7 @@ def initialise_lane(
     state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
     sample: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Load the initial state of a stack at rest into a lane; `sample` is the sampling interval in s and in ticks."""
+    """Load a stack at rest into column `lane` of the state array; `sample` is the sampling interval, s and ticks."""
     (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
     for row in range(state.size // COLUMNS):
         state[row * COLUMNS + lane] = 0.0
@@ -162,7 +162,7 @@ def initialise_lane(
 
 @njit(**INNER)
 def initialise_stone(rows: Any, lane: int, constants: Any) -> None:
-    """Store the constants and the initial state of a stone in the rows of a lane."""
+    """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
     store_constants(rows, lane, StoneConstants(
         inverse=SymmetricMatrix(
             constants.ixx, constants.iyy, constants.izz, constants.ixy, constants.ixz, constants.iyz
@@ -190,7 +190,7 @@ def initialise_joint(
     centre_height: float,
     edge_distance: float,
 ) -> None:
-    """Store the contact constants and the load at rest of a joint in the rows of a lane."""
+    """Write contact constants and load at rest of a stone's contact with its support into column `lane`."""
     store_joint(rows, lane, JointConstants(
         stiffness=constants.stiffness, dashpot=constants.dashpot * damping_factor, tangential=constants.tangential,
         compliance=constants.compliance, damping=constants.damping * damping_factor, friction=friction,
@@ -204,7 +204,7 @@ def initialise_joint(
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Begin a sample in all lanes: scale the stones' quaternions to length 1, and load the base motion."""
+    """Load the base motion of the next sample for each parallel stack, and rescale all quaternions to length 1."""
     load_next_sample_into_lanes(
         workspace.state,
         kernel_input.corners.size,
@@ -226,7 +226,7 @@ def load_next_sample_into_lanes(
     ground: Any,
     settings: QueueSettings,
 ) -> None:
-    """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
+    """Load the base motion of the current sample for each parallel stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
     for s in range(stone_count):
         rows = of_stone(state, s)
@@ -254,7 +254,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt time steps of the stacks in all lanes; record the first one if a sample has passed since its last row."""
+    """Attempt a sample's time steps in all parallel stacks; record the first stack once per sample."""
     settings, corners, limit, stones = (
         kernel_input.settings,
         kernel_input.corners,
@@ -274,7 +274,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Mark and count the lanes whose case may have ended or in which a stone may have fallen."""
+    """Mark and count the parallel stacks whose case may have ended or in which a stone may have fallen."""
     return mark_possibly_ended_lanes(
         workspace.state,
         kernel_input.corners.size,
@@ -296,7 +296,7 @@ def mark_possibly_ended_lanes(
     ticks_per_sample: float,
     last_sample: float,
 ) -> int:
-    """Mark and count lanes with a fallen stone, a state that is not finite, or no strong motion to come."""
+    """Mark and count the parallel stacks with a fallen stone, a state that is not finite, or no strong motion left."""
     count = 0
     for j in range(active_lane_count):
         course, total = load_course(state, j), 0.0
@@ -313,11 +313,11 @@ def mark_possibly_ended_lanes(
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip nothing: stacks are computed in all samples between the first and the last strong one."""
+    """Skip no samples: stacks are simulated throughout, from the first to the last strong sample."""
 
 
 def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Remove fallen stones; return the `CaseStatus` of the case in a lane, or `GOES_ON` if it has not ended."""
+    """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`; `GOES_ON`: not ended."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
@@ -326,7 +326,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
 
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of case number `case`, which a lane computes, into the tables of results."""
+    """Write the results of case number `case`, stored in column `lane`, into the tables of results."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     write_stack_results(
         workspace.state, lane, stones, corners, status, kernel_input.stones[kernel_input.cases[case].stack].rest,

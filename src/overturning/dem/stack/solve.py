@@ -56,7 +56,7 @@ def rotate_matrix(rotation: Matrix3, m: Matrix3) -> Matrix3:
 
 @njit(**INLINE)
 def rotate_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
-    """Rotate the equations of a joint by `rotation`, from the axes of the lower stone to the axes of the ground."""
+    """Rotate two stones' contact terms in the equations by `rotation`, from the lower stone's axes to the ground's."""
     wrench, joint_matrix = joint_equations.wrench, joint_equations.blocks
     return JointEquations(
         Wrench(matrix_times_vector(rotation, wrench.force), matrix_times_vector(rotation, wrench.moment)),
@@ -73,7 +73,7 @@ def rotate_equations(rotation: Matrix3, joint_equations: JointEquations) -> Join
 def shift_matrix_to_centres(
     joint_matrix: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3
 ) -> ForceVelocityBlocks:
-    """Return a joint's matrix from the velocity of one stone to the force on another, about both centres.
+    """Return a contact's matrix from the velocity of one stone to the force on another, about both stones' centres.
 
     The arms lead from the centres to the origin of the joint: of the stone on which it acts, and of the one that moves.
     """
@@ -91,13 +91,13 @@ def shift_matrix_to_centres(
 
 @njit(**INLINE)
 def shift_wrench_to_centre(wrench: Wrench, arm: Vector3) -> Wrench:
-    """Return force and moment about a stone's centre; `arm` leads from there to the point they referred to before."""
+    """Return a force and moment moved to a stone's centre; `arm` leads from the centre to the old reference point."""
     return Wrench(wrench.force, plus(wrench.moment, cross_product(arm, wrench.force)))
 
 
 @njit(**INLINE)
 def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> ForceVelocityBlocks:
-    """Return the 6 × 6 mass matrix of a stone in the axes of the ground, kg and kg·m²."""
+    """Return the 6 × 6 mass matrix (kg, kg·m²) of a stone in the axes of the ground."""
     i = rotate_matrix(axes, full_matrix(inertia))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return ForceVelocityBlocks(
@@ -122,7 +122,7 @@ def product_of_6x6_matrices(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> F
 
 @njit(**INLINE)
 def matrix_6x6_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
-    """Return the product of a 6 × 6 matrix and a vector of 6."""
+    """Return the product of a 6 × 6 matrix and a force and moment (vector of 6)."""
     return Wrench(
         plus(matrix_times_vector(a.fv, w.force), matrix_times_vector(a.fw, w.moment)),
         plus(matrix_times_vector(a.mv, w.force), matrix_times_vector(a.mw, w.moment)),
@@ -145,7 +145,7 @@ def inverse_of_6x6_matrix(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
 def momentum_change_right_side(
     half_step: float, mass: float, wrench: Wrench, inertial: Vector3, previous: Wrench
 ) -> Wrench:
-    """Return half step × change of force and moment since its start, the right-hand side of a stone's equations."""
+    """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""
     f, m = wrench.force, wrench.moment
     return Wrench(
         Vector3(
@@ -177,7 +177,7 @@ def eliminate_stone(
     upper_arm: Vector3,
     lower_arm: Vector3,
 ) -> tuple[EliminatedStone, DiagonalBlockAndRightSide]:
-    """Eliminate a stone from the equations; return its solution and the reduced equations of the stone below it.
+    """Eliminate a stone from a stack's equations; return its solution, and the reduced equations of the stone below.
 
     `diagonal` and `lower` do not contain the joint between the two stones yet.
     """

@@ -25,7 +25,7 @@ TICKS: Final = BODY.whole
 
 
 class StackConstants(NamedTuple):
-    """Constants of one simulated stack: length of a tick, and limits for failure, long steps and rest."""
+    """Constants of one simulated stack: length of a tick, and limits for failure, for long steps and for rest."""
 
     step: float
     """Length of a tick, s."""
@@ -45,7 +45,7 @@ class StackClock(NamedTuple):
 
 
 class StackAccount(NamedTuple):
-    """Energy account of a stack: work of the ground, losses (J), their rates (W), and largest penetration."""
+    """Energy account of a stack: work of the ground and losses (J), their rates (W), and largest penetration (m)."""
 
     work: float
     lost: float
@@ -56,7 +56,7 @@ class StackAccount(NamedTuple):
 
 
 class LargestContactChanges(NamedTuple):
-    """Contact changes of a stack in an attempted step: the largest value of each kind; 0 or less if there is none."""
+    """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
 
     changed: float
     """Above 0 if a contact opened or closed."""
@@ -77,7 +77,7 @@ class LargestContactChanges(NamedTuple):
 
 
 class JointLosses(NamedTuple):
-    """Power lost in the joints (W), and energy that their springs lost without work (J)."""
+    """Power lost in a stack's contacts (W), and spring energy released without work, as when contacts open (J)."""
 
     power: float
     let_go: float
@@ -122,14 +122,14 @@ class StoneState(NamedTuple):
 
 
 class StonePeaks(NamedTuple):
-    """Largest lean so far, and the last tick below the critical angle (−1: none)."""
+    """Largest lean of a stone so far (sin² of its tilt), and the last tick below its critical angle (−1: none)."""
 
     lean: float
     last_upright: float
 
 
 class StoneFallState(NamedTuple):
-    """Fate of a stone: still simulated or fallen, last time upright, and True if it slid off its support."""
+    """Fall of a stone: simulated or already fallen, last time upright, and whether it slid off its support."""
 
     present: float
     """1 while the stone is computed, 0 after it has fallen."""
@@ -140,7 +140,7 @@ class StoneFallState(NamedTuple):
 
 
 class PredictedStone(NamedTuple):
-    """Predicted pose and velocities of a stone at the end of a step, before the equations are solved."""
+    """Predicted pose and velocities of a stone at the end of a step, before the step's equations are solved."""
 
     place: Vector3
     turn: Quaternion
@@ -155,7 +155,7 @@ class PredictedStone(NamedTuple):
 
 
 class ForceVelocityBlocks(NamedTuple):
-    """6 × 6 matrix of forces (f) and moments (m), by velocities (first) and angular velocities (second)."""
+    """6 × 6 matrix from velocity and angular velocity (columns) to force and moment (rows), as four 3 × 3 blocks."""
 
     fv: Matrix3
     fw: Matrix3
@@ -171,28 +171,28 @@ class Wrench(NamedTuple):
 
 
 class DiagonalBlockAndRightSide(NamedTuple):
-    """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step of a stack."""
+    """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step."""
 
     blocks: ForceVelocityBlocks
     right: Wrench
 
 
 class EliminatedStone(NamedTuple):
-    """Solution of a stone as a function of the change of the stone below: e = `alone` + `below` · e_below."""
+    """Velocity correction of a stone as a linear function of that of the stone below: `alone` + `below` · e_below."""
 
     below: ForceVelocityBlocks
     alone: Wrench
 
 
 class StoneChange(NamedTuple):
-    """Correction of a stone's predicted velocity (m/s) and angular velocity (rad/s), from the equations of the step."""
+    """Correction of a stone's predicted velocity (m/s) and angular velocity (rad/s) from a step's equations."""
 
     velocity: Vector3
     spin: Vector3
 
 
 class StoneContactSums(NamedTuple):
-    """Contact forces on a stone at the solution: wrench, and impulse of contacts that closed early in the step."""
+    """Sum of the contact forces and moments on a stone, and of the impulses of contacts that closed early."""
 
     at_end: Wrench
     early: Wrench

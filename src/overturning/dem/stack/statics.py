@@ -21,7 +21,7 @@ FALLEN_TILT: Final = np.pi / 3.0
 
 @dataclass(frozen=True)
 class JointTable:
-    """Contact constants of the joints of a stack, from the lowest up."""
+    """Contact constants of each stone of a stack with its support, from the lowest stone up."""
 
     rows: NDArray[np.void]  # constants, of type `JOINT`, without friction; shape (joints,)
     penetration: FloatArray  # mean penetration at rest, m, shape (joints,)
@@ -29,17 +29,17 @@ class JointTable:
 
     @property
     def reach(self) -> FloatArray:
-        """Distance in each patch from the point below the centre of mass above it to the nearest side, m."""
+        """Distance, in each contact patch, from the point below the centre of mass above to the nearest side, m."""
         return np.array([patch.reach.min() for patch in self.patches])
 
     @property
     def height(self) -> FloatArray:
-        """Height of the centre of mass of all stones above each patch, m."""
+        """Height, above each contact patch, of the common centre of mass of all stones above the patch, m."""
         return np.array([patch.height for patch in self.patches])
 
 
 def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
-    """Return the contact constants of the joints of a stack: stiffness K = M g/δ for the mass M above the joint."""
+    """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
     rows, patches = np.zeros(len(stones), JOINT), patches_at_rest(stones)
     above = np.array([patch.mass for patch in patches])
     width = np.array([np.ptp(patch.corners, axis=0).min() for patch in patches])
@@ -62,7 +62,7 @@ def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
 
 
 def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void]:
-    """Return constants and initial states of the stones of a stack at rest, of type `STONE`, shape (stones,)."""
+    """Return constants and initial states of a stack's stones at rest, of type `STONE`, shape (stones,)."""
     table, level = np.zeros(len(stones), STONE), 0.0
     pose = pose_at_rest(stones, joints)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
@@ -86,7 +86,7 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
 
 
 def base_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:
-    """Return the x position of each stone's base at rest relative to its support's centre, m, (stacks, stones).
+    """Return each stone's base position at rest along x, relative to its support's centre, m, shape (stacks, stones).
 
     `stones` has the type `overturning.dem.stack.tables.STONE`. Stones off centre lean a little under their weight.
     """
@@ -99,7 +99,7 @@ def base_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:
 
 
 def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
-    """Return the inverse of an inertia tensor whose only product of inertia is that of x and z."""
+    """Return the inverse of an inertia tensor in which only the x–z product of inertia is not zero."""
     (xx, _, xz), (_, yy, _), (_, _, zz) = inertia
     area = xx * zz - xz * xz
     return np.array([[zz / area, 0.0, -xz / area], [0.0, 1.0 / yy, 0.0], [-xz / area, 0.0, xx / area]])
@@ -116,7 +116,7 @@ def face_corner_rows(corners: FloatArray) -> FloatArray:
 
 
 def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
-    """Return the 3 × 6n matrix from the motion of n stones to the relative motion of two stones at a patch corner.
+    """Return the 3 × 6n matrix from n stones' displacements to the relative one of two stones at a contact corner.
 
     The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
     """
@@ -158,7 +158,7 @@ def unit_mass_factors(stones: list[StackStone]) -> FloatArray:
 
 
 def inertia_coupling_factor(stones: list[StackStone]) -> float:
-    """Return an upper bound of the factor by which products of inertia raise the square of the highest frequency.
+    """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
     `unit_mass_factors` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled mass
     matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
@@ -168,7 +168,7 @@ def inertia_coupling_factor(stones: list[StackStone]) -> float:
 
 
 def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
-    """Return displacement (m) and rotation (rad) of each stone under its weight, shape (stones, 6).
+    """Return displacement (m) and rotation (rad) of each stone under its own weight and load, shape (stones, 6).
 
     A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
     """
@@ -191,9 +191,9 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
 
 
 def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArray) -> list[FloatArray]:
-    """Return the penetration at the corners of each patch, m; negative at open corners.
+    """Return the penetration at the corners of each contact patch of a stack, m; negative at open corners.
 
-    `displacements` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
+    `shift` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
     """
     return [
         np.array([-(_corner_motion_matrix(stones, k, corner) @ shift)[2] for corner in patch.corners])
@@ -202,7 +202,7 @@ def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArr
 
 
 def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None:
-    """Fill in, in place, the normal force, centre of pressure and mean distance from it of each joint at rest."""
+    """Compute normal force, centre of pressure and mean distance from it at rest for each contact, in place."""
     depths = _corner_depths(stones, joints, pose_at_rest(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
         force = patch.weights * row["stiffness"] * np.maximum(depth, 0.0)
@@ -223,7 +223,7 @@ def spring_energy_at_rest(stones: list[StackStone], joints: JointTable) -> float
 
 
 def motion_onset_acceleration(joints: JointTable, friction: FloatArray) -> FloatArray:
-    """Return |a|/g below which no joint opens or slides, shape (n,); `friction` has shape (n, joints).
+    """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 
     Joint k opens at the least ratio of the distance of a side of its patch to the height of the centre of all stones
     above, and slides at µ.

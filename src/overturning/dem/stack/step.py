@@ -47,7 +47,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 
 @njit(**INNER)
 def joint_state_size(corner_limit: int) -> int:
-    """Return the length of the state array of a joint and its points; faces have at most `corner_limit` corners."""
+    """Return the state array's length for one contact of two stones; faces have at most `corner_limit` corners."""
     return JOINT_SIZE + 6 * corner_limit * P
 
 
@@ -61,7 +61,7 @@ def predict_patch_forces(
     used_points: Any,
     lane_count: int,
 ) -> None:
-    """Compute the contact points of a joint at the predicted step end, and sum their predicted forces.
+    """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
     `corner_counts` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
     points that have weight in any lane are written to `used_points`, after their count.
@@ -98,7 +98,7 @@ def compute_patch_forces(
     lane_count: int,
     on_ground: Any,
 ) -> None:
-    """Compute the contact forces of a joint at the solved end of the step, after `predict_patch_forces`."""
+    """Compute the contact forces of two stones at the end of the step, from the solved equations."""
     store_relative_velocity_changes(upper_rows, lower_rows, joint_rows, lane_count, on_ground)
     for n in range(used_points[0]):
         compute_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
@@ -111,7 +111,7 @@ def compute_patch_forces(
 def store_accepted_stack_states(
     state: Any, stone_count: int, joint_state_size: int, used_points: Any, lane_count: int
 ) -> None:
-    """Store the new states of stones, joints and points after accepted steps; a joint has `joint_state_size` values."""
+    """Store the new states of stones, contacts and contact points in the parallel stacks whose step is accepted."""
     case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
     for s in range(stone_count):
         stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -139,7 +139,7 @@ def advance_stacks(
     step_count: int,
     ticks_per_sample: float,
 ) -> None:
-    """Attempt `step_count` time steps of all stacks; `used_points` is a work array for indices of contact points."""
+    """Attempt `step_count` time steps of all parallel stacks; `used_points` is a work array."""
     case = state[:CASE_SIZE]
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for _ in range(step_count):

@@ -12,7 +12,7 @@ from overturning.dem.stack.state import StoneConstants
 
 
 class StackCaseTableColumns(NamedTuple):
-    """Columns of the stack kernel's table of cases: the parameters of a case; those of `CaseStepControl` follow."""
+    """Parameters of a case of a 3-D stack: columns of the kernel's table, before those of `CaseStepControl`."""
 
     amplitude: float
     """Factor on the motion."""
@@ -37,7 +37,7 @@ class StackCaseTableColumns(NamedTuple):
 
 
 class JointLoadAtRest(NamedTuple):
-    """Normal force and centre of pressure of a joint at rest, with which a case begins."""
+    """Normal force and centre of pressure between two stones at rest, with which a case begins."""
 
     normal: float
     """Normal force, N."""
@@ -50,7 +50,7 @@ class JointLoadAtRest(NamedTuple):
 
 
 class StoneResultTableColumns(NamedTuple):
-    """Columns of the stack kernel's results of stones: one row per case and stone."""
+    """Results of one stone of a 3-D stack: columns of the kernel's table, one row per case and stone."""
 
     fallen: float
     """1 if the stone has fallen, else 0."""
@@ -71,7 +71,7 @@ class StoneResultTableColumns(NamedTuple):
 
 
 class StackResultTableColumns(NamedTuple):
-    """Columns of the stack kernel's results of cases: one row per case."""
+    """Results of a case of a 3-D stack: columns of the kernel's table, one row per case."""
 
     status: float
     """`CaseStatus` as a number."""
